@@ -21,8 +21,8 @@ use std::path::{Path, PathBuf};
 #[derive(Args, Debug)]
 #[command(
     after_help = "FROM is a rig.toml, a ROS camera_info, a Kalibr camchain or an OpenCV YAML file; the format is recognised by its contents. Or it
-describes a board: a Kalibr target.yaml of an AprilGrid, or a ChArUco board with squaresX, squaresY, squareLength, markerLength and
-dictionary; then the object file of the board is written. Such a file is also accepted wherever an object file is expected.
+describes a board: a Kalibr target.yaml, a ChArUco board with squaresX, squaresY, squareLength, markerLength and dictionary, or a grid of
+markers with markersX, markersY, markerLength, markerSeparation and dictionary; then the object file of the board is written. Such a file is also accepted wherever an object file is expected.
 Cameras are merged into an existing rig.toml: one with the same id gets the new lens and keeps its pose if FROM has none.
 The previous file is kept as rig.toml.former.
 

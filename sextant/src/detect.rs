@@ -3,6 +3,7 @@
 mod dataset;
 pub mod explain;
 mod families;
+mod finder;
 mod otherwise;
 mod print;
 mod sight;
@@ -21,6 +22,7 @@ use sight::{DetectedImage, detect, follow};
 use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
+pub use finder::{ChessboardSearch, PartialViews, TagFinder};
 pub use sight::{detected_tags, image_of};
 
 /// Arguments of `sextant detect`.

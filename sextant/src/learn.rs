@@ -142,9 +142,10 @@ pub fn run(arguments: &LearnArguments, format: Format) -> anyhow::Result<()> {
         rig: rig.clone(),
         cameras: arguments.cameras.clone(),
         families: plan.families(),
+        chessboard: None,
     };
     let procedure = Procedure::start(rig, plan).exit_with(Exit::Input)?;
-    let images = arguments.images.open(format)?;
+    let images = arguments.images.open(format, None, None)?;
     finish(&images.outcome(procedure, &looking)?, arguments, format)
 }
 

@@ -34,6 +34,7 @@ For example: sextant print board
              sextant print board --measured-size 0.0277
              sextant print aprilgrid --columns 6 --rows 6 --size 0.022
              sextant print charuco --family charuco5x5-100
+             sextant print chessboard --columns 6 --rows 9 --size 0.022
              sextant print tags --ids 3-9 --size 0.03 --out gamepad.pdf
              sextant print cube --edge 0.06 --size 0.04 --first 10"
 )]
@@ -62,6 +63,8 @@ enum What {
     Aprilgrid(calibration_boards::AprilgridArguments),
     /// OpenCV ChArUco board, for calibrating with OpenCV and with Sextant.
     Charuco(calibration_boards::CharucoArguments),
+    /// Plain chessboard, for calibrating with any program.
+    Chessboard(calibration_boards::ChessboardArguments),
     /// Single tags to cut out and stick on objects.
     Tags(tags::TagsArguments),
     /// Cube to fold, with a tag on each face.
@@ -129,6 +132,7 @@ impl What {
             Self::Board(_) => "board",
             Self::Aprilgrid(_) => "aprilgrid",
             Self::Charuco(_) => "charuco",
+            Self::Chessboard(_) => "chessboard",
             Self::Tags(_) => "tags",
             Self::Cube(_) => "cube",
         }
@@ -139,6 +143,7 @@ impl What {
             Self::Board(arguments) => board::board(arguments, id, paper),
             Self::Aprilgrid(arguments) => calibration_boards::aprilgrid(arguments, id, paper),
             Self::Charuco(arguments) => calibration_boards::charuco(arguments, id, paper),
+            Self::Chessboard(arguments) => calibration_boards::chessboard(arguments, id, paper),
             Self::Tags(arguments) => tags::tags(arguments, id, paper),
             Self::Cube(arguments) => cube::cube(arguments, id, paper),
         }
@@ -199,6 +204,7 @@ fn tag_of(family: Family, id: u32) -> anyhow::Result<TagId> {
         let command = match board {
             Board::Aprilgrid => "aprilgrid",
             Board::Charuco => "charuco",
+            Board::Chessboard => "chessboard",
         };
         bail!("tags of {family} are part of a board; print one with `sextant print {command}`");
     }

@@ -9,6 +9,7 @@ mod recording;
 pub use live::Live;
 pub use recording::wrong;
 
+use crate::detect::ChessboardSearch;
 use crate::output::Format;
 use crate::site::SiteArguments;
 use anyhow::{anyhow, bail};
@@ -17,6 +18,7 @@ use recording::each_image;
 use sextant_calibrator::procedure::{Outcome, Procedure, ProcedureError};
 use sextant_estimator::{CameraId, Rig};
 use sextant_process::{Exit, Failure, WithExit};
+use sextant_recordings::Dataset;
 use sextant_tag_families::Family;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -48,6 +50,8 @@ pub struct ImageSelection {
     pub cameras: Vec<CameraId>,
     /// Tag families to detect.
     pub families: BTreeSet<Family>,
+    /// A plain chessboard to look for.
+    pub chessboard: Option<ChessboardSearch>,
 }
 
 /// The source, opened.
@@ -56,6 +60,8 @@ pub enum Images<'a> {
     Recorded {
         /// The folder.
         folder: &'a Path,
+        /// What is in it.
+        dataset: Dataset,
         /// How many look for tags.
         threads: u8,
     },
@@ -64,16 +70,33 @@ pub enum Images<'a> {
 }
 
 impl ImageArguments {
-    /// Connects to the site, where its images are wanted.
+    /// Opens the folder, or connects to the site. `untimed` is the camera of a folder that may have pictures alone.
     ///
     /// # Errors
-    /// [`Exit::Unavailable`] when no router answers.
-    pub fn open(&self, format: Format) -> anyhow::Result<Images<'_>> {
+    /// [`Exit::Unavailable`] when no router answers, [`Exit::Input`] for a folder that cannot be used, and for a chessboard, which
+    /// cameras of a site do not look for.
+    pub fn open(
+        &self,
+        format: Format,
+        chessboard: Option<&ChessboardSearch>,
+        untimed: Option<&CameraId>,
+    ) -> anyhow::Result<Images<'_>> {
+        let dataset = |folder: &Path| match untimed {
+            Some(camera) => Dataset::open_untimed(folder, camera),
+            None => Dataset::open(folder),
+        };
         Ok(match &self.recording {
             Some(folder) => Images::Recorded {
                 folder,
+                dataset: dataset(folder).exit_with(Exit::Input)?,
                 threads: self.threads,
             },
+            None if chessboard.is_some() => bail!(Failure::new(
+                Exit::Input,
+                anyhow!(
+                    "the cameras of a site look for tags, not for plain chessboards; save images (`sextant record --images`) and give their folder, or use a board with tags (`sextant print charuco`)"
+                )
+            )),
             None => Images::Live(Box::new(Live::open(self.site.open()?, format)?)),
         })
     }
@@ -124,9 +147,13 @@ impl Images<'_> {
     ) -> anyhow::Result<Outcome> {
         match self {
             Self::Live(live) => live.outcome(procedure, looking),
-            Self::Recorded { folder, threads } => {
+            Self::Recorded {
+                folder,
+                dataset,
+                threads,
+            } => {
                 let mut taken: Result<(), ProcedureError> = Ok(());
-                each_image(folder, looking, threads, |image| {
+                each_image((folder, &dataset), looking, threads, |image| {
                     if taken.is_ok() {
                         taken = procedure.handle(image);
                     }

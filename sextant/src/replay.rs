@@ -12,6 +12,7 @@ mod reference;
 pub mod sight;
 mod summary;
 
+use crate::detect::{ChessboardSearch, PartialViews, TagFinder};
 use crate::ordered::in_order;
 use crate::output::{Format, print_line};
 use crate::progress;
@@ -164,11 +165,12 @@ fn replay_folder(arguments: &ReplayArguments, delivery: Delivery) -> anyhow::Res
     let times_ns = rows.iter().map(|row| models.capture_ns(row));
     let mut pass = Pass::new(estimator(&models.rig, &models.objects)?, times_ns, delivery)?;
     let options = models.detector_options();
+    let chessboard = ChessboardSearch::of(&models.objects, PartialViews::LeftOut);
     in_order(
         usize::from(arguments.threads),
         progress::over(rows.iter().copied(), "images"),
-        || crate::detect::detector(&options),
-        |detector, row| (row, sight::observation(detector, row, &models.rig)),
+        || TagFinder::new(&options, chessboard.as_ref()),
+        |finder, row| (row, sight::observation(finder, row, &models.rig)),
         |(row, seen): (&Row, anyhow::Result<ImageObservation>)| {
             let image = models.rig.timed(seen.exit_with(Exit::Input)?);
             pass.take(row.arrival_ns, Input::Image(image)).map(drop)

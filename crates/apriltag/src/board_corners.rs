@@ -9,7 +9,7 @@ use crate::homography::{Homography, POINTS, Points};
 use crate::kernels::sample;
 use crate::quad::{Point, Quad, distance, mean_edge, widths};
 use crate::reading::Reading;
-use crate::saddle::{self, Guess, RADIUS_PX};
+use crate::saddle::{self, Guess, RADIUS_PX, Saddle};
 use sextant_tag_families::Board;
 
 /// Standard deviation of a corner without a visible saddle point, in pixels and as a share of the edge: spreading ink and glare move
@@ -17,13 +17,20 @@ use sextant_tag_families::Board;
 const UNSEEN_PX: f32 = 0.2;
 const UNSEEN_SHARE: f32 = 0.01;
 
+/// A white square with fewer saddle points than this may be one of a board whose black squares do not touch, as print, glare or
+/// sharpening leave them.
+const LEAST_TOUCHING: usize = 2;
+/// Distances of black squares from the edges of such a board, as shares of a square's edge.
+const GAPS: [f32; 5] = [0.01, 0.02, 0.03, 0.042, 0.055];
+
 /// Corners of different squares closer than this are the same corner, in pixels.
 const ONE_PX: f32 = 1.0;
 
 /// Replaces the corners of a tag by those that its family defines; returns whether it is a tag of that family.
 pub(crate) fn refine(image: &Image<'_>, reading: &Reading, tag: &mut Detection) -> bool {
     match tag.family.data().board {
-        None => true,
+        // Squares of a plain chessboard have no code, so that no detection is one.
+        None | Some(Board::Chessboard) => true,
         Some(Board::Aprilgrid) => {
             let module = 2.0 / f32::from(tag.family.data().border_width);
             // A border of two modules lies within a corner, a square of two and more beyond it. What hides a corner spoils the edges'
@@ -108,15 +115,20 @@ fn take_saddles(
             [map.apply(0.9 * u, v), map.apply(u, 0.9 * v)],
         )
     });
-    let saddles = expected.map(|(place, along): (Point, [Point; 2])| {
-        let guess = Guess {
-            place,
-            edges: along.map(|[x, y]| [x - place[0], y - place[1]]),
-            step: if is_white { step } else { -step },
-            radius_px,
-        };
-        saddle::find(image, &guess)
+    let guesses = expected.map(|(place, along): (Point, [Point; 2])| Guess {
+        place,
+        edges: along.map(|[x, y]| [x - place[0], y - place[1]]),
+        step: if is_white { step } else { -step },
+        radius_px,
+        gap_px: 0.0,
     });
+    let mut saddles = guesses.map(|guess| saddle::find(image, &guess));
+    if is_white && saddles.iter().flatten().count() < LEAST_TOUCHING {
+        let edge_px = reach * mean_edge(&tag.corners);
+        for (saddle, guess) in saddles.iter_mut().zip(guesses) {
+            *saddle = saddle.or_else(|| find_gapped(image, &guess, edge_px));
+        }
+    }
     let n = saddles.iter().flatten().count();
     if n == 0 {
         return 0;
@@ -134,6 +146,16 @@ fn take_saddles(
     }
     tag.corner_cross_covariance = Default::default();
     n
+}
+
+/// The saddle point where black squares do not touch: that of the gap which explains the image best.
+fn find_gapped(image: &Image<'_>, guess: &Guess, edge_px: f32) -> Option<Saddle> {
+    let found = GAPS.into_iter().filter_map(|gap| {
+        let gap_px = gap * edge_px;
+        saddle::find(image, &Guess { gap_px, ..*guess })
+    });
+    let variance = |saddle: &Saddle| saddle.covariance[0] + saddle.covariance[2];
+    found.min_by(|a, b| variance(a).total_cmp(&variance(b)))
 }
 
 /// A chessboard corner belongs to two white squares. Each reports it with half of the information, so that it counts once.

@@ -5,6 +5,7 @@
 //! - [`Tracker`]: a detector for image sequences that searches only areas of each image.
 //! - [`Alternative`]: what an image without tags would show if they were inverted, mirrored or of other families.
 //! - [`Report`], [`Observer`]: counts and events of a detection.
+//! - [`find_chessboard`]: the inner corners of a plain chessboard.
 //!
 //! Corners are pixels with (0, 0) at the centre of the top left pixel. The detector knows no metres, no clock and no network, and a
 //! lens only if one is given to fit distorted edges. It does not allocate once it has processed an image of a size.
@@ -14,6 +15,7 @@ mod alternative;
 mod area;
 mod bit_plane;
 mod board_corners;
+mod chessboard;
 mod code_index;
 mod components;
 mod detection;
@@ -37,6 +39,7 @@ mod tracker;
 mod view;
 
 pub use alternative::Alternative;
+pub use chessboard::{BoardShape, ChessboardView, Extent, find_chessboard};
 pub use detection::{Detection, Refinement};
 pub use detector::Detector;
 pub use image::{Image, ImageError};

@@ -56,6 +56,9 @@ pub enum OptionsError {
     /// No family is configured.
     #[error("no tag family to look for; name at least one")]
     NoFamily,
+    /// The squares of a chessboard, which have no codes.
+    #[error("squares of a {0} have no codes; look for the board itself")]
+    NoCodes(Family),
     /// A family is configured twice.
     #[error("the family {0} is named twice")]
     FamilyTwice(Family),
@@ -77,6 +80,9 @@ impl Options {
     pub(crate) fn check(&self) -> Result<(), OptionsError> {
         if self.families.is_empty() {
             return Err(OptionsError::NoFamily);
+        }
+        if let Some(family) = self.families.iter().find(|f| !f.data().has_codes()) {
+            return Err(OptionsError::NoCodes(*family));
         }
         let twice = |i: &usize| self.families[..*i].contains(&self.families[*i]);
         if let Some(i) = (0..self.families.len()).find(twice) {
@@ -135,5 +141,11 @@ mod tests {
             twice.check(),
             Err(OptionsError::FamilyTwice(Family::Tag36h11))
         );
+        let board = Options {
+            families: vec![Family::Tag36h11, Family::Chessboard],
+            ..Options::default()
+        };
+        let error = board.check().unwrap_err().to_string();
+        assert!(error.contains("chessboard have no codes"), "{error}");
     }
 }

@@ -5,7 +5,8 @@
 //!
 //! Grey is mean + swing E(a) E(b), where a and b are the distances from the two edges in standard deviations of the blur and E is the
 //! odd step response of the blur. Gauss-Newton on seven parameters: position (2), directions of the edges (2), blur, mean and
-//! swing. Tone curve, glare and spreading ink move edges but not the saddle, since they act equally on both sides.
+//! swing. Where black squares do not touch, a white line of known width lies along either edge, between the product of both step
+//! responses of each black square. Tone curve, glare and spreading ink move edges but not the saddle, since they act equally on both sides.
 
 use crate::Image;
 use crate::quad::{Point, distance};
@@ -45,6 +46,8 @@ pub(crate) struct Guess {
     pub(crate) step: f32,
     /// Radius within which nothing else is visible, in pixels.
     pub(crate) radius_px: f32,
+    /// Distance of black squares from the edges, in pixels: half the width of a white line between them, 0 where they touch.
+    pub(crate) gap_px: f32,
 }
 
 /// Position of a saddle, in pixels, and its covariance (xx, xy, yy).
@@ -140,6 +143,15 @@ struct Model {
     blur_px: f32,
     mean: f32,
     swing: f32,
+    gap_px: f32,
+}
+
+/// The saddle's shape, from -1 to 1, and its derivatives with respect to the distances from both edges and the blur.
+struct Shape {
+    value: f32,
+    by_a: f32,
+    by_b: f32,
+    by_blur: f32,
 }
 
 impl Model {
@@ -153,6 +165,7 @@ impl Model {
             blur_px: USUAL_BLUR_PX,
             mean: 128.0,
             swing: guess.step / 2.0,
+            gap_px: guess.gap_px,
         };
         angles
             .iter()
@@ -171,21 +184,71 @@ impl Model {
             let normal = [-sin * turn, cos * turn];
             let beyond = normal[0] * away[0] + normal[1] * away[1];
             let along = (cos * away[0] + sin * away[1]) * turn;
-            let (step, slope) = step(beyond / self.blur_px);
-            (normal, beyond, along, step, slope / self.blur_px)
+            (normal, beyond, along)
         });
+        let shape = match self.gap_px > 0.0 {
+            true => self.gapped(a.1, b.1),
+            false => self.touching(a.1, b.1),
+        };
         let swing = self.swing;
-        let (by_a, by_b) = (swing * a.4 * b.3, swing * a.3 * b.4);
+        let (by_a, by_b) = (swing * shape.by_a, swing * shape.by_b);
         let derivatives = [
             -(by_a * a.0[0] + by_b * b.0[0]),
             -(by_a * a.0[1] + by_b * b.0[1]),
             -by_a * a.2,
             -by_b * b.2,
-            -(by_a * a.1 + by_b * b.1) / self.blur_px,
+            swing * shape.by_blur,
             1.0,
-            a.3 * b.3,
+            shape.value,
         ];
-        (self.mean + swing * a.3 * b.3, Vector::from(derivatives))
+        (self.mean + swing * shape.value, Vector::from(derivatives))
+    }
+
+    /// Black squares that touch: the product of both edges' step responses.
+    #[inline(always)]
+    fn touching(&self, a: f32, b: f32) -> Shape {
+        let [(step_a, slope_a), (step_b, slope_b)] = [a, b].map(|at| {
+            let (step, slope) = step(at / self.blur_px);
+            (step, slope / self.blur_px)
+        });
+        let (by_a, by_b) = (slope_a * step_b, step_a * slope_b);
+        Shape {
+            value: step_a * step_b,
+            by_a,
+            by_b,
+            by_blur: -(by_a * a + by_b * b) / self.blur_px,
+        }
+    }
+
+    /// Black squares apart from each other: each is the product of the step responses of its own edges.
+    fn gapped(&self, a: f32, b: f32) -> Shape {
+        let sign = self.swing.signum();
+        // Black lies where both have the same sign.
+        let across = -sign * b;
+        let mut shape = Shape {
+            value: 1.0,
+            by_a: 0.0,
+            by_b: 0.0,
+            by_blur: 0.0,
+        };
+        for side in [1.0, -1.0] {
+            let [(at_a, in_a, slope_a), (at_b, in_b, slope_b)] = [a, across].map(|at| {
+                let inside = side * at - self.gap_px;
+                let (step, slope) = step(inside / self.blur_px);
+                (inside, 1.0 + step, slope / self.blur_px)
+            });
+            // Half the share of black, of which white has none.
+            shape.value -= in_a * in_b / 2.0;
+            shape.by_a -= side * slope_a * in_b / 2.0;
+            shape.by_b += sign * side * in_a * slope_b / 2.0;
+            shape.by_blur += (slope_a * at_a * in_b + in_a * slope_b * at_b) / 2.0 / self.blur_px;
+        }
+        Shape {
+            value: sign * shape.value,
+            by_a: sign * shape.by_a,
+            by_b: sign * shape.by_b,
+            by_blur: sign * shape.by_blur,
+        }
     }
 
     fn after(&self, step: &Vector) -> Self {
@@ -198,6 +261,7 @@ impl Model {
             blur_px: moved(self.blur_px, step[4], 0.3).clamp(0.3, 4.0),
             mean: self.mean + step[5],
             swing: self.swing + step[6],
+            gap_px: self.gap_px,
         }
     }
 

@@ -37,7 +37,7 @@ fn inverted(pixels: &[u8]) -> Vec<u8> {
 fn alternative(pixels: &[u8], options: &Options) -> Option<Alternative> {
     let image = Image::new(pixels, SIZE, SIZE, SIZE).unwrap();
     assert_eq!(Detector::new(options.clone()).unwrap().detect(&image), []);
-    let others = [Family::Tag25h9, Family::Aruco5x5With1000];
+    let others = [Family::Tag36h10, Family::Aruco5x5With1000];
     Alternative::find(&image, options, &others)
 }
 
@@ -53,9 +53,9 @@ fn what_would_be_read_otherwise_is_named() {
     assert_eq!(sentence(&inverted(&plain)), "2 inverted tags of tag36h11");
     let both = inverted(&mirrored(&plain));
     assert_eq!(sentence(&both), "2 inverted mirrored tags of tag36h11");
-    let other = picture(Family::Tag25h9);
-    assert_eq!(sentence(&other), "2 tags of tag25h9");
-    assert_eq!(sentence(&mirrored(&other)), "2 mirrored tags of tag25h9");
+    let other = picture(Family::Tag36h10);
+    assert_eq!(sentence(&other), "2 tags of tag36h10");
+    assert_eq!(sentence(&mirrored(&other)), "2 mirrored tags of tag36h10");
 }
 
 #[test]

@@ -185,3 +185,26 @@ fn a_hidden_corner_is_known_to_be_less_sure_and_leaves_the_others_as_they_are() 
         );
     }
 }
+
+/// As print, glare or sharpening leave them: white lines of 2 to 10 % of a square between all squares.
+#[test]
+fn squares_that_do_not_touch_have_their_corners_in_the_middle_between_them() {
+    let (mut random, camera) = (Random(37), Camera::new(SIZE, SIZE));
+    for gap in [0.01, 0.02, 0.03, 0.05] {
+        let tag = Tag {
+            gap,
+            share: 0.75,
+            ..tag(Family::Charuco5x5With100, 7, 44.0, &mut random)
+        };
+        let found = detect(
+            &draw(&camera, std::slice::from_ref(&tag), 0.7),
+            &[tag.family],
+        );
+        assert_eq!(found.len(), 1, "{gap}");
+        let errors = errors(&tag, &camera, &found[0]);
+        for (corner, error) in errors.into_iter().enumerate() {
+            let sigma_px = sigma_px(&found[0], corner);
+            assert!(sigma_px < 0.1 && error < 0.06, "{gap}: {error} {sigma_px}");
+        }
+    }
+}

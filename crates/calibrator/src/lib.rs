@@ -13,6 +13,7 @@
 //! - [`procedure`]: the three behind one face, as terminal and page run them.
 
 mod adjustment;
+mod board_layout;
 pub mod bundle;
 mod constellation;
 mod discovered_tags;
@@ -28,6 +29,7 @@ mod resection;
 mod rig;
 mod verdict;
 
+pub use board_layout::{LayoutCheck, OtherLayout};
 pub use discovered_tags::DiscoveredTags;
 pub use discovery::{DiscoveryPlan, DiscoverySession};
 pub use learn::{

@@ -12,6 +12,7 @@ pub use lens_report::{HeldOut, LensReport, Uncertainty};
 pub use outcome::{Outcome, Product, Report};
 pub use progress::{LearnDetails, LensDetails, Progress, ProgressDetails, RigDetails};
 
+use crate::board_layout::{LayoutCheck, OtherLayout};
 use crate::lens::{LensOptions, LensRefusal, LensSession, Selection};
 use crate::{
     DiscoveryPlan, DiscoverySession, LearnError, LearnPlan, LearnSession, RigError, RigPlan,
@@ -94,6 +95,9 @@ pub enum ProcedureError {
     /// Of a lens.
     #[error(transparent)]
     Lens(#[from] LensRefusal),
+    /// The images show a board of another layout.
+    #[error(transparent)]
+    Layout(#[from] OtherLayout),
     /// Of a rig.
     #[error(transparent)]
     Rig(#[from] RigError),
@@ -110,6 +114,7 @@ pub enum ProcedureError {
 pub struct Procedure {
     rig: Rig,
     session: Session,
+    layout: Option<LayoutCheck>,
 }
 
 #[derive(Clone, Debug)]
@@ -127,6 +132,11 @@ impl Procedure {
     /// # Errors
     /// A plan that no images can satisfy.
     pub fn start(rig: Rig, plan: Plan) -> Result<Self, ProcedureError> {
+        let layout = match &plan {
+            Plan::Lens(plan) => LayoutCheck::of(&plan.board),
+            Plan::Rig(plan) => LayoutCheck::of(&plan.object),
+            Plan::Learn(_) | Plan::Discover(_) => None,
+        };
         let session = match plan {
             Plan::Lens(plan) => {
                 let options = LensOptions {
@@ -143,7 +153,11 @@ impl Procedure {
                 Session::Discover(Box::new(DiscoverySession::new(rig.clone(), plan)?))
             }
         };
-        Ok(Self { rig, session })
+        Ok(Self {
+            rig,
+            session,
+            layout,
+        })
     }
 
     /// Which one it is.
@@ -171,6 +185,9 @@ impl Procedure {
     /// An image that shows the plan to be wrong, such as one of another resolution. It is not taken in, others may follow.
     pub fn handle(&mut self, image: &ImageObservation) -> Result<(), ProcedureError> {
         let image = &self.rig.timed(image.clone());
+        if let Some(layout) = &mut self.layout {
+            layout.observe(image);
+        }
         match &mut self.session {
             Session::Lens(session, camera) if image.camera == *camera => {
                 session.handle(image)?;
@@ -200,6 +217,9 @@ impl Procedure {
     /// # Errors
     /// What keeps these images from giving a result, with its cause.
     pub fn solve(&self) -> Result<Outcome, ProcedureError> {
+        if let Some(layout) = &self.layout {
+            layout.check()?;
+        }
         match &self.session {
             Session::Lens(session, camera) => Outcome::of_lens(&self.rig, camera, session.solve()?),
             Session::Rig(session) => Ok(Outcome::of_rig(session.solve()?)),

@@ -3,6 +3,7 @@
 use crate::data_csv::read_data_csv;
 use crate::detections::{DetectedTag, DetectionsLine};
 use crate::error::RecordingError;
+use crate::picture::is_picture;
 use sextant_estimator::CameraId;
 use std::fs;
 use std::io::{BufRead, BufReader};
@@ -53,24 +54,46 @@ impl Dataset {
     /// # Errors
     /// A folder that is missing or has no camera, and any flaw of any `data.csv` or `detections.jsonl`.
     pub fn open(folder: &Path) -> Result<Self, RecordingError> {
-        let remedy = "give a folder with one folder a camera";
-        let entries = fs::read_dir(folder).map_err(RecordingError::unreadable(folder, remedy))?;
-        let mut folders = Vec::new();
-        for entry in entries {
-            let path = entry
-                .map_err(RecordingError::unreadable(folder, remedy))?
-                .path();
-            if path.is_dir() && is_camera(&path) {
-                folders.push(path);
-            }
-        }
-        folders.sort();
+        let folders = cameras_in(folder)?;
         if folders.is_empty() {
             return Err(no_camera(folder));
         }
         let cameras = folders.iter().map(|path| CameraRecording::open(path));
         Ok(Self {
             cameras: cameras.collect::<Result<_, _>>()?,
+        })
+    }
+
+    /// As [`Self::open`], or, for work in which time does not matter, the pictures of one camera without a table, in the order of their
+    /// names: those in `folder` or in `folder/<camera>`. Capture times then only count them.
+    ///
+    /// # Errors
+    /// As [`Self::open`], and a folder without pictures.
+    pub fn open_untimed(folder: &Path, camera: &CameraId) -> Result<Self, RecordingError> {
+        if !cameras_in(folder)?.is_empty() {
+            return Self::open(folder);
+        }
+        let mut pictures = pictures_in(folder)?;
+        let below = folder.join(camera.as_str());
+        if pictures.is_empty() && below.is_dir() {
+            pictures = pictures_in(&below)?;
+        }
+        if pictures.is_empty() {
+            return Err(no_camera(folder));
+        }
+        let rows = pictures.into_iter().zip(1..).map(|(path, number)| Row {
+            camera: camera.clone(),
+            capture_ns: number,
+            arrival_ns: number,
+            arrival_stated: false,
+            frame: Frame::Picture(path),
+        });
+        let camera = CameraRecording {
+            camera: camera.clone(),
+            rows: rows.collect(),
+        };
+        Ok(Self {
+            cameras: vec![camera],
         })
     }
 
@@ -120,6 +143,42 @@ impl CameraRecording {
         };
         Ok(Self { camera, rows })
     }
+}
+
+/// The cameras' folders below a folder, sorted.
+fn cameras_in(folder: &Path) -> Result<Vec<PathBuf>, RecordingError> {
+    let paths = paths_in(folder)?.into_iter();
+    Ok(paths
+        .filter(|path| path.is_dir() && is_camera(path))
+        .collect())
+}
+
+/// The pictures in a folder, sorted. Hidden files are passed over.
+fn pictures_in(folder: &Path) -> Result<Vec<PathBuf>, RecordingError> {
+    let is_hidden = |path: &Path| {
+        let name = path.file_name().unwrap_or_default();
+        name.as_encoded_bytes().starts_with(b".")
+    };
+    let mut pictures = Vec::new();
+    for path in paths_in(folder)? {
+        if path.is_file() && !is_hidden(&path) && is_picture(&path)? {
+            pictures.push(path);
+        }
+    }
+    Ok(pictures)
+}
+
+/// What is in a folder, sorted.
+fn paths_in(folder: &Path) -> Result<Vec<PathBuf>, RecordingError> {
+    let unreadable =
+        || RecordingError::unreadable(folder, "give a folder with one folder a camera");
+    let entries = fs::read_dir(folder).map_err(unreadable())?;
+    let mut paths = Vec::new();
+    for entry in entries {
+        paths.push(entry.map_err(unreadable())?.path());
+    }
+    paths.sort();
+    Ok(paths)
 }
 
 fn camera_of(folder: &Path) -> Result<CameraId, RecordingError> {
@@ -246,6 +305,41 @@ mod tests {
                 .to_string()
                 .starts_with("/nowhere: there is no such file or folder")
         );
+    }
+
+    #[test]
+    fn pictures_without_a_list_come_by_name_where_time_does_not_matter() {
+        let root = tempfile::tempdir().unwrap();
+        let camera = CameraId::new("a").unwrap();
+        let open = |below: &str| Dataset::open_untimed(&root.path().join(below), &camera);
+        let nothing = open("").unwrap_err().to_string();
+        assert!(nothing.contains("no camera's folder in it"), "{nothing}");
+        add_camera(&root, "a", "5,a.png\n");
+        for name in ["b.jpeg", "c", ".d.png"] {
+            fs::copy(
+                root.path().join("a/data/a.png"),
+                root.path().join("a/data").join(name),
+            )
+            .unwrap();
+        }
+        fs::write(root.path().join("a/data/notes.txt"), "board 3").unwrap();
+        let names = |dataset: &Dataset| -> Vec<String> {
+            let rows = dataset.cameras()[0].rows.iter();
+            let name = |row: &Row| match &row.frame {
+                Frame::Picture(path) => path.file_name().unwrap().to_string_lossy().into_owned(),
+                Frame::Detections(_) => String::new(),
+            };
+            rows.map(name).collect()
+        };
+        let dataset = open("a/data").unwrap();
+        assert_eq!(names(&dataset), ["a.png", "b.jpeg", "c"]);
+        assert_eq!(dataset.cameras()[0].rows[2].capture_ns, 3);
+        // A table comes before pictures.
+        assert_eq!(names(&open("").unwrap()), ["a.png"]);
+        fs::rename(root.path().join("a/data"), root.path().join("b")).unwrap();
+        fs::remove_dir_all(root.path().join("a")).unwrap();
+        fs::rename(root.path().join("b"), root.path().join("a")).unwrap();
+        assert_eq!(names(&open("").unwrap()).len(), 3);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Recorded images, detections and poses on disk.
 //!
-//! - [`Dataset`], [`CameraRecording`]: folders in the EuRoC ASL layout, `data.csv` with pictures or `detections.jsonl`.
+//! - [`Dataset`], [`CameraRecording`]: folders in the EuRoC ASL layout, `data.csv` with pictures or `detections.jsonl`; or of pictures alone.
 //! - [`read_picture`], [`write_grey_png`], [`write_colour_png`]: pictures of any kind as 8-bit grey, and PNG files.
 //! - [`DetectionsLine`]: a line of `detections.jsonl`, read and written.
 //! - [`pose_json`], [`pose_csv`], [`pose_tum`], [`tum_line`]: poses as lines of text.

@@ -57,6 +57,16 @@ pub fn decode_picture(
         .map_err(|flaw| RecordingError::wrong(path, None, flaw.cause, flaw.remedy))
 }
 
+/// Whether a file is a picture by its first bytes.
+///
+/// # Errors
+/// A file that cannot be read.
+pub(crate) fn is_picture(path: &Path) -> Result<bool, RecordingError> {
+    let read = File::open(path).and_then(|file| head_of(&mut BufReader::new(file)));
+    let head = read.map_err(RecordingError::unreadable(path, CHECK))?;
+    Ok(Kind::of(&head).is_picture())
+}
+
 /// Whether these bytes begin a PNG of 8-bit grey, which is what recordings in one file consist of.
 #[must_use]
 pub fn is_grey_png(bytes: &[u8]) -> bool {

@@ -1,17 +1,23 @@
-//! Calibration boards of other tools: Kalibr's AprilGrid and OpenCV's ChArUco board, from their files to objects.
+//! Calibration boards: Kalibr's AprilGrid, OpenCV's ChArUco board and grid of markers, and plain chessboards, from their files to objects.
 //!
-//! Each keeps the frame of the tool that it comes from, as far as axes go that look out of the face: the AprilGrid's origin is the
-//! lower left corner of its first tag, x to the right, y up; the ChArUco board's the upper left corner of the chessboard, x to the
-//! right, y down, so that z looks into the board. Metres.
+//! Each keeps the frame of the tool that it comes from: the AprilGrid's origin is the lower left corner of its first tag, x to the
+//! right, y up. The others' is the upper left corner (of the chessboard, the first marker, the first inner corner), x to the right,
+//! y down, so that z looks into the board. Metres.
 
+mod anipose;
+mod chessboard;
+mod marker_grid;
 mod reading;
 
 use nalgebra::{Quaternion, Translation3, UnitQuaternion};
 use sextant_estimator::{ObjectError, ObjectId, ObjectModel, ObjectTag, TagId};
 use sextant_geometry::Pose;
-use sextant_tag_families::{Board, Family};
+use sextant_tag_families::{Board, CHESSBOARD_SQUARES, Family};
 use thiserror::Error;
 
+pub(crate) use anipose::AniposeFile;
+pub use chessboard::Chessboard;
+pub use marker_grid::MarkerGrid;
 pub(crate) use reading::parse_board;
 pub use reading::read_board;
 
@@ -33,6 +39,20 @@ pub enum BoardError {
         /// As given.
         rows: u16,
     },
+    /// Inner corners of a chessboard.
+    #[error(
+        "a chessboard has 3 to {} inner corners in a row and in a column, not {columns} x {rows}; inner corners are one fewer than squares",
+        CHESSBOARD_SQUARES + 1
+    )]
+    Corners {
+        /// As given.
+        columns: u16,
+        /// As given.
+        rows: u16,
+    },
+    /// No gap between markers.
+    #[error("a separation of {0} m leaves no white between the markers")]
+    Separation(f64),
     /// A gap between tags that is too narrow, or wider than the tags.
     #[error("a spacing of {0} is outside {start} to {end}, as a share of a tag's edge", start = SPACING.start(), end = SPACING.end())]
     Spacing(f64),
@@ -188,18 +208,19 @@ impl CharucoBoard {
             return Err(BoardError::Share(share));
         }
         let middle = |index: u16| (f64::from(index) + 0.5) * self.square_m;
-        // Half a turn about x: the board's y runs down and its z into the board.
-        let turned = UnitQuaternion::new_unchecked(Quaternion::new(0.0, 1.0, 0.0, 0.0));
-        let tags = self.squares().map(|(tag, [column, row])| ObjectTag {
+        let tags = self.squares().map(|(tag, place)| ObjectTag {
             tag,
             size_m: self.square_m,
-            object_from_tag: Some(Pose::from_parts(
-                Translation3::new(middle(column), middle(row), 0.0),
-                turned,
-            )),
+            object_from_tag: Some(upside_down(place.map(middle))),
         });
         object_of(id, tags.collect())
     }
+}
+
+/// A tag centred at a point of a board whose y runs down and whose z looks into it: half a turn about x.
+fn upside_down([x, y]: [f64; 2]) -> Pose {
+    let turned = UnitQuaternion::new_unchecked(Quaternion::new(0.0, 1.0, 0.0, 0.0));
+    Pose::from_parts(Translation3::new(x, y, 0.0), turned)
 }
 
 fn check_grid(columns: u16, rows: u16) -> Result<(), BoardError> {

@@ -2,7 +2,7 @@
 //!
 //! - [`read_rig`], [`read_object`]: checked models from files.
 //! - [`write_rig`], [`write_object`]: models to files; numbers keep every digit.
-//! - [`AprilGrid`], [`CharucoBoard`]: boards of Kalibr and OpenCV; [`read_object`] reads their files as well.
+//! - [`AprilGrid`], [`CharucoBoard`], [`MarkerGrid`], [`Chessboard`]: calibration boards; [`read_object`] reads their files as well.
 //! - [`read_foreign`], [`foreign_text`]: calibrations of ROS, Kalibr and OpenCV; [`read_rig`] reads them as well.
 //! - [`read_toml`], [`read_toml_checked`], [`write_toml`]: any other configuration, with the same kind of errors.
 //! - [`with_value`]: changes one value of a text and keeps comments.
@@ -29,7 +29,9 @@ mod rig;
 pub use atomic::{
     FORMER_VERSIONS, former_of, former_version, write_atomically, write_keeping_former,
 };
-pub use boards::{AprilGrid, BoardError, CharucoBoard, UpperLeft, read_board};
+pub use boards::{
+    AprilGrid, BoardError, CharucoBoard, Chessboard, MarkerGrid, UpperLeft, read_board,
+};
 pub use edit::with_value;
 pub use error::{Complaint, FileError, InvalidFile};
 pub use foreign::{ForeignFormat, foreign_text, is_foreign, parse_foreign, read_foreign};

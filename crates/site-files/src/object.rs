@@ -3,7 +3,7 @@
 mod links;
 
 use crate::atomic::write_keeping_former;
-use crate::boards::parse_board;
+use crate::boards::{AniposeFile, BoardError, Chessboard, parse_board};
 use crate::document::Document;
 use crate::error::{Complaint, FileError, InvalidFile};
 use crate::foreign::{is_foreign, name_of, stem_of};
@@ -36,6 +36,26 @@ struct ObjectFile {
     tag: Vec<TagTable>,
 }
 
+/// A board in place of a list of tags.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BoardFile {
+    id: ObjectId,
+    kind: BoardKind,
+    /// Inner corners in a row.
+    columns: u16,
+    /// Rows of inner corners.
+    rows: u16,
+    /// Edge of a square, metres.
+    size: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum BoardKind {
+    Chessboard,
+}
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct TagTable {
@@ -66,7 +86,7 @@ impl TagTable {
     }
 }
 
-/// The object of a file; for a YAML file, the board of another tool, named after the file.
+/// The object of a file; for the board of another tool, in YAML or anipose's TOML, named after the file.
 ///
 /// # Errors
 /// A file that is missing, malformed, or invalid; with line, column, key and remedy.
@@ -75,15 +95,20 @@ pub fn read_object(path: &Path) -> Result<ObjectModel, FileError> {
     if !is_foreign(path) {
         return parse_object(path, &text);
     }
-    let wrong =
-        |cause: String, remedy| InvalidFile::with_all(path, Complaint::new("", cause, remedy));
-    let id = name_of(stem_of(path)).parse();
-    let id = id.map_err(|error: IdError| wrong(error.to_string(), "rename the file"))?;
-    let board = parse_board(path, &text, &id)?;
+    let board = parse_board(path, &text, &id_of(path)?)?;
     Ok(board.ok_or_else(|| {
-        let known = "known are Kalibr's target.yaml (target_type: aprilgrid) and ChArUco boards (squaresX, squaresY, squareLength, markerLength, dictionary)";
-        wrong("this is no board that is known".to_owned(), known)
+        let known = "known are Kalibr's target.yaml (target_type: aprilgrid or checkerboard), ChArUco boards (squaresX, squaresY, squareLength, markerLength, dictionary) and grids of markers (markersX, markersY, markerLength, markerSeparation, dictionary)";
+        let cause = "this is no board that is known";
+        InvalidFile::with_all(path, Complaint::new("", cause, known))
     })?)
+}
+
+/// An id from the name of a file.
+fn id_of(path: &Path) -> Result<ObjectId, InvalidFile> {
+    name_of(stem_of(path)).parse().map_err(|error: IdError| {
+        let complaint = Complaint::new("", error.to_string(), "rename the file");
+        InvalidFile::with_all(path, complaint)
+    })
 }
 
 /// The object of a text; `path` is for messages.
@@ -92,9 +117,29 @@ pub fn read_object(path: &Path) -> Result<ObjectModel, FileError> {
 /// As [`read_object`].
 pub fn parse_object(path: &Path, text: &str) -> Result<ObjectModel, FileError> {
     let document = Document::parse(path, text)?;
-    let file: ObjectFile = document.read()?;
-    let object = object_of(&file, &document).map_err(|complaint| document.complaint(complaint))?;
-    Ok(object)
+    let has = |key: &str| document.root().get(key).is_some();
+    let object = if has("kind") {
+        board_of(document.read()?)
+    } else if has("calibration") {
+        document.read::<AniposeFile>()?.object(&id_of(path)?)
+    } else {
+        object_of(&document.read()?, &document)
+    };
+    Ok(object.map_err(|complaint| document.complaint(complaint))?)
+}
+
+fn board_of(file: BoardFile) -> Result<ObjectModel, Complaint> {
+    let board = match file.kind {
+        BoardKind::Chessboard => Chessboard {
+            columns: file.columns,
+            rows: file.rows,
+            square_m: file.size,
+        },
+    };
+    board.object(file.id).map_err(|error| match error {
+        BoardError::Object(error) => Complaint::new("size", error.to_string(), "write metres"),
+        error => Complaint::new("columns", error.to_string(), ""),
+    })
 }
 
 fn object_of(file: &ObjectFile, document: &Document<'_>) -> Result<ObjectModel, Complaint> {

@@ -1,5 +1,6 @@
 //! The families by name, and the data of each.
 
+use crate::chessboard::CHESSBOARD;
 use crate::table::{FamilyData, Table, parse, parse_packed};
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -20,6 +21,11 @@ macro_rules! families {
         impl Family {
             /// Every family, in the order of the wire.
             pub const ALL: [Self; [$($name),*].len()] = [$(Self::$variant),*];
+
+            /// Those whose tags have codes.
+            pub fn coded() -> impl Iterator<Item = Self> {
+                Self::ALL.into_iter().filter(|family| family.data().has_codes())
+            }
 
             /// Code words and layout.
             pub fn data(self) -> &'static FamilyData {
@@ -150,6 +156,8 @@ families! {
     TagCustom48h12, "tagCustom48h12", TAG_CUSTOM_48H12.data();
     /// AprilTag Standard 52h13: data outside the border, 48714 tags.
     TagStandard52h13, "tagStandard52h13", TAG_STANDARD_52H13.data();
+    /// Squares of a plain chessboard between its inner corners. They have no codes: only a search for the whole board finds them.
+    Chessboard, "chessboard", CHESSBOARD;
 }
 
 impl fmt::Display for Family {
@@ -163,7 +171,7 @@ impl fmt::Display for Family {
 #[error(
     "unknown tag family `{0}`; known are tag36h11, tag36h11b2 (Kalibr's AprilGrid), tag25h9, tag16h5, tag36h10, \
     tagStandard41h12, tagStandard52h13, tagCustom48h12, \
-    the ArUco dictionaries aruco{{4x4,5x5,6x6,7x7}}-{{50,100,250,1000}}, aruco-original and aruco-mip-36h12, and ChArUco boards with their markers, charuco4x4-50 and so on"
+    the ArUco dictionaries aruco{{4x4,5x5,6x6,7x7}}-{{50,100,250,1000}}, aruco-original and aruco-mip-36h12, and ChArUco boards with their markers, charuco4x4-50 and so on; chessboard, of plain ones"
 )]
 pub struct UnknownFamily(pub String);
 
@@ -235,7 +243,7 @@ mod tests {
 
     #[test]
     fn code_words_keep_their_distance_under_rotation() {
-        for family in Family::ALL {
+        for family in Family::coded() {
             let data = family.data();
             // Of the largest families not every word, which would take a minute.
             let step = data.codes.len().div_ceil(MOST_CHECKED);

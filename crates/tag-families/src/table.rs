@@ -24,6 +24,9 @@ pub enum Board {
     /// corners are corners of the chessboard, and its size is the square's edge. The layout is the marker's, of any share of the
     /// square.
     Charuco,
+    /// A plain chessboard. The tag is a square between four inner corners, black or white; it has no code, and its id is its place
+    /// on the board ([`crate::chessboard_id`]).
+    Chessboard,
 }
 
 /// Code words and layout of a family. Module (0, 0) is the top left module of the border of the upright tag.
@@ -49,6 +52,11 @@ impl FamilyData {
     /// Modules between the edge of the printed tag and the border.
     pub const fn margin(&self) -> i8 {
         ((self.total_width - self.border_width) / 2) as i8
+    }
+
+    /// Whether its tags are recognised by codes, each by itself.
+    pub const fn has_codes(&self) -> bool {
+        !self.bits.is_empty()
     }
 
     /// The same tags as the squares of a ChArUco board.

@@ -4,6 +4,7 @@ mod chart;
 mod pictures;
 mod words;
 
+use crate::detect::{ChessboardSearch, PartialViews};
 use crate::output::{Format, print_line};
 use crate::print::enlarged;
 use crate::procedure::{ImageArguments, ImageSelection, Images, wrong};
@@ -30,6 +31,8 @@ visible. Without --model cross-validation selects the simplest model that predic
 images do not determine the lens, the cause is reported and nothing is written. The camera keeps its pose in the rig file, or is
 added to it; the previous file is kept as FILE.former.
 
+DIR may also be a folder of pictures (JPEG, PNG and others) without data.csv, or have one named after the camera.
+
 With --live the images come from a camera of the running site: hold the board as instructed until there are enough images, or
 press Ctrl-C; then the lens is solved. With --json, progress is one line per second at most: {\"kind\",\"images\",\"fraction\",\"is_enough\",
 \"hint\",\"details\":{\"views\",\"coverage\":[[corners]],\"tilted\":[left,right,upper,lower]}}.
@@ -44,7 +47,7 @@ With --json, the result is one line on standard output: {\"camera\",\"resolution
 pub struct LensArguments {
     #[command(flatten)]
     images: ImageArguments,
-    /// Object file of the board, as written by `sextant print board`.
+    /// Object file of the board, as written by `sextant print board`, or the board of another tool (docs/boards.md).
     #[arg(long, value_name = "FILE")]
     board: PathBuf,
     /// The camera.
@@ -80,7 +83,9 @@ fn resolution(text: &str) -> Result<[u32; 2], String> {
 pub fn run(arguments: &LensArguments, format: Format) -> anyhow::Result<()> {
     let board = board(arguments).exit_with(Exit::Input)?;
     let known = existing(&arguments.rig).exit_with(Exit::Input)?;
-    let mut images = arguments.images.open(format)?;
+    let chessboard = ChessboardSearch::of([&board], PartialViews::Used);
+    let camera = Some(&arguments.camera);
+    let mut images = arguments.images.open(format, chessboard.as_ref(), camera)?;
     let (resolution, selection) = pictures_of(&mut images, arguments, &known)?;
     let plan = Plan::Lens(LensPlan {
         camera: arguments.camera.clone(),
@@ -93,6 +98,7 @@ pub fn run(arguments: &LensArguments, format: Format) -> anyhow::Result<()> {
         rig: Rig::new(vec![placeholder(arguments, resolution)?])?,
         cameras: vec![arguments.camera.clone()],
         families: plan.families(),
+        chessboard,
     };
     let procedure = Procedure::start(known, plan).exit_with(Exit::Input)?;
     finish(&images.outcome(procedure, &looking)?, arguments, format)
@@ -127,8 +133,10 @@ fn pictures_of(
 ) -> anyhow::Result<([u32; 2], Selection)> {
     match images {
         Images::Live(live) => Ok((live.resolution_of(&arguments.camera)?, Selection::New)),
-        Images::Recorded { folder, .. } => {
-            let frames = frames(arguments, folder)?;
+        Images::Recorded {
+            folder, dataset, ..
+        } => {
+            let frames = frames(arguments, folder, dataset)?;
             let selection = if frames.len() > MANY {
                 Selection::New
             } else {
@@ -163,8 +171,11 @@ fn existing(path: &Path) -> anyhow::Result<Rig> {
 }
 
 /// What the recording has of the camera.
-fn frames(arguments: &LensArguments, recording: &Path) -> anyhow::Result<Vec<Frame>> {
-    let dataset = Dataset::open(recording).exit_with(Exit::Input)?;
+fn frames(
+    arguments: &LensArguments,
+    recording: &Path,
+    dataset: &Dataset,
+) -> anyhow::Result<Vec<Frame>> {
     let recorded = dataset
         .cameras()
         .iter()

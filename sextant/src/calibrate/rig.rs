@@ -1,5 +1,6 @@
 //! `sextant calibrate rig`: where every camera is, from an object carried through what they see.
 
+use crate::detect::{ChessboardSearch, PartialViews};
 use crate::output::{Format, print_line};
 use crate::procedure::{ImageArguments, ImageSelection, wrong};
 use anyhow::bail;
@@ -8,7 +9,7 @@ use sextant_calibrator::procedure::{Outcome, Plan, Procedure, Product, Report};
 use sextant_calibrator::{Origin, RigPlan, RigReport, Up};
 use sextant_estimator::{CameraId, ObjectModel, TagId};
 use sextant_process::{Exit, WithExit};
-use sextant_site_files::{read_object, read_rig, write_rig};
+use sextant_site_files::{Chessboard, read_object, read_rig, write_rig};
 use std::path::PathBuf;
 
 /// Arguments of `sextant calibrate rig`.
@@ -114,6 +115,10 @@ pub fn run(arguments: &RigArguments, format: Format) -> anyhow::Result<()> {
             object.id()
         ))?;
     }
+    let chessboard = ChessboardSearch::of([&object], PartialViews::LeftOut);
+    if let Some(board) = Chessboard::of(&object).filter(Chessboard::is_symmetric) {
+        eprintln!("warning: {}", symmetric(&board));
+    }
     let plan = Plan::Rig(RigPlan {
         origin: origin(arguments, &object)?,
         object,
@@ -122,10 +127,23 @@ pub fn run(arguments: &RigArguments, format: Format) -> anyhow::Result<()> {
         rig: rig.clone(),
         cameras: Vec::new(),
         families: plan.families(),
+        chessboard,
     };
     let procedure = Procedure::start(rig, plan).exit_with(Exit::Input)?;
-    let images = arguments.images.open(format)?;
+    let images = arguments
+        .images
+        .open(format, looking.chessboard.as_ref(), None)?;
     finish(&images.outcome(procedure, &looking)?, arguments, format)
+}
+
+/// A remark on a board that images show either way up.
+fn symmetric(board: &Chessboard) -> String {
+    format!(
+        "a chessboard of {} x {} squares looks the same upside down: hold it so that its columns run to the right in the images of all cameras, \
+        or use one with an even number of squares in one direction and an odd one in the other (`sextant print chessboard`)",
+        board.columns + 1,
+        board.rows + 1
+    )
 }
 
 /// Writes the rig and prints the report.

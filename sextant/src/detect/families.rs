@@ -35,11 +35,12 @@ pub fn families(sought: &[Sought]) -> Vec<Family> {
 /// Fewest bits of a family that `all` includes: shorter words are found in texture and in the tags of other families.
 const FEWEST_BITS: usize = 25;
 
-/// Every family but those whose tags another one has too, and ChArUco boards, whose markers are ArUco tags.
+/// Every family with codes but those whose tags another one has too, and ChArUco boards, whose markers are ArUco tags.
 pub fn every_family() -> impl Iterator<Item = Family> {
     let is_sought = |family: &Family| {
         let data = family.data();
-        data.board != Some(Board::Charuco)
+        data.has_codes()
+            && data.board != Some(Board::Charuco)
             && !Family::ALL
                 .iter()
                 .any(|other| is_part_of(data, other.data()))

@@ -1,10 +1,10 @@
-//! Boards of other tools: Kalibr's AprilGrid and OpenCV's ChArUco board, with object files that describe them.
+//! Boards of other tools: Kalibr's AprilGrid, OpenCV's ChArUco board and plain chessboards, with object files that describe them.
 
 use super::PrintJob;
 use super::sheet::{MARGIN, NOTE, Paper, Sheet};
 use anyhow::ensure;
 use clap::Args;
-use sextant_site_files::{AprilGrid, CharucoBoard, UpperLeft};
+use sextant_site_files::{AprilGrid, CharucoBoard, Chessboard, UpperLeft};
 use sextant_tag_families::Family;
 
 /// Height of ruler and notes under the board.
@@ -48,6 +48,21 @@ pub struct CharucoArguments {
     /// The squares' family: charuco and OpenCV's dictionary.
     #[arg(long, default_value = "charuco5x5-100")]
     pub family: Family,
+}
+
+/// Options of a plain chessboard.
+#[derive(Args, Debug, Clone)]
+pub struct ChessboardArguments {
+    /// Inner corners per row, one fewer than squares. With an even number of columns and an odd one of rows, or the other way round,
+    /// images tell which end is up.
+    #[arg(long, default_value_t = 6)]
+    pub columns: u16,
+    /// Rows of inner corners.
+    #[arg(long, default_value_t = 9)]
+    pub rows: u16,
+    /// Edge of each square, metres.
+    #[arg(long, value_name = "METRES", default_value_t = 0.022)]
+    pub size: f64,
 }
 
 /// Lays out the grid.
@@ -146,6 +161,52 @@ pub fn charuco(arguments: &CharucoArguments, id: &str, paper: Paper) -> anyhow::
     );
     Ok(PrintJob {
         title: format!("Sextant ChArUco board {id}"),
+        pages: vec![sheet.into_page()],
+        model,
+        size: edge,
+    })
+}
+
+/// Lays out the board.
+///
+/// # Errors
+/// An invalid board, or one larger than the paper.
+pub fn chessboard(
+    arguments: &ChessboardArguments,
+    id: &str,
+    paper: Paper,
+) -> anyhow::Result<PrintJob> {
+    let &ChessboardArguments {
+        columns,
+        rows,
+        size,
+    } = arguments;
+    super::check_size(size * 1e3)?;
+    let board = Chessboard {
+        columns,
+        rows,
+        square_m: size,
+    };
+    let model = board.object(id.parse()?)?;
+    let edge = size * 1e3;
+    let lower_left = place([columns + 1, rows + 1].map(|n| f64::from(n) * edge), paper)?;
+    // The upper left square is black.
+    let squares = (0..=rows).flat_map(|row| (0..=columns).map(move |column| [column, row]));
+    let black = squares.filter(|[column, row]| (column + row) % 2 == 0);
+    let corner = |[column, row]: [u16; 2]| {
+        [
+            lower_left[0] + f64::from(column) * edge,
+            lower_left[1] + f64::from(rows - row) * edge,
+        ]
+    };
+    let mut sheet = Sheet::new(paper);
+    sheet.squares(black.map(corner), edge);
+    foot(
+        &mut sheet,
+        format!("Chessboard: {columns} x {rows} inner corners, squares of {size} m."),
+    );
+    Ok(PrintJob {
+        title: format!("Sextant chessboard {id}"),
         pages: vec![sheet.into_page()],
         model,
         size: edge,

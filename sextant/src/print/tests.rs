@@ -342,3 +342,37 @@ fn what_does_not_fit_or_does_not_exist_is_refused_with_what_would() {
         "{error}"
     );
 }
+
+#[test]
+fn a_chessboard_is_found_where_its_object_file_says() {
+    let arguments = calibration_boards::ChessboardArguments {
+        columns: 6,
+        rows: 9,
+        size: 0.022,
+    };
+    for paper in [Paper::A4, Paper::Letter] {
+        let printed = calibration_boards::chessboard(&arguments, "board", paper).unwrap();
+        let picture = &pictures(&pdf::pdf("", &printed.pages))[0];
+        let pixels: Vec<u8> = picture
+            .white
+            .iter()
+            .map(|w| (w * 255.0).round() as u8)
+            .collect();
+        let image = Image::new(&pixels, picture.width, picture.height, picture.width).unwrap();
+        let shape = sextant_apriltag::BoardShape {
+            columns: 6,
+            rows: 9,
+        };
+        let view = sextant_apriltag::find_chessboard(&image, shape).unwrap();
+        assert_eq!(view.size, [6, 9]);
+        let (first, last) = (&view.squares[0], &view.squares[view.squares.len() - 1]);
+        assert_eq!(first.id, 0);
+        let [across, down] =
+            [0, 1].map(|i| f64::from(last.corners[2][i] - first.corners[0][i]) / SCALE);
+        assert!(
+            apart([across, down], [5.0 * 22.0, 8.0 * 22.0]) < 0.05,
+            "{across} {down}"
+        );
+        assert_eq!(printed.model.tags().len(), 40);
+    }
+}

@@ -1,6 +1,7 @@
 //! The images of a recording, as every calibration takes them in.
 
 use super::ImageSelection;
+use crate::detect::{ChessboardSearch, TagFinder};
 use crate::ordered::in_order;
 use crate::progress;
 use crate::replay::sight;
@@ -11,17 +12,16 @@ use sextant_process::{Exit, Failure, WithExit};
 use sextant_recordings::{Dataset, Row};
 use std::path::Path;
 
-/// Hands every image of the wanted cameras (none: all) to `take`, in the order of their arrival.
+/// Hands every image of the wanted cameras (none: all) of a folder to `take`, in the order of their arrival.
 ///
 /// # Errors
 /// [`Exit::Input`] for a recording that cannot be used, or has a camera that the rig lacks.
 pub fn each_image(
-    folder: &Path,
+    (folder, dataset): (&Path, &Dataset),
     looking: &ImageSelection,
     threads: u8,
     mut take: impl FnMut(&ImageObservation),
 ) -> anyhow::Result<()> {
-    let dataset = Dataset::open(folder).exit_with(Exit::Input)?;
     let (rig, cameras) = (&looking.rig, &looking.cameras);
     let wanted = |id: &CameraId| cameras.is_empty() || cameras.contains(id);
     for recording in dataset.cameras().iter().filter(|c| wanted(&c.camera)) {
@@ -51,13 +51,21 @@ pub fn each_image(
     in_order(
         usize::from(threads),
         progress::over(rows.into_iter(), "images"),
-        || crate::detect::detector(&options),
-        |detector, row: &Row| sight::observation(detector, row, rig),
+        || TagFinder::new(&options, looking.chessboard.as_ref()),
+        |finder, row: &Row| sight::observation(finder, row, rig),
         |seen: anyhow::Result<ImageObservation>| {
             take(&seen.exit_with(Exit::Input)?);
             Ok(())
         },
-    )
+    )?;
+    for remark in looking
+        .chessboard
+        .iter()
+        .flat_map(ChessboardSearch::remarks)
+    {
+        eprintln!("warning: {remark}");
+    }
+    Ok(())
 }
 
 /// A complaint about what was given.

@@ -1,9 +1,8 @@
 //! A recorded image as the estimator takes it: detections as they are, pictures through the detector first.
 
-use crate::detect::{detected_tags, image_of};
+use crate::detect::{TagFinder, detected_tags, image_of};
 use anyhow::{Context, ensure};
 use nalgebra::{Matrix2, Point2};
-use sextant_apriltag::Detector;
 use sextant_estimator::{Camera, ImageObservation, Rig, TagCorners, TagId};
 use sextant_recordings::{DetectedTag, Frame, Row, read_picture};
 use std::path::Path;
@@ -16,7 +15,7 @@ pub(super) const EXPOSURE_UNKNOWN_NS: u64 = 0;
 /// # Errors
 /// A picture that cannot be read or has not the size that the rig states.
 pub fn observation(
-    detector: &mut Option<Detector>,
+    finder: &mut TagFinder<'_>,
     row: &Row,
     rig: &Rig,
 ) -> anyhow::Result<ImageObservation> {
@@ -25,7 +24,7 @@ pub fn observation(
         Frame::Detections(tags) => tags,
         Frame::Picture(path) => {
             let camera = rig.camera(&row.camera).context("an unknown camera")?;
-            detected = detect(detector, path, camera)?;
+            detected = detect(finder, path, camera)?;
             &detected
         }
     };
@@ -39,7 +38,7 @@ pub fn observation(
 }
 
 fn detect(
-    detector: &mut Option<Detector>,
+    finder: &mut TagFinder<'_>,
     path: &Path,
     camera: &Camera,
 ) -> anyhow::Result<Vec<DetectedTag>> {
@@ -47,15 +46,14 @@ fn detect(
     let [width, height] = camera.resolution.map(|pixels| pixels as usize);
     ensure!(
         (picture.width, picture.height) == (width, height),
-        "{}: {}x{} pixels, but the rig says {width}x{height} of camera \"{}\"; give the rig of this recording",
+        "{}: {}x{} pixels, but {width}x{height} are those of camera \"{}\"; give the rig of these images, or take this one away",
         path.display(),
         picture.width,
         picture.height,
         camera.id
     );
     let image = image_of(&picture).with_context(|| path.display().to_string())?;
-    let detector = detector.as_mut().context("there is no detector")?;
-    Ok(detected_tags(detector.detect(&image)))
+    Ok(detected_tags(&finder.find(&image)?))
 }
 
 fn corners_of(tag: &DetectedTag) -> TagCorners {

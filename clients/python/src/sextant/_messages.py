@@ -134,6 +134,7 @@ class Family(Word):
     TAG36H10 = "tag36h10"
     TAGCUSTOM48H12 = "tagCustom48h12"
     TAGSTANDARD52H13 = "tagStandard52h13"
+    CHESSBOARD = "chessboard"
 
 
 @dataclass(frozen=True)

@@ -57,16 +57,11 @@ pub fn detect(bytes: &[u8]) {
 }
 
 fn options(bytes: &mut Bytes<'_>) -> Options {
-    let first = bytes.below(Family::ALL.len());
+    let coded: Vec<Family> = Family::coded().collect();
+    let first = bytes.below(coded.len());
     let n = 1 + bytes.below(3);
     Options {
-        families: Family::ALL
-            .iter()
-            .copied()
-            .cycle()
-            .skip(first)
-            .take(n)
-            .collect(),
+        families: coded.iter().copied().cycle().skip(first).take(n).collect(),
         max_hamming: bytes.below(3) as u8,
         min_edge_px: 6.0 + bytes.below(20) as f32,
         min_contrast: 4 + bytes.below(125) as u8,

@@ -31,6 +31,8 @@ pub struct Tag {
     /// What the tag's board has beside it, as a share of its edge: of a ChArUco board's square the marker's edge, of an AprilGrid's
     /// tag the edge of the squares at its corners.
     pub share: f64,
+    /// White between the squares of a ChArUco board on either side of an edge, as a share of it.
+    pub gap: f64,
 }
 
 /// What the detector finds in a square picture with these families.
@@ -74,6 +76,7 @@ impl Tag {
             wrong: Vec::new(),
             margin: 1.0,
             share: 0.3,
+            gap: 0.0,
         }
     }
 
@@ -140,9 +143,13 @@ impl Tag {
             Some(Board::Charuco) => {
                 let square = place.map(|place| (place + 0.5).floor() as i32);
                 let is_beside = square.iter().all(|at| (-1..=1).contains(at));
-                is_beside && (square[0] + square[1]) % 2 != 0
+                let is_inside = place.iter().all(|place| {
+                    let within = (place + 0.5).rem_euclid(1.0);
+                    (self.gap..=1.0 - self.gap).contains(&within)
+                });
+                is_beside && is_inside && (square[0] + square[1]) % 2 != 0
             }
-            None => false,
+            Some(Board::Chessboard) | None => false,
         }
     }
 }

@@ -48,6 +48,15 @@ const BEGINNINGS: &[(&[u8], Kind)] = &[
 ];
 
 impl Kind {
+    /// Whether it is a picture, be it of a kind that is read or not.
+    pub(super) fn is_picture(self) -> bool {
+        match self {
+            Self::Png | Self::Jpeg | Self::Pnm | Self::Webp | Self::Tiff | Self::Bmp => true,
+            Self::Other(name) => name.contains("picture"),
+            Self::Unknown | Self::Empty => false,
+        }
+    }
+
     /// The kind of the file that begins so.
     pub(super) fn of(head: &[u8]) -> Self {
         if head.is_empty() {

@@ -1,9 +1,9 @@
 //! Descriptions of boards as other tools write them: Kalibr's `target.yaml`, multical's `boards`, and the arguments of OpenCV's
-//! `CharucoBoard` in a YAML or JSON file.
+//! `CharucoBoard` and `GridBoard` in a YAML or JSON file.
 //!
 //! Keys count as OpenCV, Python and C++ spell them: `squareLength`, `square_length` and `squarelength` are one.
 
-use super::{AprilGrid, BoardError, CharucoBoard, UpperLeft};
+use super::{AprilGrid, BoardError, CharucoBoard, Chessboard, MarkerGrid, UpperLeft};
 use crate::error::{Complaint, FileError, InvalidFile};
 use crate::foreign::parse_yaml;
 use crate::read::read_text;
@@ -40,7 +40,8 @@ pub(crate) fn parse_board(
 fn description(document: &Value) -> Option<&Value> {
     let is_board = |value: &Value| {
         let described = BoardMapping(value);
-        described.kind().is_some() || described.find(&["squarelength", "tagspacing"]).is_some()
+        let keys = ["squarelength", "tagspacing", "markerseparation"];
+        described.kind().is_some() || described.find(&keys).is_some()
     };
     let boards = document.get("boards").and_then(Value::as_mapping);
     let of_several = boards.and_then(|boards| boards.values().find(|board| is_board(board)));
@@ -63,25 +64,28 @@ impl<'a> BoardMapping<'a> {
 
     /// What the file calls the kind of board.
     fn kind(&self) -> Option<&'a str> {
-        self.find(&["targettype", "type"])
+        self.find(&["targettype", "type", "kind"])
             .and_then(|(_, kind)| kind.as_str())
     }
 
     fn board(&self, id: &ObjectId) -> Result<ObjectModel, Complaint> {
-        let is_grid = self.find(&["tagspacing"]).is_some();
-        let kind = self
-            .kind()
-            .unwrap_or(if is_grid { "aprilgrid" } else { "charuco" });
-        let board = match kind {
-            "aprilgrid" => self.april_grid()?.object(id.clone()),
-            "charuco" => self.charuco()?.object(id.clone()),
+        let has = |key: &str| self.find(&[key]).is_some();
+        let described = match () {
+            () if has("tagspacing") => "aprilgrid",
+            () if has("markerseparation") => "aruco",
+            () => "charuco",
+        };
+        let id = id.clone();
+        let board = match self.kind().unwrap_or(described) {
+            "aprilgrid" => self.april_grid()?.object(id),
+            "charuco" => self.charuco()?.object(id),
+            "aruco" | "gridboard" | "grid" => self.marker_grid()?.object(id),
+            "checkerboard" | "chessboard" => self.chessboard()?.object(id),
             other => {
                 return Err(Complaint::new(
                     "",
-                    format!(
-                        "a target of the type `{other}` has no tags that say which corner is which"
-                    ),
-                    "print an aprilgrid or a ChArUco board: `sextant print aprilgrid`, `sextant print charuco`",
+                    format!("a target of the type `{other}` is not supported"),
+                    "known are aprilgrid, charuco, aruco and checkerboard; print one: `sextant print charuco`",
                 ));
             }
         };
@@ -89,7 +93,7 @@ impl<'a> BoardMapping<'a> {
     }
 
     fn april_grid(&self) -> Result<AprilGrid, Complaint> {
-        let [columns, rows] = self.grid(["tagcols"], ["tagrows"])?;
+        let [columns, rows] = self.grid(&["tagcols"], &["tagrows"])?;
         Ok(AprilGrid {
             columns,
             rows,
@@ -100,7 +104,7 @@ impl<'a> BoardMapping<'a> {
     }
 
     fn charuco(&self) -> Result<CharucoBoard, Complaint> {
-        let [columns, rows] = self.grid(["squaresx"], ["squaresy"])?;
+        let [columns, rows] = self.grid(&["squaresx"], &["squaresy"])?;
         let is_legacy = self.find(&["legacypattern"]).is_some_and(|(_, value)| {
             value.as_bool().unwrap_or(false) || value.as_i64().is_some_and(|number| number != 0)
         });
@@ -109,7 +113,7 @@ impl<'a> BoardMapping<'a> {
             rows,
             square_m: self.number(&["squarelength"])?,
             marker_m: self.number(&["markerlength"])?,
-            family: self.dictionary()?,
+            family: self.dictionary("charuco")?,
             first: self.whole(&["arucooffset"])?.unwrap_or(0),
             // The pattern of old differs where rows are even.
             upper_left: match is_legacy && rows % 2 == 0 {
@@ -119,8 +123,41 @@ impl<'a> BoardMapping<'a> {
         })
     }
 
+    fn marker_grid(&self) -> Result<MarkerGrid, Complaint> {
+        let [columns, rows] = self.grid(&["markersx"], &["markersy"])?;
+        Ok(MarkerGrid {
+            columns,
+            rows,
+            marker_m: self.number(&["markerlength"])?,
+            separation_m: self.number(&["markerseparation"])?,
+            family: self.dictionary("aruco")?,
+            first: self.whole(&["firstmarker", "arucooffset"])?.unwrap_or(0),
+        })
+    }
+
+    fn chessboard(&self) -> Result<Chessboard, Complaint> {
+        let [columns, rows] = self.grid(&["targetcols", "columns"], &["targetrows", "rows"])?;
+        let keys = ["colspacingmeters", "squarelength", "squaresize"];
+        let square_m = self.number(&keys)?;
+        if let Some((key, value)) = self.find(&["rowspacingmeters"])
+            && value.as_f64() != Some(square_m)
+        {
+            let cause = "the spacing of rows is not that of columns";
+            return Err(Complaint::new(
+                key,
+                cause,
+                "a chessboard has squares; measure one",
+            ));
+        }
+        Ok(Chessboard {
+            columns,
+            rows,
+            square_m,
+        })
+    }
+
     /// Columns and rows, each by itself or both as `size`.
-    fn grid(&self, columns: [&str; 1], rows: [&str; 1]) -> Result<[u16; 2], Complaint> {
+    fn grid(&self, columns: &[&str], rows: &[&str]) -> Result<[u16; 2], Complaint> {
         if let Some((key, size)) = self.find(&["size"]) {
             let counts: Option<Vec<u16>> = size.as_sequence().and_then(|size| {
                 let counts = size.iter().map(|count| count.as_u64()?.try_into().ok());
@@ -134,7 +171,7 @@ impl<'a> BoardMapping<'a> {
             u16::try_from(count)
                 .map_err(|_| Complaint::new(keys[0], format!("{count} are too many"), ""))
         };
-        Ok([count(&columns)?, count(&rows)?])
+        Ok([count(columns)?, count(rows)?])
     }
 
     fn number(&self, keys: &[&str]) -> Result<f64, Complaint> {
@@ -162,7 +199,7 @@ impl<'a> BoardMapping<'a> {
     }
 
     /// The family of a dictionary: `DICT_5X5_100`, `5X5_100`, or OpenCV's number of it.
-    fn dictionary(&self) -> Result<Family, Complaint> {
+    fn dictionary(&self, kind: &str) -> Result<Family, Complaint> {
         let keys = [
             "dictionary",
             "arucodict",
@@ -171,11 +208,7 @@ impl<'a> BoardMapping<'a> {
             "dict",
         ];
         let (key, value) = self.find(&keys).ok_or_else(|| missing(&keys))?;
-        let by_number = value.as_u64().and_then(|number| {
-            let bits = 4 + number / 4;
-            let tags = [50, 100, 250, 1000][(number % 4) as usize];
-            (bits <= 7).then(|| format!("{bits}x{bits}_{tags}"))
-        });
+        let by_number = value.as_u64().and_then(by_number);
         let name = by_number
             .or(value.as_str().map(str::to_lowercase))
             .unwrap_or_default();
@@ -183,10 +216,44 @@ impl<'a> BoardMapping<'a> {
             .trim_start_matches("cv2.aruco.")
             .trim_start_matches("dict_")
             .replace('_', "-");
-        format!("charuco{name}").parse().map_err(|_| {
+        let of_markers = match (kind, name.as_str()) {
+            ("aruco", "aruco-original") => Some("aruco-original".to_owned()),
+            ("aruco", "aruco-mip-36h12") => Some("aruco-mip-36h12".to_owned()),
+            ("aruco", april) => april
+                .strip_prefix("apriltag-")
+                .map(|bits| format!("tag{bits}")),
+            _ => None,
+        };
+        let family = of_markers.unwrap_or_else(|| format!("{kind}{name}"));
+        family.parse().map_err(|_| {
             let cause = format!("there is no dictionary `{name}` here");
-            Complaint::new(key, cause, "known are DICT_4X4_50 to DICT_7X7_1000")
+            let known = match kind {
+                "aruco" => "known are DICT_4X4_50 to DICT_7X7_1000, DICT_ARUCO_ORIGINAL, DICT_ARUCO_MIP_36h12 and DICT_APRILTAG_36h11, 36h10, 25h9 and 16h5",
+                _ => "known are DICT_4X4_50 to DICT_7X7_1000",
+            };
+            Complaint::new(key, cause, known)
         })
+    }
+}
+
+/// Name of a dictionary by OpenCV's number.
+fn by_number(number: u64) -> Option<String> {
+    const OTHERS: [&str; 6] = [
+        "aruco_original",
+        "apriltag_16h5",
+        "apriltag_25h9",
+        "apriltag_36h10",
+        "apriltag_36h11",
+        "aruco_mip_36h12",
+    ];
+    let number = usize::try_from(number).ok()?;
+    let bits = 4 + number / 4;
+    match number.checked_sub(16) {
+        Some(other) => OTHERS.get(other).map(|name| (*name).to_owned()),
+        None => Some(format!(
+            "{bits}x{bits}_{}",
+            [50, 100, 250, 1000][number % 4]
+        )),
     }
 }
 
@@ -194,7 +261,7 @@ fn missing(keys: &[&str]) -> Complaint {
     Complaint::new(
         keys[0],
         "it is missing",
-        "a board has columns, rows, sizes and, with ArUco's markers, a dictionary",
+        "a board has columns, rows, lengths in metres and, with ArUco's markers, a dictionary",
     )
 }
 

@@ -25,6 +25,31 @@ const MULTICAL: &str = "boards:
     min_points: 20
 ";
 
+/// As Kalibr's own example.
+const CHECKERBOARD: &str = "target_type: 'checkerboard' #gridtype
+targetCols: 6               #number of internal chessboard corners
+targetRows: 7               #number of internal chessboard corners
+rowSpacingMeters: 0.06      #size of one chessboard square [m]
+colSpacingMeters: 0.06      #size of one chessboard square [m]
+";
+
+const GRID: &str = "markersX: 3\nmarkersY: 2\nmarkerLength: 0.04\nmarkerSeparation: 0.01\ndictionary: DICT_4X4_50\n";
+
+/// As in anipose's documentation.
+const ANIPOSE: &str = "[calibration]
+# checkerboard / charuco / aruco
+board_type = \"charuco\"
+board_size = [6, 5]
+board_marker_bits = 4
+board_marker_dict_number = 50
+board_marker_length = 3 # mm
+board_square_side_length = 4 # mm
+fisheye = false
+
+[triangulation]
+cam_regex = 'cam([1-9])'
+";
+
 fn read(name: &str, text: &str) -> Result<ObjectModel, String> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(name);
@@ -120,12 +145,102 @@ fn multicals_boards_are_read() {
     assert_eq!(board.tags()[0].tag.family, Family::Charuco4x4With1000);
 }
 
+/// Where OpenCV's GridBoard((3, 2), 0.04, 0.01, DICT_4X4_50) has its markers: `getObjPoints` of version 5.0.
+#[test]
+fn markers_of_a_grid_lie_where_opencv_has_them() {
+    let board = read("grid.yaml", GRID).unwrap();
+    assert_eq!(board.tags().len(), 6);
+    assert_eq!(board.tags()[0].tag.family, Family::Aruco4x4With50);
+    assert_near(corners(&board, 0)[0], [0.0; 3]);
+    assert_near(corners(&board, 1)[0], [0.05, 0.0, 0.0]);
+    assert_near(corners(&board, 3)[2], [0.04, 0.09, 0.0]);
+    // OpenCV draws AprilTags upside down.
+    let april = GRID.replace("DICT_4X4_50", "DICT_APRILTAG_36h11");
+    let board = read("grid.yaml", &april).unwrap();
+    assert_eq!(board.tags()[0].tag.family, Family::Tag36h11);
+    assert_near(corners(&board, 0)[2], [0.0; 3]);
+    let numbered = GRID.replace("DICT_4X4_50", "20");
+    assert_eq!(read("grid.yaml", &numbered).unwrap(), board);
+}
+
+#[test]
+fn a_chessboard_is_described_by_its_inner_corners() {
+    let text = "id = \"target\"\nkind = \"chessboard\"\ncolumns = 6\nrows = 7\nsize = 0.06\n";
+    let board = read("board.toml", text).unwrap();
+    assert_eq!((board.id().as_str(), board.tags().len()), ("target", 30));
+    assert_near(corners(&board, 0)[0], [0.0; 3]);
+    assert_near(corners(&board, 64)[1], [0.06, 0.06, 0.0]);
+    assert_eq!(read("Target.yaml", CHECKERBOARD).unwrap(), board);
+    let chessboard = Chessboard::of(&board).unwrap();
+    assert_eq!(
+        (chessboard.columns, chessboard.rows, chessboard.square_m),
+        (6, 7, 0.06)
+    );
+    assert!(!chessboard.is_symmetric());
+    for (from, to, expected) in [
+        (
+            "\"chessboard\"",
+            "\"chesboard\"",
+            "board.toml:2:8: kind: unknown variant `chesboard`",
+        ),
+        (
+            "rows = 7",
+            "rows = 1",
+            "board.toml:3:11: columns: a chessboard has 3 to 65 inner corners",
+        ),
+        ("rows = 7", "rwos = 7", "did you mean `rows`?"),
+        ("size = 0.06", "size = 0", "board.toml:5:8: size: "),
+    ] {
+        let message = read("board.toml", &text.replace(from, to)).unwrap_err();
+        assert!(message.contains(expected), "{message}");
+    }
+}
+
+#[test]
+fn aniposes_boards_are_read_in_millimetres() {
+    let board = read("config.toml", ANIPOSE).unwrap();
+    assert_eq!((board.id().as_str(), board.tags().len()), ("config", 15));
+    assert_near(corners(&board, 0)[0], [0.004, 0.0, 0.0]);
+    let checkerboard = ANIPOSE.replace("\"charuco\"", "\"checkerboard\"");
+    let board = read("config.toml", &checkerboard).unwrap();
+    assert_eq!(Chessboard::of(&board).unwrap().columns, 6);
+    let grid = ANIPOSE.replace("\"charuco\"", "\"aruco\"");
+    let message = read("config.toml", &grid).unwrap_err();
+    assert!(
+        message.starts_with("config.toml:3:14: calibration.board_type: "),
+        "{message}"
+    );
+    assert!(
+        message.contains("needs `board_marker_separation_length`"),
+        "{message}"
+    );
+    let grid = grid.replace("fisheye", "board_marker_separation_length = 1\nfisheye");
+    assert_near(
+        corners(&read("config.toml", &grid).unwrap(), 1)[0],
+        [0.004, 0.0, 0.0],
+    );
+    let other = ANIPOSE.replace("bits = 4", "bits = 9");
+    let message = read("config.toml", &other).unwrap_err();
+    assert!(
+        message.contains("board_marker_bits: there is no dictionary of 50 markers of 9 x 9 bits"),
+        "{message}"
+    );
+}
+
 #[test]
 fn what_is_no_board_is_refused_with_what_would_be_one() {
     let refused = |text: &str| read("b.yaml", text).unwrap_err();
     assert!(refused("cam0: {}").contains("known are Kalibr's target.yaml"));
-    let checkerboard = "target_type: 'checkerboard'\ntargetCols: 6\ntargetRows: 7\n";
-    assert!(refused(checkerboard).contains("`checkerboard` has no tags"));
+    let circles = "target_type: 'circlegrid'\ntargetCols: 6\ntargetRows: 7\n";
+    assert!(refused(circles).contains("`circlegrid` is not supported; known are aprilgrid"));
+    let uneven = CHECKERBOARD.replace("rowSpacingMeters: 0.06", "rowSpacingMeters: 0.05");
+    assert!(refused(&uneven).starts_with("b.yaml: rowSpacingMeters: the spacing of rows"));
+    let few = CHECKERBOARD.replace("targetRows: 7", "targetRows: 2");
+    assert!(refused(&few).contains("not 6 x 2; inner corners are one fewer than squares"));
+    let touching = GRID.replace("markerSeparation: 0.01", "markerSeparation: 0");
+    assert!(refused(&touching).contains("leaves no white between the markers"));
+    let unknown = GRID.replace("DICT_4X4_50", "DICT_8X8_50");
+    assert!(refused(&unknown).contains("DICT_ARUCO_ORIGINAL"));
     let without = TARGET.replace("tagRows: 6", "");
     assert!(refused(&without).starts_with("b.yaml: tagrows: it is missing"));
     let narrow = TARGET.replace("tagSpacing: 0.3", "tagSpacing: 0.1");
