@@ -204,6 +204,8 @@ pub struct DetectionConfig {
     pub max_hamming: u8,
     /// Least decision margin in grey levels, 0 to 100 (default 4).
     pub min_margin: f32,
+    /// Whether tags are printed inverted, white for black (default false).
+    pub inverted: bool,
     /// Whether to track tags: each image is searched near earlier tags and, in turn, elsewhere, so that a new tag is found
     /// within ten images (default false: search all of every image). It saves time where most of the image has no tags. A tag that
     /// jumps may be missing for up to ten images. Predicted tags are never published.
@@ -216,12 +218,14 @@ impl Default for DetectionConfig {
             families,
             max_hamming,
             min_margin,
+            inverted,
             ..
         } = Options::default();
         Self {
             families,
             max_hamming,
             min_margin,
+            inverted,
             tracking: false,
         }
     }
@@ -234,12 +238,14 @@ impl DetectionConfig {
             families,
             max_hamming,
             min_margin,
+            inverted,
             ..
         } = self.clone();
         Options {
             families,
             max_hamming,
             min_margin,
+            inverted,
             ..Options::default()
         }
     }

@@ -9,6 +9,7 @@ mod observe;
 mod outbound;
 mod sizes;
 mod statistics;
+mod unread;
 
 use std::thread;
 use std::time::{Duration, Instant};
@@ -27,6 +28,7 @@ use self::models::Models;
 use self::observe::Draft;
 use self::outbound::Outbound;
 use self::statistics::Statistics;
+use self::unread::UnreadTags;
 use crate::config::CameraNodeConfig;
 use crate::preview;
 use crate::settings_files::SettingsFiles;
@@ -133,6 +135,7 @@ fn hold_name(
 
 struct DetectPart {
     finder: Finder,
+    unread: UnreadTags,
     inspection: Inspection,
     models: Models,
     statistics: Statistics,
@@ -153,6 +156,7 @@ impl DetectPart {
             finder: Finder::new(&config.detection)
                 .context("detection")
                 .exit_with(Exit::Input)?,
+            unread: UnreadTags::new(config.detection.options()),
             inspection: Inspection::new(),
             models: Models::watch(bus, &keys, config, SettingsFiles::of(config)?)?,
             statistics: Statistics::new(camera.clone()),
@@ -191,6 +195,7 @@ impl DetectPart {
             self.finder.detect(&image, &mut ())
         };
         let detecting_ns = now_ns().saturating_sub(received_ns);
+        let n_tags = detections.len();
         let message = self.draft.write(&header, detections, &self.models);
         observe::stamp(message, &header, received_ns);
         self.statistics.detected(&image, detecting_ns);
@@ -199,6 +204,9 @@ impl DetectPart {
         }
         if is_inspected {
             self.tell_inspection(&header)?;
+        }
+        if let Some(words) = self.unread.look(&image, n_tags) {
+            tracing::warn!("no tag can be used; {words}");
         }
         Ok(())
     }
