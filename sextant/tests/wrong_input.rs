@@ -147,9 +147,9 @@ fn wrong_pictures_are_refused() {
     let good = fs::read(&picture).unwrap();
     let name = picture.file_name().unwrap().to_str().unwrap();
     for (bytes, expected) in [
-        (png(8, 0), "2x2 pixels, but the rig says"),
-        (png(16, 0), "2x2 pixels, but the rig says"),
-        (png(8, 2), "2x2 pixels, but the rig says"),
+        (png(8, 0), "2x2 pixels, but 640x480 are those of camera"),
+        (png(16, 0), "2x2 pixels, but 640x480 are those of camera"),
+        (png(8, 2), "2x2 pixels, but 640x480 are those of camera"),
         (
             good[..good.len() / 2].to_vec(),
             "the picture is truncated; copy",

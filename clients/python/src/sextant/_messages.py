@@ -90,7 +90,7 @@ class TagPose(Record):
 
 
 class Family(Word):
-    """The corners of a charuco tag are those of the white square of the chessboard around the marker."""
+    """The corners of a charuco tag are those of the white square of the chessboard around the marker. A chessboard tag is a square of a plain chessboard between inner corners; its id is 64 times the row plus the column of its upper left corner."""
 
     TAG36H11 = "tag36h11"
     TAG25H9 = "tag25h9"
