@@ -36,6 +36,10 @@ impl Alternative {
             for (is_mirrored, inverts) in
                 [(false, false), (false, true), (true, false), (true, true)]
             {
+                let is_as_before = families == options.families && !is_mirrored && !inverts;
+                if is_as_before {
+                    continue;
+                }
                 let inverted = options.inverted != inverts;
                 let options = Options {
                     families: families.to_vec(),

@@ -24,6 +24,8 @@ use smoothed::Smoothed;
 
 /// Least columns and rows of a partial view.
 const LEAST_SEEN: u16 = 3;
+/// Most lattices of an image that are completed, the largest first: others are texture.
+const MOST_LATTICES: usize = 3;
 /// Least size of a reduced image, in pixels.
 const LEAST_PX: usize = 64;
 /// Reduced images that are searched: a half, a quarter and an eighth of the size.
@@ -87,7 +89,10 @@ fn seen(image: &Image<'_>, board: BoardShape) -> Option<ChessboardView> {
     let candidates = candidates::candidates(&smoothed);
     let links = links::links(&smoothed, &candidates);
     let mut best: Option<ChessboardView> = None;
-    for mut lattice in lattices(&candidates, &links).into_iter().take(3) {
+    for mut lattice in lattices(&candidates, &links)
+        .into_iter()
+        .take(MOST_LATTICES)
+    {
         lattice.complete(image, &smoothed);
         let view = view_of(&lattice, board);
         if let Some(view) = view

@@ -144,9 +144,8 @@ impl PatternFitter {
     #[inline(always)]
     fn settle(&mut self, pattern: &Pattern, levels: f32, state: &mut State) -> Option<f32> {
         const ENOUGH_GROUPS: usize = 10;
-        // Largest motion of a corner and change of the blur's variances together by a step that is the last with a few pixels, and with all
-        // of them. The next step with all is likely to settle it; after such a one the next would hardly move corners by a thousandth of
-        // a pixel, as each doubles the digits that are right.
+        // Iterations with a few pixels, and with all, end when a step moves corners and changes the blur by less than this. Convergence is
+        // quadratic: one more step with all pixels would move corners by about a thousandth of a pixel.
         const REST_PX: [f32; 2] = [0.2, 0.02];
         const REST_VARIANCE: [f32; 2] = [0.4, 0.2];
         const MOST_STEPS: usize = 6;

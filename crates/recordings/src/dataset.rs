@@ -334,6 +334,10 @@ mod tests {
         let dataset = open("a/data").unwrap();
         assert_eq!(names(&dataset), ["a.png", "b.jpeg", "c"]);
         assert_eq!(dataset.cameras()[0].rows[2].capture_ns, 3);
+        fs::write(root.path().join("a/data/broken.JPG"), "no picture").unwrap();
+        let dataset = open("a/data").unwrap();
+        assert_eq!(names(&dataset), ["a.png", "b.jpeg", "broken.JPG", "c"]);
+        fs::remove_file(root.path().join("a/data/broken.JPG")).unwrap();
         // A table comes before pictures.
         assert_eq!(names(&open("").unwrap()), ["a.png"]);
         fs::rename(root.path().join("a/data"), root.path().join("b")).unwrap();

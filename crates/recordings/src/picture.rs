@@ -57,14 +57,26 @@ pub fn decode_picture(
         .map_err(|flaw| RecordingError::wrong(path, None, flaw.cause, flaw.remedy))
 }
 
-/// Whether a file is a picture by its first bytes.
+/// Endings of the names of pictures. A file so named that is none is a fault to be told, not a file of another purpose.
+const ENDINGS: [&str; 12] = [
+    "png", "jpg", "jpeg", "pgm", "ppm", "pnm", "webp", "tif", "tiff", "bmp", "gif", "heic",
+];
+
+/// Whether a file is a picture by its first bytes, or is named like one.
 ///
 /// # Errors
 /// A file that cannot be read.
 pub(crate) fn is_picture(path: &Path) -> Result<bool, RecordingError> {
+    let ending = path.extension().unwrap_or_default();
+    if ENDINGS
+        .iter()
+        .any(|known| ending.eq_ignore_ascii_case(known))
+    {
+        return Ok(true);
+    }
     let read = File::open(path).and_then(|file| head_of(&mut BufReader::new(file)));
     let head = read.map_err(RecordingError::unreadable(path, CHECK))?;
-    Ok(Kind::of(&head).is_picture())
+    Ok(Kind::of(&head).is_read())
 }
 
 /// Whether these bytes begin a PNG of 8-bit grey, which is what recordings in one file consist of.

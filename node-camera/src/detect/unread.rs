@@ -21,7 +21,7 @@ impl UnreadTags {
         }
     }
 
-    /// After an image with so many tags: what the log should say of tags that cannot be read. A look costs several detections.
+    /// After an image with so many tags: what the log should say of tags that cannot be read.
     pub(super) fn look(&mut self, image: &Image<'_>, n_tags: usize) -> Option<String> {
         let now = Instant::now();
         let is_due = n_tags == 0 && now >= self.due;
@@ -34,12 +34,12 @@ impl UnreadTags {
 }
 
 fn remedy(found: &Alternative) -> &'static str {
-    match (found.mirrored, found.inverted) {
-        (true, _) => {
-            "the camera or its driver flips the picture; turn that off, such as with `controls = { horizontal_flip = 0 }` in [source]"
-        }
-        (false, true) => "set `inverted = true` in [detection]",
-        (false, false) => "set `inverted = false` in [detection]",
+    if found.mirrored {
+        "the camera or its driver flips the picture; turn that off, such as with `controls = { horizontal_flip = 0 }` in [source]"
+    } else if found.inverted {
+        "set `inverted = true` in [detection]"
+    } else {
+        "set `inverted = false` in [detection]"
     }
 }
 

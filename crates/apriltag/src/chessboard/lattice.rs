@@ -54,15 +54,14 @@ pub(super) fn lattices(candidates: &[Candidate], links: &[[Link; 4]]) -> Vec<Lat
                     .into_iter()
                     .map(|(index, (candidate, _))| {
                         let Candidate { place, swing, .. } = candidates[candidate];
+                        // Unknown until it is located.
                         let covariance = [f32::NAN; 3];
-                        (
-                            index,
-                            Corner {
-                                place,
-                                covariance,
-                                swing,
-                            },
-                        )
+                        let corner = Corner {
+                            place,
+                            covariance,
+                            swing,
+                        };
+                        (index, corner)
                     })
                     .collect(),
             })
@@ -129,19 +128,26 @@ impl Lattice {
 
     fn locate(&mut self, image: &Image<'_>, smoothed: &Smoothed) {
         let located = self.corners.iter().filter_map(|(index, corner)| {
-            let guess = self.guess(smoothed, *index, corner.place)?;
-            let Saddle { place, covariance } = saddle::find(image, &guess)?;
-            let swing = guess.step / 2.0;
-            Some((
-                *index,
-                Corner {
-                    place,
-                    covariance,
-                    swing,
-                },
-            ))
+            Some((*index, self.corner(image, smoothed, *index, corner.place)?))
         });
         self.corners = located.collect();
+    }
+
+    /// The corner with this index, at the saddle point next to a place.
+    fn corner(
+        &self,
+        image: &Image<'_>,
+        smoothed: &Smoothed,
+        index: Index,
+        place: Point,
+    ) -> Option<Corner> {
+        let guess = self.guess(smoothed, index, place)?;
+        let Saddle { place, covariance } = saddle::find(image, &guess)?;
+        Some(Corner {
+            place,
+            covariance,
+            swing: guess.step / 2.0,
+        })
     }
 
     /// Corners next to known ones that are not in the lattice yet, where there are saddle points.
@@ -156,15 +162,8 @@ impl Lattice {
         places.dedup();
         let found = places.into_iter().filter_map(|index| {
             let (predicted, spacing) = self.prediction(index)?;
-            let guess = self.guess(smoothed, index, predicted)?;
-            let Saddle { place, covariance } = saddle::find(image, &guess)?;
-            let swing = guess.step / 2.0;
-            let is_near = distance(place, predicted) < MOST_OFF * spacing;
-            let corner = Corner {
-                place,
-                covariance,
-                swing,
-            };
+            let corner = self.corner(image, smoothed, index, predicted)?;
+            let is_near = distance(corner.place, predicted) < MOST_OFF * spacing;
             (is_near && self.is_joined(smoothed, index, &corner)).then_some((index, corner))
         });
         found.collect()

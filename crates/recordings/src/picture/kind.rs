@@ -48,13 +48,9 @@ const BEGINNINGS: &[(&[u8], Kind)] = &[
 ];
 
 impl Kind {
-    /// Whether it is a picture, be it of a kind that is read or not.
-    pub(super) fn is_picture(self) -> bool {
-        match self {
-            Self::Png | Self::Jpeg | Self::Pnm | Self::Webp | Self::Tiff | Self::Bmp => true,
-            Self::Other(name) => name.contains("picture"),
-            Self::Unknown | Self::Empty => false,
-        }
+    /// Whether it is a picture of a kind that is read.
+    pub(super) fn is_read(self) -> bool {
+        !matches!(self, Self::Other(_) | Self::Unknown | Self::Empty)
     }
 
     /// The kind of the file that begins so.
