@@ -88,10 +88,12 @@ fn comes_back_after_kill(board: &mut Board, site: &Site) {
     }
 }
 
-/// Unbinding the driver is what pulling a plug is: open files stay, and everything on them fails.
+/// Unbinding the driver is what pulling a plug is: open files stay, and everything on them fails. The kernel gives the device its old number again
+/// only after the last of them is closed.
 fn survives_a_lost_device(board: &mut Board, site: &Site) {
     board.run("systemctl stop vivid && echo vivid.0 >/sys/bus/platform/drivers/vivid/unbind");
     board.run("test ! -e /dev/video0");
+    board.until("! ls -l /proc/[0-9]*/fd | grep -q /dev/video");
     board.run("systemctl start vivid");
     site.await_images();
 }
