@@ -5,11 +5,12 @@ pub(crate) mod corrections;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use nalgebra::Matrix6;
 use sextant_geometry::{Lens, Pose, tag_corners_in_tag};
 use thiserror::Error;
 
 use crate::kinematics::chain::{ChainLink, KinematicChain};
-use crate::measurement::corner_noise::{CornerNoise, area_px2};
+use crate::measurement::corner_noise::{CornerNoise, Displacement, area_px2};
 use crate::measurement::corners::{CalibratedCamera, TagView};
 use crate::measurement::distortion_bias;
 use crate::measurement::rolling_shutter::RollingShutter;
@@ -92,6 +93,8 @@ pub(crate) struct Site {
     places: BTreeMap<TagId, TagPlacement>,
     /// Uncertainty of the frame of each object, by object index.
     frames: BTreeMap<usize, ObjectFrame>,
+    /// Variance of the common scale of the sizes of each object's tags: all are of one printer.
+    scales: Vec<f64>,
 }
 
 /// Prior of the clock of a camera, by its image.
@@ -150,13 +153,23 @@ impl Site {
     }
 
     pub fn set_rig(&mut self, rig: &Rig) {
+        let placed = rig
+            .cameras()
+            .iter()
+            .filter(|camera| camera.world_from_camera.is_some());
+        // The world is where the cameras are: a camera by itself is off from nothing.
+        let is_alone = placed.count() == 1;
         let file = |camera: &crate::Camera| {
             let middle_row = 0.5 * f64::from(camera.resolution[1] - 1);
             let line_delay_s = rig.line_delay_s(&camera.id);
             Some(FileCamera {
                 lens: camera.lens,
                 world_from_camera: camera.world_from_camera?,
-                sigma: rig.pose_sigma(&camera.id).unwrap_or(PoseSigma::OF_CAMERA),
+                sigma: if is_alone {
+                    PoseSigma::NONE
+                } else {
+                    rig.pose_sigma(&camera.id).unwrap_or(PoseSigma::OF_CAMERA)
+                },
                 lens_sigma: rig
                     .lens_sigma(&camera.id)
                     .unwrap_or_else(|| LensSigma::usual(&camera.lens)),
@@ -205,6 +218,15 @@ impl Site {
                 return Err(ModelError::DuplicateObject(object.id().clone()));
             }
             let chain = object.articulation().map(KinematicChain::new).map(Arc::new);
+            let mut placed = object
+                .tags()
+                .iter()
+                .filter(|tag| tag.object_from_tag.is_some());
+            // An object is where its tags are: one by itself is off from nothing.
+            let usual = match (placed.next(), placed.next()) {
+                (Some(_), None) => PoseSigma::NONE,
+                _ => PoseSigma::OF_TAG,
+            };
             for (tag_index, tag) in object.tags().iter().enumerate() {
                 let chain_link = |chain: &Arc<KinematicChain>| {
                     Some(ChainLink {
@@ -212,14 +234,12 @@ impl Site {
                         link: object.link_of(tag_index)?,
                     })
                 };
-                let prior = object.tag_sigma(&tag.tag).unwrap_or(PoseSigma::OF_TAG);
+                let prior = object.tag_sigma(&tag.tag).unwrap_or(usual);
                 let place = TagPlacement {
                     object: index,
                     file: tag.clone(),
                     prior,
-                    size_prior: object
-                        .size_sigma_m(&tag.tag)
-                        .map_or(USUAL_SIZE_SIGMA, |sigma_m| sigma_m / tag.size_m),
+                    size_prior: size_sigma(object, tag),
                     tag: tag.clone(),
                     sigma: Some(prior).filter(PoseSigma::is_some),
                     chain_link: chain.as_ref().and_then(chain_link),
@@ -236,6 +256,7 @@ impl Site {
         }
         self.objects = objects.iter().map(|object| object.id().clone()).collect();
         self.places = places;
+        self.scales = objects.iter().map(scale_variance).collect();
         self.frames.clear();
         Ok(())
     }
@@ -289,9 +310,33 @@ impl Site {
         self.objects.get(self.places.get(tag)?.object)
     }
 
-    /// Uncertainty of the frame of an object; `None` before it is known.
-    pub fn frame(&self, object: usize) -> Option<&ObjectFrame> {
-        self.frames.get(&object)
+    /// Uncertainty of the frame of an object and of the common scale. Of a single camera nothing but the sizes of tags gives the scale.
+    pub fn frame(&self, object: usize) -> Option<ObjectFrame> {
+        let alone = || {
+            let camera = self.placed().next().filter(|_| self.has_one_camera())?;
+            Some(ObjectFrame {
+                covariance: Matrix6::zeros(),
+                scale_variance: self.scales[object],
+                centre: camera.centre,
+            })
+        };
+        self.frames.get(&object).copied().or_else(alone)
+    }
+
+    /// Whether a single camera has a pose, so that nothing checks its lens and the sizes of tags.
+    pub fn has_one_camera(&self) -> bool {
+        self.placed().count() == 1
+    }
+
+    fn placed(&self) -> impl Iterator<Item = &CalibratedCamera> {
+        self.cameras
+            .iter()
+            .filter_map(|camera| camera.posed.as_ref())
+    }
+
+    /// Prior variance of the logarithm of the common scale of an object's tags.
+    pub fn scale_variance(&self, object: usize) -> f64 {
+        self.scales[object]
     }
 
     /// The same views by the models in force.
@@ -310,7 +355,7 @@ impl Site {
 
     /// A view whitened by the detector's noise alone.
     pub fn for_calibration(&self, old: &TagView, options: &FusionOptions) -> Option<TagView> {
-        let noise = CornerNoise::of(&old.seen, 0.0, options)?;
+        let noise = CornerNoise::of(&old.seen, &Displacement::default(), options)?;
         Some(TagView {
             information: noise.information,
             whitening: noise.whitening,
@@ -408,6 +453,19 @@ impl Site {
 /// Prior standard deviation of the logarithm of a tag size: printers scale by some tenths of a per cent.
 const USUAL_SIZE_SIGMA: f64 = 0.005;
 
+/// Prior standard deviation of the logarithm of the size of a tag.
+fn size_sigma(object: &ObjectModel, tag: &ObjectTag) -> f64 {
+    let stated_m = object.size_sigma_m(&tag.tag);
+    stated_m.map_or(USUAL_SIZE_SIGMA, |sigma_m| sigma_m / tag.size_m)
+}
+
+/// Prior variance of the logarithm of the common scale of an object's tags.
+fn scale_variance(object: &ObjectModel) -> f64 {
+    let tags = object.tags();
+    let variances = tags.iter().map(|tag| size_sigma(object, tag).powi(2));
+    variances.sum::<f64>() / tags.len() as f64
+}
+
 impl FileCamera {
     fn uncorrected(&self) -> CalibratedCamera {
         self.corrected(&CameraCorrection::none(self.sigma, self.lens_sigma))
@@ -466,7 +524,7 @@ fn view(
 ) -> Option<TagView> {
     let tag = &place.tag;
     let object_from_tag = tag.object_from_tag?;
-    let noise = CornerNoise::of(seen, misplacement(camera, seen, place), options)?;
+    let noise = CornerNoise::of(seen, &displacement(camera, seen, place), options)?;
     Some(TagView {
         tag: tag.tag,
         chain_link: place.chain_link.clone(),
@@ -485,25 +543,36 @@ fn view(
     })
 }
 
-/// Variance of corners by errors of camera pose, tag pose and lens, px²: what views contradict each other by.
-fn misplacement(camera: &CalibratedCamera, seen: &TagCorners, place: &TagPlacement) -> f64 {
-    let edge_px = area_px2(&seen.corners).sqrt();
-    let shifted = |sigma: PoseSigma| (sigma.position_m * edge_px / place.tag.size_m).powi(2);
-    let by_camera = camera.sigma.map(|sigma| {
-        let turned = sigma.orientation_rad * camera.lens.intrinsics().fx;
-        shifted(sigma) + turned.powi(2)
-    });
-    let by_tag = place.sigma.map(|sigma| {
-        let turned = sigma.orientation_rad * 0.5 * edge_px;
-        shifted(sigma) + turned.powi(2)
-    });
-    let by_lens = camera.lens_sigma.map(|sigma| {
+/// How errors of camera pose, lens and tag displace a view against others. What a camera or a tag by itself shows contradicts nothing, and has
+/// no sigma.
+fn displacement(
+    camera: &CalibratedCamera,
+    seen: &TagCorners,
+    place: &TagPlacement,
+) -> Displacement {
+    let px_per_m = area_px2(&seen.corners).sqrt() / place.tag.size_m;
+    let shifted = |sigma: PoseSigma| (sigma.position_m * px_per_m).powi(2);
+    let by_lens = || {
+        let sigma = camera.lens_sigma?;
         let displaced = camera.displaced_by_lens(&seen.corners[0]);
         let focal = displaced.column(0) * sigma.focal_px;
         let distortion = displaced.column(1) * sigma.distortion_px;
-        0.5 * (focal.norm_squared() + distortion.norm_squared())
+        Some(0.5 * (focal.norm_squared() + distortion.norm_squared()))
+    };
+    let by_camera = camera.sigma.map(|sigma| {
+        let turned = sigma.orientation_rad * camera.lens.intrinsics().fx;
+        shifted(sigma) + turned.powi(2) + by_lens().unwrap_or_default()
     });
-    [by_camera, by_tag, by_lens].into_iter().flatten().sum()
+    let by_tag = place.sigma.map(|sigma| Displacement {
+        apart: 0.0,
+        shift: shifted(sigma),
+        turn: sigma.orientation_rad.powi(2),
+        scale: place.size_prior.powi(2),
+    });
+    Displacement {
+        apart: by_camera.unwrap_or_default(),
+        ..by_tag.unwrap_or_default()
+    }
 }
 
 /// Pixels from the lens's centre to the farthest corner of the image.

@@ -4,7 +4,7 @@
 //! S⁻¹ D S⁻¹ d - tr S⁻¹ D) / 2 and the information tr (S⁻¹ D)² / 2 (Harvey 1989, Forecasting, eqs. 3.4.5, 3.4.69). D is the share of the
 //! predicted covariance that the density brings about. Where the prediction hardly matters, the information is small.
 
-use nalgebra::{Matrix3, SMatrix, SVector};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 /// Share of the predicted variance that changes with the density: between 1/4 where images rule and 1 where motion does.
 const SHARE: f64 = 0.4;
@@ -17,6 +17,11 @@ const USUAL_OF: f64 = 20.0;
 const FAITH: f64 = 0.5;
 /// Updates that are remembered.
 const MEMORY: f64 = 40.0;
+/// Share of the earlier innovations that counts with the next: what goes on in one direction is an acceleration that persists, of which a single
+/// innovation shows little. With white innovations the sum has mean zero.
+const PERSISTENCE: f64 = 0.5;
+/// How much innovations of opposite directions count, in roots of the information: they come from cameras that disagree.
+const MOST_OPPOSED: f64 = 0.8;
 /// Largest step of one update, in standard deviations: a jolt is no change of the density.
 const MOST_SIGMAS: f64 = 3.0;
 /// Bounds of the logarithm about the default: from a body at rest to one shaken by hand. What is livelier is no motion but
@@ -68,6 +73,8 @@ pub(crate) struct Innovation<const D: usize> {
 pub(crate) struct PsdEstimate {
     logarithm: f64,
     information: f64,
+    /// Sum of the last innovations over their covariance, older ones less: what they have in common.
+    persistent: Vector3<f64>,
 }
 
 impl Default for PsdEstimate {
@@ -75,6 +82,7 @@ impl Default for PsdEstimate {
         Self {
             logarithm: 0.0,
             information: FAITH,
+            persistent: Vector3::zeros(),
         }
     }
 }
@@ -149,10 +157,13 @@ impl PsdEstimate {
             return;
         };
         let change: Matrix3<f64> = alone * share(alone.trace() / 3.0, noise);
-        let pull = innovation.pull.fixed_rows::<3>(first);
+        let pull = innovation.pull.fixed_rows::<3>(first).into_owned();
         let relative = block(&innovation.weight) * change;
-        let slope = 0.5 * (pull.dot(&(change * pull)) - relative.trace());
         let information = 0.5 * (relative * relative).trace();
+        let common = 2.0 * pull.dot(&(change * self.persistent));
+        let common = common.max(-MOST_OPPOSED * information.sqrt());
+        self.persistent = (self.persistent + pull) * PERSISTENCE;
+        let slope = 0.5 * (pull.dot(&(change * pull)) + common - relative.trace());
         self.score(slope, information);
     }
 

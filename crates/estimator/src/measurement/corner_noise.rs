@@ -1,6 +1,6 @@
 //! Covariance of the corners of a view: as its detector reports it, or the configured default.
 
-use nalgebra::{Matrix2, Point2};
+use nalgebra::{Matrix2, Point2, SVector, Vector2};
 
 use crate::measurement::view_equations::NoiseSource;
 use crate::measurement::whitening::{Matrix8, Whitening};
@@ -28,10 +28,15 @@ pub(crate) struct CornerNoise {
 
 impl CornerNoise {
     /// As reported, with correlations only where they form a covariance; the default noise where nothing usable is reported. The floor and
-    /// `misplaced`, px², are added. `None` where the corners enclose no area.
-    pub fn of(seen: &TagCorners, misplaced: f64, options: &FusionOptions) -> Option<Self> {
+    /// what errors of the models displace are added. `None` where the corners enclose no area.
+    pub fn of(
+        seen: &TagCorners,
+        displacement: &Displacement,
+        options: &FusionOptions,
+    ) -> Option<Self> {
         let floor = options.corner_floor_px.powi(2);
-        let widened = |noise: Matrix8| noise + of_all(floor) + of_all(misplaced);
+        let displaced = displacement.covariance(&seen.corners);
+        let widened = |noise: Matrix8| noise + of_all(floor) + displaced;
         if area_px2(&seen.corners) < LEAST_AREA {
             return None;
         }
@@ -54,6 +59,40 @@ impl CornerNoise {
             whitening: joint.or_else(|| Whitening::new(&own))?,
             is_joint,
         })
+    }
+}
+
+/// Variances by which errors of models displace the corners of a view against other views.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Displacement {
+    /// Of each corner by itself along either axis, px²: images of other cameras are of other moments, and a filter that took the difference of two
+    /// cameras for exact would take it for motion.
+    pub apart: f64,
+    /// Variance of the shift of all corners along either axis, px².
+    pub shift: f64,
+    /// Variance of the angle by which they turn about their middle, rad².
+    pub turn: f64,
+    /// Variance of the logarithm of their distances from it.
+    pub scale: f64,
+}
+
+impl Displacement {
+    /// Covariance of x and y of each corner in turn, px².
+    fn covariance(&self, corners: &[Point2<f64>; 4]) -> Matrix8 {
+        let sum = corners
+            .iter()
+            .fold(Vector2::zeros(), |sum, corner| sum + corner.coords);
+        let from_middle = corners.map(|corner| corner.coords - sum / 4.0);
+        let mode = |direction: fn(&Vector2<f64>) -> Vector2<f64>| {
+            let of_corners = from_middle.map(|arm| direction(&arm));
+            SVector::<f64, 8>::from_fn(|at, _| of_corners[at / 2][at % 2])
+        };
+        let (turned, scaled) = (mode(|arm| Vector2::new(-arm.y, arm.x)), mode(|arm| *arm));
+        let shifted = Matrix8::from_fn(|row, column| f64::from(u8::from(row % 2 == column % 2)));
+        of_all(self.apart)
+            + shifted * self.shift
+            + turned * turned.transpose() * self.turn
+            + scaled * scaled.transpose() * self.scale
     }
 }
 

@@ -130,10 +130,7 @@ impl Adjustment {
         self.design_effect.learn(keyframes, determined.sum(), left);
         let evidence = last.evidence(&layout, &errors);
         if evidence.excludes_all() {
-            return Some(Corrections::exact(
-                layout.cameras.keys().copied(),
-                layout.tags.keys().copied(),
-            ));
+            return Some(exact(&layout, site));
         }
         let suffices = evidence.suffices(left);
         let corrections = self.corrections(&layout, &errors, last, site)?;
@@ -467,9 +464,15 @@ impl Adjustment {
             orientation_rad: ((3..6).map(|axis| variance(first + axis)).sum::<f64>() / 3.0).sqrt(),
         };
         let classes = [Class::CameraPose, Class::Lens, Class::TagPose];
+        let [of_cameras, mut of_lenses, of_tags] =
+            classes.map(|class| self.scales.0[class as usize]);
+        if site.has_one_camera() {
+            // However exact the tags are: nothing checks it.
+            of_lenses = 1.0;
+        }
         let mut corrections = Corrections {
             independence: independent.sqrt(),
-            unseen: classes.map(|class| self.scales.0[class as usize]),
+            unseen: [of_cameras, of_lenses, of_tags],
             ..Corrections::default()
         };
         for (camera, first) in &layout.cameras {
@@ -485,7 +488,7 @@ impl Adjustment {
                     },
                 }
             } else {
-                file.lens_sigma.times(self.scales.0[Class::Lens as usize])
+                file.lens_sigma.times(of_lenses)
             };
             corrections.cameras.insert(*camera, one);
         }
@@ -496,7 +499,7 @@ impl Adjustment {
             if let Some(covariance) = gauge.frame_covariance(*body) {
                 let frame = ObjectFrame {
                     covariance,
-                    scale_variance: gauge.scale_variance(),
+                    scale_variance: gauge.scale_variance(site),
                     centre: gauge.centre,
                 };
                 // The pose that is published is that of the object, or of its first link.
@@ -504,6 +507,29 @@ impl Adjustment {
             }
         }
         Some(corrections)
+    }
+}
+
+/// Nothing is wrong with the files, as far as images show it: not the lens of a camera that no other one checks.
+fn exact(layout: &ParameterLayout, site: &Site) -> Corrections {
+    let camera = |camera: &usize| {
+        let lens_sigma = if site.has_one_camera() {
+            site.file_camera(*camera)?.lens_sigma
+        } else {
+            LensSigma::NONE
+        };
+        Some((*camera, CameraCorrection::none(PoseSigma::NONE, lens_sigma)))
+    };
+    Corrections {
+        cameras: layout.cameras.keys().filter_map(camera).collect(),
+        tags: layout
+            .tags
+            .keys()
+            .map(|tag| (*tag, TagCorrection::NONE))
+            .collect(),
+        frames: BTreeMap::new(),
+        unseen: [0.0; 3],
+        independence: 1.0,
     }
 }
 

@@ -131,17 +131,19 @@ impl Gauge {
             .try_inverse()
     }
 
-    /// Variance of the common scale by all priors.
-    pub fn scale_variance(&self) -> f64 {
-        let bodies = self.frames.iter().map(|frame| &frame.of_site);
-        let slopes = std::iter::once(&self.of_cameras).chain(bodies);
-        let slopes =
-            slopes.flat_map(|basis| basis.column(OF_WORLD).iter().copied().collect::<Vec<_>>());
-        let terms = slopes.zip(self.precision.iter());
-        let information: f64 = terms
-            .map(|(slope, precision)| slope * slope * precision)
-            .sum();
-        information.recip()
+    /// Variance of the common scale by all priors. Tags of one object are of one printer, so that their number makes them no better.
+    pub fn scale_variance(&self, site: &Site) -> f64 {
+        let information = |basis: &DMatrix<f64>, precision: DVectorView<'_, f64>| {
+            let slopes = basis.column(OF_WORLD);
+            slopes.component_mul(&slopes).dot(&precision)
+        };
+        let of_cameras = self.precision.rows(0, self.of_cameras.nrows());
+        let of_bodies = self.frames.iter().map(|frame| {
+            let own = information(&frame.of_site, self.precisions(frame));
+            own.min(site.scale_variance(frame.body.0).recip())
+        });
+        let all = information(&self.of_cameras, of_cameras) + of_bodies.sum::<f64>();
+        all.recip()
     }
 
     fn precisions(&self, frame: &BodyFrame) -> DVectorView<'_, f64> {

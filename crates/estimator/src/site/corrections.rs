@@ -57,28 +57,6 @@ pub(crate) struct ObjectFrame {
     pub centre: Vector3<f64>,
 }
 
-impl Corrections {
-    /// Nothing is wrong with the files.
-    pub(crate) fn exact(
-        cameras: impl Iterator<Item = usize>,
-        tags: impl Iterator<Item = TagId>,
-    ) -> Self {
-        let camera = CameraCorrection::none(PoseSigma::NONE, LensSigma::NONE);
-        let tag = TagCorrection {
-            step: Vector6::zeros(),
-            log_size: 0.0,
-            sigma: PoseSigma::NONE,
-        };
-        Self {
-            cameras: cameras.map(|index| (index, camera)).collect(),
-            tags: tags.map(|id| (id, tag)).collect(),
-            frames: BTreeMap::new(),
-            unseen: [0.0; 3],
-            independence: 1.0,
-        }
-    }
-}
-
 /// Steps smaller than such a share of a default sigma are no correction: the share at which a class has no errors, and rounding.
 const NEGLIGIBLE: f64 = 2e-3;
 /// Share of a default sigma that no figure in a file is better than: a site warms up, is cleaned and is touched.
@@ -214,6 +192,13 @@ fn is_close(
 }
 
 impl TagCorrection {
+    /// The file's values are exact.
+    pub const NONE: Self = Self {
+        step: Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        log_size: 0.0,
+        sigma: PoseSigma::NONE,
+    };
+
     fn is_nothing(&self) -> bool {
         self.step == Vector6::zeros() && self.log_size == 0.0 && !self.sigma.is_some()
     }
