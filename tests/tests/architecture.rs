@@ -17,8 +17,8 @@ const FLOORS: &[&[&str]] = &[
         "sextant-drp-circuits",
     ],
     &["sextant-apriltag", "sextant-site-model"],
-    &["sextant-estimator", "sextant-simulator"],
-    &["sextant-proto", "sextant-calibrator"],
+    &["sextant-site-report", "sextant-simulator"],
+    &["sextant-estimator", "sextant-proto", "sextant-calibrator"],
     &[
         "sextant-iceoryx-images",
         "sextant-zenoh-bus",
@@ -53,6 +53,7 @@ const IGNORANT_OF: &[(&str, &[&str])] = &[
     ("sextant-drp-circuits", TRANSPORT),
     ("sextant-apriltag", TRANSPORT),
     ("sextant-site-model", TRANSPORT),
+    ("sextant-site-report", TRANSPORT),
     ("sextant-estimator", TRANSPORT),
     ("sextant-simulator", TRANSPORT),
     ("sextant-proto", TRANSPORT),

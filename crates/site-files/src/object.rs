@@ -11,10 +11,10 @@ use crate::pose::{SigmaTable, pose_of, pose_toml, sigma_toml};
 use crate::read::read_text;
 use links::{JointTable, LinkTable, articulation_of, articulation_toml};
 use serde::Deserialize;
-use sextant_estimator::{
+use sextant_geometry::PoseParts;
+use sextant_site_model::{
     Articulation, IdError, LinkId, ObjectError, ObjectId, ObjectModel, ObjectTag, PoseSigma, TagId,
 };
-use sextant_geometry::PoseParts;
 use sextant_tag_families::Family;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;

@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{CameraId, ObjectId, TagId};
+use sextant_site_model::{CameraId, ObjectId, TagId};
 
 /// Something wrong with the site.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{CameraId, ObjectId, TagId};
+use sextant_site_model::{CameraId, ObjectId, TagId};
 
 /// An error of a rig's or an object's file that poses allow for.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
