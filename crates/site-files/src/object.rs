@@ -272,7 +272,7 @@ fn tag_of(object: &ObjectId, index: usize, table: &TagTable) -> Result<ObjectTag
         size_m: table.size,
         object_from_tag: pose_of(pose.as_ref(), &format!("{key}.{pose_key}"))?,
     };
-    // An object with this tag alone: the rules are the estimator's, the location is known here.
+    // An object with this tag alone: the rules are the site model's, the location is known here.
     ObjectModel::new(object.clone(), vec![tag.clone()]).map_err(|error| complaint(&key, &error))?;
     Ok(tag)
 }

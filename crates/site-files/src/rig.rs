@@ -165,7 +165,7 @@ fn camera_of((index, table): (usize, &CameraTable)) -> Result<Camera, Complaint>
         lens: table.lens,
         world_from_camera: pose_of(table.world_from_camera.as_ref(), &pose_key)?,
     };
-    // A rig with this camera alone: the rules are the estimator's, the location is known here.
+    // A rig with this camera alone: the rules are the site model's, the location is known here.
     Rig::new(vec![camera.clone()]).map_err(|error| complaint(&key, &error))?;
     Ok(camera)
 }

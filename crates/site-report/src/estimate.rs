@@ -6,7 +6,7 @@ use sextant_geometry::Pose;
 
 use sextant_site_model::{JointId, LinkId, ObjectId, is_finite};
 
-/// How far a pose can be trusted.
+/// How far a pose can be trusted. On the wire the number of the variant, from 0, in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum State {

@@ -6,8 +6,8 @@
 //! - [`Fault`], [`Imperfection`]: what is wrong with the site and its files, with the words for people.
 //!
 //! Metres, radians and seconds; frames as `crates/geometry/FRAMES.md` defines them. This crate estimates nothing, so that whoever reads a
-//! report depends on no estimator. [`State`], [`Fault`] and [`Imperfection`] are part of messages that encode a variant by its index:
-//! `proto/CONTRACT.md` pins the order of their variants.
+//! report depends on no estimator. Messages encode a variant of [`State`], [`Fault`] and [`Imperfection`] by its index, so the order of
+//! variants is part of the wire contract; `proto/tests/contract.rs` compares it with `proto/CONTRACT.md`.
 
 mod estimate;
 mod fault;

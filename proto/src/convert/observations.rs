@@ -1,4 +1,4 @@
-//! Observations to what the estimator takes in.
+//! Observations to the images of the site model.
 
 use crate::messages::camera_status::{ClockQuality, ClockSource};
 use crate::messages::observations::{Observations, TagObservation};

@@ -109,7 +109,7 @@ fn joint_of(index: usize, table: &JointTable) -> Result<Joint, Complaint> {
     })
 }
 
-/// The estimator's rules, with the location in the file.
+/// The site model's rules, with the location in the file.
 fn complaint(error: &ArticulationError, links: &[LinkTable], joints: &[JointTable]) -> Complaint {
     let at = |id: &JointId| joints.iter().position(|joint| joint.id == *id);
     let joint = error.joint().and_then(at).unwrap_or(0);
