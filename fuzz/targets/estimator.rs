@@ -5,10 +5,9 @@
 
 use arbitrary::{Result, Unstructured};
 use nalgebra::{Matrix2, Point2, Point3, UnitQuaternion, Vector3};
-use sextant_estimator::{
-    Camera, CameraId, Fusion, FusionOptions, ImageObservation, Input, ObjectEstimate, ObjectId,
-    ObjectModel, ObjectTag, Output, Rig, TagCorners, TagId,
-};
+use sextant_estimator::{Fusion, FusionOptions, Input, Output};
+use sextant_site_model::{Camera, CameraId, ImageObservation, ObjectId, ObjectModel, ObjectTag, Rig, TagCorners, TagId};
+use sextant_site_report::ObjectEstimate;
 use sextant_fuzz as _;
 use sextant_geometry::lens::Intrinsics;
 use sextant_geometry::{Lens, Pose, tag_corners_in_tag};

@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use sextant_apriltag::{Family, Options};
-use sextant_estimator::CameraId;
 use sextant_iceoryx_images::IceoryxOptions;
 use sextant_proto::{Keys, NodeId, NodeKind, SiteId};
 use sextant_site_files::{Complaint, FileError, parse_toml, read_text};
+use sextant_site_model::CameraId;
 use sextant_zenoh_bus::{BusError, BusOptions, Identity, Role, Security, SecurityOptions};
 
 pub use self::rza2m::{DrpCircuit, DrpCircuitConfig, Rza2mConfig};

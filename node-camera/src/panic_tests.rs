@@ -1,13 +1,13 @@
 //! Every thread of this node panics, each in a process of its own: the process ends and says so.
 
 use crate::{CameraArguments, CameraNodeConfig, Part, SourceConfig, run};
-use sextant_estimator::CameraId;
 use sextant_iceoryx_images::{IceoryxOptions, remove_dead};
 use sextant_process::children::ChildProcess;
 use sextant_process::{Exit, Shutdown, panics};
 use sextant_proto::SiteId;
 use sextant_simulator::Scenario;
 use sextant_site_files::write_toml;
+use sextant_site_model::CameraId;
 use sextant_zenoh_bus::BusOptions;
 use std::io::Read;
 use std::path::Path;

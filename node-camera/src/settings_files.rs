@@ -128,8 +128,8 @@ impl SourceConfig {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sextant_estimator::CameraId;
     use sextant_proto::{Control, SettingsOutcome};
+    use sextant_site_model::CameraId;
 
     fn wanted(exposure_us: Option<f64>) -> CameraSettings {
         CameraSettings {

@@ -15,10 +15,10 @@ use std::path::Path;
 use std::time::Duration;
 
 use anyhow::Context;
-use sextant_estimator::CameraId;
 use sextant_iceoryx_images::ClockSource;
 use sextant_process::{Exit, Failure, Shutdown, WithExit};
 use sextant_proto::CameraControls;
+use sextant_site_model::CameraId;
 
 use self::reopening::Reopening;
 use crate::config::SourceConfig;

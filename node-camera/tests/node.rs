@@ -16,7 +16,6 @@ use std::time::{Duration, Instant};
 use node_camera::{
     CameraNodeConfig, CommandConfig, CommandLine, Pace, SourceConfig, StreamFormat, VideoConfig,
 };
-use sextant_estimator::{Camera, CameraId, ObjectId, ObjectModel, ObjectTag, Rig, TagId};
 use sextant_iceoryx_images::{IceoryxOptions, ImageSubscriber};
 use sextant_process::children::ChildProcess;
 use sextant_process::memory::pss_bytes;
@@ -25,6 +24,7 @@ use sextant_proto::{
 };
 use sextant_recordings::{GreyImage, write_grey_png};
 use sextant_simulator::{Renderer, Scenario};
+use sextant_site_model::{Camera, CameraId, ObjectId, ObjectModel, ObjectTag, Rig, TagId};
 use sextant_zenoh_bus::{Bus, BusOptions, DropRule, Presence, Qos, Subscription};
 
 const PATIENCE: Duration = Duration::from_secs(60);

@@ -1,9 +1,9 @@
 //! The file of camera settings: exposure, gain and rate of the site's cameras.
 
 use serde::{Deserialize, Serialize};
-use sextant_estimator::CameraId;
 use sextant_proto::{CameraSettings, encode, limits};
 use sextant_site_files::{Complaint, FileError, read_toml_checked, write_toml};
+use sextant_site_model::CameraId;
 use std::collections::BTreeMap;
 use std::path::Path;
 

@@ -4,8 +4,9 @@
 //! line; neighbouring offsets share most of their images and with them their errors, so that its sigma is taken from the
 //! ends alone: sqrt(2) sigma / span, twice for safety.
 
-use sextant_estimator::{CameraId, ClockOffset};
 use sextant_proto::{CameraClock, ClockReport, NodeId, limits};
+use sextant_site_model::CameraId;
+use sextant_site_report::ClockOffset;
 use std::collections::{BTreeMap, VecDeque};
 
 /// Offsets remembered of a camera: a minute of them.

@@ -1,8 +1,9 @@
 //! `fusion.toml`: what a person sets of a fusion node. Paths are relative to the file's folder.
 
 use serde::{Deserialize, Serialize};
-use sextant_estimator::{FusionOptions, ObjectId};
+use sextant_estimator::FusionOptions;
 use sextant_proto::{NodeId, SiteId};
+use sextant_site_model::ObjectId;
 use sextant_zenoh_bus::{BusError, BusOptions, Identity, Role, Security, SecurityOptions};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

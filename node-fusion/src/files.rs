@@ -8,12 +8,12 @@ use crate::camera_settings;
 use crate::config::FusionConfig;
 use crate::formers::{Former, Formers};
 use crate::models::{Change, Models};
-use sextant_estimator::ObjectId;
 use sextant_process::{Exit, WithExit};
 use sextant_site_files::{
     FileError, former_of, keep_object, keep_rig, object_file, read_object, read_rig, read_text,
     retire_object, with_value, write_keeping_former,
 };
+use sextant_site_model::ObjectId;
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
 

@@ -69,7 +69,7 @@ fn between(own: &Models, keys: &Keys, theirs: &[Item]) -> Vec<Change> {
             Change::Rig(_) | Change::Removal(_) => {}
         }
     }
-    let own_objects = own.objects.iter().map(sextant_estimator::ObjectModel::id);
+    let own_objects = own.objects.iter().map(sextant_site_model::ObjectModel::id);
     let gone = own_objects.filter(|id| !objects.contains(id)).cloned();
     let unset = own.settings.keys().filter(|id| !cameras.contains(id));
     let unset = unset.cloned().map(CameraSettings::none);
@@ -83,9 +83,9 @@ fn between(own: &Models, keys: &Keys, theirs: &[Item]) -> Vec<Change> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sextant_estimator::{ObjectModel, Rig};
     use sextant_proto::{ObjectConfig, RigConfig, encode};
     use sextant_site_files::{parse_object, parse_rig};
+    use sextant_site_model::{ObjectModel, Rig};
     use sextant_zenoh_bus::Payload;
     use std::path::Path;
 

@@ -1,8 +1,8 @@
 //! The models before the last change of the rig and of each object, to revert it.
 
 use crate::models::{Change, Models};
-use sextant_estimator::{ObjectId, ObjectModel, Rig};
 use sextant_proto::{EncodeError, ModelPayload, NodeId, ObjectConfig, Proposal, RigConfig, limits};
+use sextant_site_model::{ObjectId, ObjectModel, Rig};
 use std::collections::BTreeMap;
 
 /// Changes within this time of the last one, ns, are reverted together: a refinement changes the rig and objects one after the other.

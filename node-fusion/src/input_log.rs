@@ -3,10 +3,10 @@
 //! In: each input and the time given to the estimator with it. Out: numbered batches. Knows neither network nor clock.
 
 use crate::models::Models;
-use sextant_estimator::{ObjectModel, Rig};
 use sextant_proto::{
     FusionInput, FusionInputs, InputSource, NodeId, ObjectConfig, RigConfig, encode, fingerprint,
 };
+use sextant_site_model::{ObjectModel, Rig};
 
 /// Longest delay of an input in this log, ns.
 const DELAY_NS: u64 = 100_000_000;
@@ -113,7 +113,7 @@ mod tests {
 
     fn image(sequence: u64) -> InputSource {
         InputSource::Image {
-            camera: sextant_estimator::CameraId::new("north").unwrap(),
+            camera: sextant_site_model::CameraId::new("north").unwrap(),
             sequence,
             capture_ns: 7,
         }

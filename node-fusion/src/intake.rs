@@ -4,11 +4,11 @@
 //! neither network nor clock.
 
 use crate::ages::Ages;
-use sextant_estimator::{CameraId, ImageObservation};
 use sextant_process::ClockQuality;
 use sextant_proto::{
     CameraIntake, ClockSource, InputSource, KeyRef, Keys, Notice, Observations, Rejections, decode,
 };
+use sextant_site_model::{CameraId, ImageObservation};
 use std::collections::BTreeMap;
 
 /// Decodes messages and counts them per camera of the rig.

@@ -4,10 +4,11 @@
 
 use crate::camera_settings::SettingsOfCameras;
 use crate::refusals::{detail, invalid_camera, invalid_object, undecodable, unusable};
-use sextant_estimator::{CameraId, Fusion, FusionOptions, ObjectId, ObjectModel, Rig};
+use sextant_estimator::{Fusion, FusionOptions};
 use sextant_proto::{
     CameraSettings, KeyRef, ObjectConfig, Refusal, RigConfig, decode, encode, limits,
 };
+use sextant_site_model::{CameraId, ObjectId, ObjectModel, Rig};
 
 /// What the machine works from.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,7 +85,7 @@ fn camera_settings(id: &CameraId, payload: &[u8]) -> Result<Change, Refusal> {
 
 /// Refuses a tag that its family does not have.
 fn check_tags(model: &ObjectModel) -> Result<(), Refusal> {
-    let n_ids = |tag: &sextant_estimator::TagId| tag.family.data().codes.len();
+    let n_ids = |tag: &sextant_site_model::TagId| tag.family.data().codes.len();
     let mut tags = model.tags().iter().map(|tag| tag.tag);
     match tags.find(|tag| tag.id as usize >= n_ids(tag)) {
         Some(tag) => Err(Refusal::UnknownTag {
@@ -175,9 +176,9 @@ impl Models {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sextant_estimator::{Camera, CameraId, ObjectTag, PoseSigma, TagId};
     use sextant_geometry::{Intrinsics, Lens, Pose};
     use sextant_proto::Keys;
+    use sextant_site_model::{Camera, CameraId, ObjectTag, PoseSigma, TagId};
     use sextant_tag_families::Family;
 
     fn model(id: &str, tags: &[u32]) -> ObjectModel {

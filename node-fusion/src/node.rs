@@ -13,9 +13,7 @@ use crate::publishers::Publishers;
 use crate::standby::{Duty, Standby};
 use crate::status::{Losses, StatusReporter};
 use anyhow::Context;
-use sextant_estimator::{
-    CameraId, Fusion, FusionOptions, Input, ObjectEstimate, Output, Proposal, Rig, State,
-};
+use sextant_estimator::{Fusion, FusionOptions, Input, Output, Proposal};
 use sextant_process::host::host_name;
 use sextant_process::{
     ClockQuality, Exit, Reading, Shutdown, SteadyClock, WithExit, fail_point, memory, now_ns,
@@ -25,6 +23,8 @@ use sextant_proto::{
     CameraSettings, ConfigAnswer, InputSource, KeyRef, Keys, NodeId, NodeKind, Outcome, limits,
 };
 use sextant_site_files::read_toml;
+use sextant_site_model::{CameraId, Rig};
+use sextant_site_report::{ObjectEstimate, State};
 use sextant_zenoh_bus::{
     Bus, BusError, ControlProbe, DropRule, HeldName, Item, Payload, StreamBounds, Subscription,
 };

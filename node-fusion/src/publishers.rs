@@ -2,11 +2,12 @@
 
 use crate::formers::Formers;
 use crate::models::Models;
-use sextant_estimator::{CameraId, ObjectEstimate, ObjectId, ObjectModel, Rig};
 use sextant_proto::{
     ANNOUNCED, CameraSettings, ClockReport, ConfigAnswer, FusionInputs, FusionStatus, Keys, NodeId,
     ObjectConfig, ObjectLinks, ObjectPose, Proposal, RigConfig,
 };
+use sextant_site_model::{CameraId, ObjectId, ObjectModel, Rig};
+use sextant_site_report::ObjectEstimate;
 use sextant_zenoh_bus::{Bus, BusError, Latest, Publisher, Qos};
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;

@@ -1,7 +1,8 @@
 //! Refused changes: errors of the libraries as [`Refusal`]s, and those of the last minute for the status.
 
-use sextant_estimator::{ModelError, ObjectError};
+use sextant_estimator::ModelError;
 use sextant_proto::{DecodeError, Notice, Refusal, RigConfigError, limits};
+use sextant_site_model::ObjectError;
 use std::collections::BTreeMap;
 use std::fmt::Display;
 

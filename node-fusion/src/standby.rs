@@ -3,9 +3,9 @@
 
 use crate::config::ShardingConfig;
 use sextant_election::{Assignment, Company, Election, Input, Link, Moment, Sharding};
-use sextant_estimator::{ObjectId, ObjectModel, TagId};
 use sextant_process::SteadyClock;
 use sextant_proto::{Heartbeat, KeyRef, Keys, Kind, NodeId};
+use sextant_site_model::{ObjectId, ObjectModel, TagId};
 use sextant_zenoh_bus::{
     AliveWatch, Bus, BusError, Presence, Publisher, Qos, StreamBounds, Subscription,
 };

@@ -6,10 +6,10 @@ use crate::notices::Notices;
 use crate::proposing;
 use crate::publishers::Unpublished;
 use crate::refusals::{Refusals, detail};
-use sextant_estimator::{
-    Fusion, HeldBack, ObjectEstimate, ObjectId, ObjectModel, State, Statistics,
-};
+use sextant_estimator::{Fusion, HeldBack, Statistics};
 use sextant_proto::{CameraIntake, FusionStatus, NodeId, Notice, ObjectHealth, limits};
+use sextant_site_model::{ObjectId, ObjectModel};
+use sextant_site_report::{ObjectEstimate, State};
 use std::collections::BTreeMap;
 
 /// Collects what the next status reports.

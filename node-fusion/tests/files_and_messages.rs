@@ -4,9 +4,9 @@
 
 use proptest::option::of;
 use proptest::prelude::*;
-use sextant_estimator::{ObjectModel, Rig};
 use sextant_proto::{ObjectConfig, RigConfig, decode, encode};
 use sextant_site_files::{object_toml, parse_object, parse_rig, rig_toml};
+use sextant_site_model::{ObjectModel, Rig};
 use std::path::Path;
 
 /// The text of a rig file after its rig was sent and received.

@@ -9,13 +9,13 @@ use crate::metrics::Moment;
 use crate::rejections::Rejection;
 use crate::wizard::Offer;
 use crate::{link_frames, translate};
-use sextant_estimator::{ImageObservation, ObjectId, ObjectModel, Rig};
 use sextant_process::{fail_point, now_ns};
 use sextant_proto::{ANNOUNCED, DecodeError, EpochFilter, KeyRef, Keys, NodeKind};
 use sextant_proto::{
     CameraStatus, ClockReport, ConfigAnswer, DetectionReport, FusionStatus, NodeId, ObjectConfig,
     ObjectLinks, ObjectPose, ObjectTruth, Observations, Preview, Proposal, RigConfig, decode,
 };
+use sextant_site_model::{ImageObservation, ObjectId, ObjectModel, Rig};
 use sextant_zenoh_bus::{Item, Payload, Presence};
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

@@ -1,8 +1,8 @@
 //! The objects of each fusion node, by its statuses: an object is forgotten even if the bridge missed its removal, or if it was removed
 //! while its fusion node was down.
 
-use sextant_estimator::ObjectId;
 use sextant_proto::{FusionStatus, NodeId};
+use sextant_site_model::ObjectId;
 use sextant_zenoh_bus::BoundedMap;
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
@@ -41,8 +41,8 @@ impl Inventory {
 #[cfg(test)]
 pub(crate) mod samples {
     use super::*;
-    use sextant_estimator::State;
     use sextant_proto::{ObjectHealth, Rejections};
+    use sextant_site_report::State;
 
     pub(crate) fn status(node: &str, objects: &[&str]) -> FusionStatus {
         let health = |id: &&str| ObjectHealth {

@@ -64,7 +64,8 @@ pub(crate) fn joint(joint: &JointState) -> Joint<'_> {
 mod tests {
     use super::*;
     use crate::message::Message;
-    use sextant_estimator::{JointId, LinkId, ObjectId, State};
+    use sextant_site_model::{JointId, LinkId, ObjectId};
+    use sextant_site_report::State;
 
     #[test]
     fn a_link_is_an_object_of_its_own_to_clients() {

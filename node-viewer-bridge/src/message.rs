@@ -1,10 +1,11 @@
 //! The JSON messages of `PROTOCOL.md`, as they are written. Knows no network and no client.
 
 use serde::Serialize;
-use sextant_estimator::{CameraId, JointId, ObjectId, State};
 use sextant_proto::{
     CameraStatus, ClockReport, DetectionReport, FusionStatus, NodeId, PoseConfig, SiteId,
 };
+use sextant_site_model::{CameraId, JointId, ObjectId};
+use sextant_site_report::State;
 use sextant_tag_families::Family;
 
 use crate::access::PageRole;

@@ -13,11 +13,11 @@ pub(crate) use health::Ailment;
 pub(crate) use samples::{BridgeFigures, CONTENT_TYPE};
 
 use record::{CameraRecord, FusionRecord, ObjectRecord};
-use sextant_estimator::{CameraId, ObjectId};
 use sextant_proto::{
     CameraStatus, ClockReport, FusionStatus, NodeId, NodeKind, ObjectConfig, ObjectPose,
     Observations, RigConfig,
 };
+use sextant_site_model::{CameraId, ObjectId};
 use sextant_tag_families::Family;
 use sextant_zenoh_bus::BoundedMap;
 use std::collections::{BTreeMap, BTreeSet};

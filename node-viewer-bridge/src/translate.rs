@@ -146,7 +146,8 @@ pub(crate) fn latency_ms(capture_ns: u64, published_ns: u64) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sextant_estimator::{CameraId, ObjectId, State};
+    use sextant_site_model::{CameraId, ObjectId};
+    use sextant_site_report::State;
 
     #[test]
     fn a_print_has_a_white_ring_around_a_black_one() {

@@ -144,7 +144,7 @@ async fn post(url: &Uri, json: &str) -> anyhow::Result<()> {
 mod tests {
     use super::*;
     use crate::zones::EventKind;
-    use sextant_estimator::ObjectId;
+    use sextant_site_model::ObjectId;
     use std::io::{Read, Write};
     use std::net::TcpListener;
 

@@ -8,13 +8,13 @@
 mod messages;
 
 use serde_json::Value;
-use sextant_estimator::{CameraId, ObjectId};
 use sextant_process::Shutdown;
 use sextant_proto::{
     CameraConfig, ClockQuality, Keys, LensConfig, NodeId, ObjectConfig, ObjectTagConfig,
     Observations, Preview, RigConfig, Timing, encode,
 };
 use sextant_recordings::mcap::site_recording::SiteRecording;
+use sextant_site_model::{CameraId, ObjectId};
 use sextant_tag_families::Family;
 use sextant_zenoh_bus::{Bus, BusOptions, DropRule, Qos, RawLatest};
 use std::io::{Read, Write};

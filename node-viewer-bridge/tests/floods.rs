@@ -9,9 +9,9 @@
 mod messages;
 
 use serde_json::Value;
-use sextant_estimator::{CameraId, ObjectId};
 use sextant_process::{Shutdown, memory};
 use sextant_proto::{ClockQuality, Keys, NodeId, NodeKind, Observations, Preview, Timing, encode};
+use sextant_site_model::{CameraId, ObjectId};
 use sextant_zenoh_bus::{Bus, BusOptions, Qos};
 use std::net::{TcpListener, TcpStream};
 use std::ops::Range;

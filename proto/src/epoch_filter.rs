@@ -1,7 +1,7 @@
 //! Which poses a subscriber takes where several fusion nodes may publish: those of the newest epoch of their object.
 
 use crate::limits::MAX_OBJECTS;
-use sextant_estimator::ObjectId;
+use sextant_site_model::ObjectId;
 use std::collections::BTreeMap;
 
 /// An epoch without a pose for so long, ns, no longer keeps older ones out: its node may be in the other half of a divided network, or

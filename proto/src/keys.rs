@@ -2,7 +2,7 @@
 
 use crate::envelope::Kind;
 use crate::ids::{IdError, NodeId, SiteId};
-use sextant_estimator::{CameraId, ObjectId};
+use sextant_site_model::{CameraId, ObjectId};
 
 /// How the sender of what a fusion node announces under `config/` begins; its name follows. Other senders ask for changes.
 pub const ANNOUNCED: &str = "fusion/";

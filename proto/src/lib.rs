@@ -14,8 +14,8 @@
 //! exposure; pixels with (0, 0) at the centre of the top-left one; tag corners from the top left clockwise as seen; quaternions
 //! x, y, z, w; `a_from_b` maps points of b into a.
 //!
-//! Keys are made and read by [`Keys`]. Conversions between messages and the estimator's types live here as well, because the
-//! nodes and the replay both need them.
+//! Keys are made and read by [`Keys`]. Conversions between messages and the types of `sextant_site_model` and
+//! `sextant_site_report` live here as well, because the nodes and the replay both need them.
 
 mod any;
 mod check;
@@ -63,4 +63,4 @@ pub use messages::refusal::Refusal;
 pub use messages::rig_config::{
     CameraConfig, ExposureConfig, LensConfig, LensSigmaConfig, RigConfig,
 };
-pub use sextant_estimator::State;
+pub use sextant_site_report::State;

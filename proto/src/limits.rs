@@ -13,9 +13,9 @@ pub const MAX_OBJECTS: usize = 1024;
 /// Tags of one object.
 pub const MAX_OBJECT_TAGS: usize = 1024;
 /// Links of one object, and joints between them.
-pub const MAX_LINKS: usize = sextant_estimator::MOST_LINKS;
+pub const MAX_LINKS: usize = sextant_site_model::MOST_LINKS;
 /// Joints of one object that move.
-pub const MAX_JOINTS: usize = sextant_estimator::MOST_JOINTS;
+pub const MAX_JOINTS: usize = sextant_site_model::MOST_JOINTS;
 /// Faults of the site in one status.
 pub const MAX_FAULTS: usize = 64;
 /// Imperfections of the site's files in one status.

@@ -3,8 +3,8 @@
 
 mod samples;
 
-use sextant_estimator::{Fault, Imperfection};
 use sextant_proto::*;
+use sextant_site_report::{Fault, Imperfection};
 
 fn observed() -> Vec<u8> {
     encode(&samples::observations()).unwrap()
@@ -225,7 +225,7 @@ fn the_largest_rig_and_the_largest_object_fit_into_a_message() {
     let mut tag = object.tags[0].clone();
     tag.id = u32::MAX;
     object.tags = vec![tag; limits::MAX_OBJECT_TAGS];
-    let link: sextant_estimator::LinkId = "x".repeat(32).parse().unwrap();
+    let link: sextant_site_model::LinkId = "x".repeat(32).parse().unwrap();
     object.links = vec![link; limits::MAX_LINKS];
     object.joints = vec![object.joints[0].clone(); limits::MAX_LINKS];
     assert_eq!(encode(&object).map(drop), Ok(()));

@@ -12,8 +12,8 @@ use crate::site::SiteArguments;
 use clap::{Args, Subcommand};
 pub use print::ConfigKind;
 use refinement::{RevertTarget, Run};
-use sextant_estimator::{CameraId, ObjectId};
 use sextant_proto::NodeId;
+use sextant_site_model::{CameraId, ObjectId};
 use std::path::PathBuf;
 
 /// Arguments of `sextant config`.

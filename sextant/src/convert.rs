@@ -8,13 +8,13 @@ use anyhow::{Context, bail, ensure};
 use clap::{Args, ValueEnum};
 use recording::{RecordingConversion, is_recording, refuse_without_target};
 use serde_json::json;
-use sextant_estimator::{Camera, CameraId, ObjectModel, Rig};
 use sextant_geometry::Lens;
 use sextant_process::{Exit, Failure, WithExit};
 use sextant_site_files::{
     ForeignFormat, foreign_text, is_foreign, object_toml, read_board, read_rig, rig_toml,
     write_keeping_former,
 };
+use sextant_site_model::{Camera, CameraId, ObjectModel, Rig};
 use std::path::{Path, PathBuf};
 
 /// Arguments of `sextant convert`.

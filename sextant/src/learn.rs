@@ -6,9 +6,9 @@ use anyhow::bail;
 use clap::Args;
 use sextant_calibrator::procedure::{Outcome, Plan, Procedure, Product, Report};
 use sextant_calibrator::{DiscoveredTags, DiscoveryPlan, Gauge, LearnPlan, LearnReport};
-use sextant_estimator::{CameraId, ObjectId, ObjectModel, TagId};
 use sextant_process::{Exit, WithExit};
 use sextant_site_files::{read_object, read_rig, write_object};
+use sextant_site_model::{CameraId, ObjectId, ObjectModel, TagId};
 use sextant_tag_families::Family;
 use std::path::PathBuf;
 

@@ -5,11 +5,11 @@ use crate::site::{Site, SiteArguments};
 use crate::words;
 use clap::Args;
 use serde::Serialize;
-use sextant_estimator::ObjectId;
 use sextant_proto::{
     CameraStatus, FusionStatus, KeyRef, Message, NodeId, NodeKind, ObjectConfig, SiteId, decode,
     limits,
 };
+use sextant_site_model::ObjectId;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
@@ -243,7 +243,7 @@ fn latest<M: Message>(site: &Site, expression: &str) -> anyhow::Result<Vec<M>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sextant_estimator::CameraId;
+    use sextant_site_model::CameraId;
 
     fn camera(id: &str, version: &str) -> CameraStatus {
         let camera = CameraId::new(id).unwrap();

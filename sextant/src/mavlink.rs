@@ -4,9 +4,9 @@ use crate::datagrams::{DatagramTarget, SenderCounts};
 use crate::output::Format;
 use crate::pose_feed::{self, FeedArguments, Next, PoseReceiver, RateLimit};
 use clap::{Args, ValueEnum};
-use sextant_estimator::ObjectId;
 use sextant_pose_formats::{LocalFrame, MavlinkSender, ResetCounter, Sender};
 use sextant_proto::ObjectPose;
+use sextant_site_model::ObjectId;
 use std::time::{Duration, Instant};
 
 /// Between two heartbeats.

@@ -2,12 +2,12 @@
 
 use crate::words;
 use serde::Serialize;
-use sextant_estimator::CameraId;
 use sextant_proto::{
     AnyMessage, CameraSettings, CameraStatus, ClockReport, ConfigAnswer, DetectionReport,
     FusionInputs, FusionStatus, Heartbeat, NodeId, ObjectConfig, ObjectLinks, ObjectPose,
     Observations, Outcome, Part, Proposal, RigConfig,
 };
+use sextant_site_model::CameraId;
 
 /// A message as JSON for programs: as in the contract, but with the length of a preview in place of its image.
 #[derive(Serialize)]

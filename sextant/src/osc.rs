@@ -7,10 +7,11 @@ use crate::pose_feed::{self, FeedArguments, Next, PoseReceiver, RateLimit};
 use crate::words;
 use anyhow::{anyhow, bail};
 use clap::{Args, ValueEnum};
-use sextant_estimator::{ObjectId, State};
 use sextant_pose_formats::{AddressTemplate, MAX_VMT_TRACKERS, MAX_VRCHAT_TRACKERS, OscLayout};
 use sextant_process::{Exit, Failure};
 use sextant_proto::ObjectPose;
+use sextant_site_model::ObjectId;
+use sextant_site_report::State;
 use std::time::Instant;
 
 /// Arguments of `sextant osc`.

@@ -24,12 +24,14 @@ use models::Models;
 use pass::{Delivery, Pass};
 use plan::{Order, Plan, Replacement};
 use poses_file::PosesFile;
-use sextant_estimator::{Fusion, FusionOptions, ImageObservation, Input, ObjectEstimate};
+use sextant_estimator::{Fusion, FusionOptions, Input};
 use sextant_process::{Exit, Failure, WithExit};
 use sextant_proto::NodeId;
 use sextant_recordings::mcap::reader::Ending;
 use sextant_recordings::mcap::site_recording::SiteRecording;
 use sextant_recordings::{Dataset, Row};
+use sextant_site_model::ImageObservation;
+use sextant_site_report::ObjectEstimate;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use summary::Summary;
@@ -144,8 +146,8 @@ fn compare(arguments: &ReplayArguments, replayed: &mut Replayed) -> anyhow::Resu
 }
 
 fn estimator(
-    rig: &sextant_estimator::Rig,
-    objects: &[sextant_estimator::ObjectModel],
+    rig: &sextant_site_model::Rig,
+    objects: &[sextant_site_model::ObjectModel],
 ) -> anyhow::Result<Fusion> {
     let fusion = Fusion::new(rig.clone(), objects.to_vec(), FusionOptions::default());
     fusion.exit_with(Exit::Input)

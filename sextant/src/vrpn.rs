@@ -10,9 +10,9 @@ use crate::words;
 use clap::Args;
 use serde::Serialize;
 use server::{Server, ServerCounts};
-use sextant_estimator::ObjectId;
 use sextant_pose_formats::{VRPN_PORT, VrpnTrackers};
 use sextant_proto::ObjectPose;
+use sextant_site_model::ObjectId;
 use std::time::Instant;
 
 /// Arguments of `sextant vrpn`.

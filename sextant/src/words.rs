@@ -2,8 +2,9 @@
 
 use serde::Serialize;
 use serde_json::Value;
-use sextant_estimator::{ObjectId, State};
 use sextant_proto::{CameraStatus, FusionStatus, Notice, Outcome, SettingsOutcome};
+use sextant_site_model::ObjectId;
+use sextant_site_report::State;
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
 

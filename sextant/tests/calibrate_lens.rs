@@ -6,10 +6,10 @@ mod recording;
 use nalgebra::{Point2, Point3, UnitQuaternion, Vector3};
 use recording::{refused, sextant, stderr, stdout};
 use serde_json::{Value, json};
-use sextant_estimator::ObjectModel;
 use sextant_geometry::{Intrinsics, Lens, Pose, tag_corners_in_tag};
 use sextant_recordings::{GreyImage, write_grey_png};
 use sextant_site_files::{read_object, read_rig};
+use sextant_site_model::ObjectModel;
 use std::fs;
 use std::path::Path;
 

@@ -6,10 +6,10 @@ mod recording;
 
 use recording::{Recording, stdout};
 use serde_json::Value;
-use sextant_estimator::{CameraId, Exposure, Rig, Stamp};
 use sextant_geometry::PoseParts;
 use sextant_simulator::Scenario;
 use sextant_site_files::{read_rig, write_rig};
+use sextant_site_model::{CameraId, Exposure, Rig, Stamp};
 use std::fs;
 
 const IMAGES: u64 = 24;

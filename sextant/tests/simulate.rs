@@ -67,7 +67,7 @@ fn the_files_are_off_and_the_truth_is_beside_them() {
     let rig = |name: &str| read_rig(&folder.join(name)).unwrap();
     let (written, built) = (rig("rig.toml"), rig("rig.true.toml"));
     for (written, built) in written.cameras().iter().zip(built.cameras()) {
-        let place = |camera: &sextant_estimator::Camera| {
+        let place = |camera: &sextant_site_model::Camera| {
             camera.world_from_camera.unwrap().translation.vector
         };
         let moved = (place(written) - place(built)).norm();

@@ -2,9 +2,9 @@
 
 use crate::program::sextant;
 use crate::status::first_status;
-use sextant_estimator::{ObjectModel, Rig};
 use sextant_proto::{FusionStatus, Keys, Observations, encode, limits};
 use sextant_site_files::{write_object, write_rig};
+use sextant_site_model::{ObjectModel, Rig};
 use sextant_zenoh_bus::{Bus, BusOptions, DropRule, Qos, RawPublisher, Subscription};
 use std::collections::BTreeMap;
 use std::net::TcpListener;

@@ -2,9 +2,9 @@
 //! rounded as a detector's would be noisy. What is true may differ from what the site believes: that is a fault.
 
 use nalgebra::{Point3, Rotation3, UnitQuaternion, Vector3};
-use sextant_estimator::{Camera, CameraId, ObjectId, ObjectModel, ObjectTag, Rig, TagId};
 use sextant_geometry::{Intrinsics, Lens, Pose, tag_corners_in_tag};
 use sextant_proto::{ClockQuality, ClockSource, Observations, TagObservation, Timing};
+use sextant_site_model::{Camera, CameraId, ObjectId, ObjectModel, ObjectTag, Rig, TagId};
 use sextant_tag_families::Family;
 
 /// Half a pixel of noise would drown a wrong tag; this is what good images give.

@@ -2,12 +2,12 @@
 //! have taken it.
 
 use nalgebra::{Isometry3, Rotation3, Translation3, UnitQuaternion, Vector3};
-use sextant_estimator::ObjectModel;
 use sextant_geometry::{Lens, Pose};
 use sextant_recordings::{GreyImage, write_grey_png};
 use sextant_simulator::{
     Background, Light, Path, Renderer, Scenario, SceneCamera, SceneObject, SceneTag, Solid,
 };
+use sextant_site_model::ObjectModel;
 use std::fs;
 
 /// Time of a studio's first image; any will do.

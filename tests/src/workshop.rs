@@ -3,13 +3,13 @@
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
 use sextant_calibrator::PrintedGrid;
-use sextant_estimator::{Camera, CameraId, ObjectId, ObjectModel, ObjectTag, Rig, TagId};
 use sextant_geometry::{Intrinsics, Lens, Pose};
 use sextant_proto::{ClockQuality, ClockSource, Observations, TagObservation, Timing};
 use sextant_simulator::{
     Background, Harmonic, Light, Observer, Occlusion, Path, Random, Scenario, SceneCamera,
     SceneObject, SceneTag, Solid, Visibility, Wave,
 };
+use sextant_site_model::{Camera, CameraId, ObjectId, ObjectModel, ObjectTag, Rig, TagId};
 use sextant_tag_families::Family;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 

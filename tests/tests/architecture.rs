@@ -5,8 +5,11 @@
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 
 use serde_json::Value;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::process::Command;
+use syn::{Item, UseTree, Visibility};
 
 /// From the ground up; a package may depend on packages of lower floors only.
 const FLOORS: &[&[&str]] = &[
@@ -17,8 +20,8 @@ const FLOORS: &[&[&str]] = &[
         "sextant-drp-circuits",
     ],
     &["sextant-apriltag", "sextant-site-model"],
-    &["sextant-estimator", "sextant-simulator"],
-    &["sextant-proto", "sextant-calibrator"],
+    &["sextant-site-report", "sextant-simulator"],
+    &["sextant-estimator", "sextant-proto", "sextant-calibrator"],
     &[
         "sextant-iceoryx-images",
         "sextant-zenoh-bus",
@@ -53,6 +56,7 @@ const IGNORANT_OF: &[(&str, &[&str])] = &[
     ("sextant-drp-circuits", TRANSPORT),
     ("sextant-apriltag", TRANSPORT),
     ("sextant-site-model", TRANSPORT),
+    ("sextant-site-report", TRANSPORT),
     ("sextant-estimator", TRANSPORT),
     ("sextant-simulator", TRANSPORT),
     ("sextant-proto", TRANSPORT),
@@ -61,12 +65,20 @@ const IGNORANT_OF: &[(&str, &[&str])] = &[
 ];
 const TRANSPORT: &[&str] = &["zenoh", "iceoryx2", "tokio", "axum", "tracing", "libc"];
 
+/// Packages that run fusion. All others use the data of `sextant-site-model` and `sextant-site-report`.
+const RUN_FUSION: &[&str] = &["node-fusion", "sextant", "system-tests", "sextant-examine"];
+
 fn floor_of(package: &str) -> Option<usize> {
     FLOORS.iter().position(|floor| floor.contains(&package))
 }
 
 /// Every workspace package with the names of what it depends on, for use and for its own build (not for its tests).
 fn dependencies() -> BTreeMap<String, Vec<String>> {
+    dependencies_where(|kind| kind != "dev")
+}
+
+/// The same for dependencies of some kinds: `null` (for use), `"build"` and `"dev"`.
+fn dependencies_where(is_wanted: impl Fn(&Value) -> bool) -> BTreeMap<String, Vec<String>> {
     let output = Command::new(env!("CARGO"))
         .args([
             "metadata",
@@ -89,7 +101,7 @@ fn dependencies() -> BTreeMap<String, Vec<String>> {
             let wanted = package["dependencies"].as_array().expect("dependencies");
             let wanted = wanted
                 .iter()
-                .filter(|d| d["kind"] != "dev")
+                .filter(|d| is_wanted(&d["kind"]))
                 .map(|d| text(&d["name"]))
                 .collect();
             (text(&package["name"]), wanted)
@@ -166,4 +178,99 @@ fn the_simulator_never_uses_what_it_tests() {
             .any(|name| name == "sextant-apriltag" || name == "sextant-estimator"),
         "{wanted:?}"
     );
+}
+
+/// Who reads a pose or a fault compiles no fusion, not even for tests.
+#[test]
+fn only_who_runs_fusion_depends_on_the_estimator() {
+    let all = dependencies_where(|_| true);
+    let users: BTreeSet<&str> = all
+        .iter()
+        .filter(|(_, wanted)| wanted.iter().any(|name| name == "sextant-estimator"))
+        .map(|(package, _)| package.as_str())
+        .collect();
+    assert!(users.contains("node-fusion"), "{users:?}");
+    let others: Vec<_> = users
+        .iter()
+        .filter(|user| !RUN_FUSION.contains(user))
+        .collect();
+    assert!(others.is_empty(), "{others:?} must not know the estimator");
+}
+
+#[test]
+fn the_estimator_re_exports_no_other_crate() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/estimator/src");
+    let files = source_files(&src);
+    assert!(files.len() > 50, "{files:?}");
+    for path in files {
+        let text = fs::read_to_string(&path).expect("a source file");
+        let foreign = foreign_exports(&text);
+        assert!(
+            foreign.is_empty(),
+            "{} re-exports {foreign:?}: import them from there",
+            path.display()
+        );
+    }
+}
+
+#[test]
+fn a_re_export_of_another_crate_is_found() {
+    let text = "mod fault; pub use fault::Fault; pub use self::fault::Other; pub use crate::Item;
+        use nalgebra::Vector3; pub(crate) use std::fmt;
+        pub use sextant_site_model::{Rig, TagId}; pub use {fault::More, nalgebra::Point2};
+        pub extern crate serde;";
+    assert_eq!(
+        foreign_exports(text),
+        ["sextant_site_model", "nalgebra", "serde"]
+    );
+}
+
+/// Every `.rs` file of a folder and of those in it.
+fn source_files(src: &Path) -> Vec<PathBuf> {
+    let (mut folders, mut files) = (vec![src.to_owned()], Vec::new());
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|end| end == "rs") {
+                files.push(path);
+            }
+        }
+    }
+    files
+}
+
+/// The crates whose names a file makes public: first words of `pub use` that are no module of the file.
+fn foreign_exports(text: &str) -> Vec<String> {
+    let file = syn::parse_file(text).expect("a Rust file");
+    let mut own = BTreeSet::from(["crate", "self", "super"].map(str::to_owned));
+    own.extend(file.items.iter().filter_map(|item| match item {
+        Item::Mod(module) => Some(module.ident.to_string()),
+        _ => None,
+    }));
+    let mut exported = Vec::new();
+    for item in &file.items {
+        match item {
+            Item::Use(item) if matches!(item.vis, Visibility::Public(_)) => {
+                first_words(&item.tree, &mut exported);
+            }
+            Item::ExternCrate(item) if matches!(item.vis, Visibility::Public(_)) => {
+                exported.push(item.ident.to_string());
+            }
+            _ => {}
+        }
+    }
+    exported.retain(|name| !own.contains(name));
+    exported
+}
+
+fn first_words(tree: &UseTree, words: &mut Vec<String>) {
+    match tree {
+        UseTree::Path(path) => words.push(path.ident.to_string()),
+        UseTree::Name(name) => words.push(name.ident.to_string()),
+        UseTree::Rename(renamed) => words.push(renamed.ident.to_string()),
+        UseTree::Group(group) => group.items.iter().for_each(|one| first_words(one, words)),
+        UseTree::Glob(_) => {}
+    }
 }

@@ -6,10 +6,10 @@
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 
-use sextant_estimator::State;
 use sextant_proto::{ObjectPose, Observations, limits};
 use sextant_recordings::read_picture;
 use sextant_site_files::{read_object, read_rig};
+use sextant_site_report::State;
 use sextant_zenoh_bus::{Bus, DropRule, Profile, Subscription};
 use std::fs;
 use std::path::{Path, PathBuf};

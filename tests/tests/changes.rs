@@ -2,10 +2,11 @@
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 
-use sextant_estimator::{Exposure, LensSigma, ObjectModel, PoseSigma, Rig, Stamp, State};
 use sextant_process::now_ns;
 use sextant_proto::{Notice, ObjectConfig, ObjectPose, RigConfig, limits};
 use sextant_site_files::{object_toml, rig_toml, write_object, write_rig};
+use sextant_site_model::{Exposure, LensSigma, ObjectModel, PoseSigma, Rig, Stamp};
+use sextant_site_report::State;
 use sextant_zenoh_bus::Subscription;
 use std::collections::BTreeMap;
 use std::process::Output;

@@ -6,11 +6,11 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 use serde_json::Value;
-use sextant_estimator::{ObjectModel, ObjectTag, Rig};
 use sextant_geometry::Pose;
 use sextant_process::now_ns;
 use sextant_proto::Observations;
 use sextant_site_files::write_object;
+use sextant_site_model::{ObjectModel, ObjectTag, Rig};
 use std::net::TcpListener;
 use std::process::{Child, Command};
 use std::time::Duration;

@@ -4,10 +4,10 @@
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 
 use serde_json::Value;
-use sextant_estimator::ObjectModel;
 use sextant_geometry::{Intrinsics, Lens, Pose, se3};
 use sextant_simulator::{Path as Way, Wave};
 use sextant_site_files::read_object;
+use sextant_site_model::ObjectModel;
 use std::path::Path;
 use system_tests::{Shots, Studio, looking_at, sextant};
 

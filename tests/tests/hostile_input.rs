@@ -2,8 +2,8 @@
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 
-use sextant_estimator::CameraId;
 use sextant_proto::{FusionStatus, Keys, NodeId, Observations, Rejections, decode, encode, limits};
+use sextant_site_model::CameraId;
 use sextant_zenoh_bus::{Bus, BusOptions, DropRule, Item, Qos};
 use std::time::{Duration, Instant};
 use system_tests::Demo;

@@ -5,9 +5,9 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 use serde_json::Value;
-use sextant_estimator::{ObjectModel, Rig};
 use sextant_geometry::{Pose, se3};
 use sextant_site_files::{read_object, read_rig, write_object, write_rig};
+use sextant_site_model::{ObjectModel, Rig};
 use std::fs::{self, File};
 use std::path::PathBuf;
 use std::process::{Child, ExitStatus};

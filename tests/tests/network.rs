@@ -6,11 +6,11 @@
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 
 use nalgebra::{Matrix6, Vector6};
-use sextant_estimator::State;
 use sextant_geometry::se3;
 use sextant_process::now_ns;
 use sextant_proto::{FusionStatus, Notice, ObjectPose, Observations};
 use sextant_simulator::{Arrival, Network, NetworkFaults, Scenario};
+use sextant_site_report::State;
 use sextant_zenoh_bus::Subscription;
 use std::time::Duration;
 use system_tests::{FusedSite, Scene, place};

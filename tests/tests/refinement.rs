@@ -2,11 +2,11 @@
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 
-use sextant_estimator::{Camera, Rig};
 use sextant_geometry::{Pose, se3};
 use sextant_process::now_ns;
 use sextant_proto::{Notice, Proposal};
 use sextant_site_files::{parse_rig, read_rig};
+use sextant_site_model::{Camera, Rig};
 use std::path::Path;
 use std::process::Output;
 use std::time::{Duration, Instant};

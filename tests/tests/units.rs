@@ -134,7 +134,7 @@ fn images_pass(bus: &Bus) {
 fn a_rig_is_kept(state: &Path) {
     let mut cameras = Workshop::default().rig().cameras().to_vec();
     cameras.truncate(2);
-    let changed = sextant_estimator::Rig::new(cameras).expect("a rig");
+    let changed = sextant_site_model::Rig::new(cameras).expect("a rig");
     let file = Path::new("/tmp/changed-rig.toml");
     write_rig(file, &changed).expect("a file");
     let output = sextant()

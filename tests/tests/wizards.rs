@@ -3,10 +3,10 @@
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 
-use sextant_estimator::{Camera, CameraId, ObjectModel, ObjectTag, Rig};
 use sextant_geometry::{Intrinsics, Lens, Pose};
 use sextant_proto::{Keys, encode};
 use sextant_site_files::{former_of, read_object, read_rig, write_rig};
+use sextant_site_model::{Camera, CameraId, ObjectModel, ObjectTag, Rig};
 use sextant_zenoh_bus::{Bus, BusOptions, Qos, RawPublisher};
 use std::fs;
 use std::net::TcpListener;

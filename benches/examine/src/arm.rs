@@ -1,8 +1,8 @@
 //! Articulated bodies: trees of links with joints of any kind, three tags a link.
 
 use nalgebra::{UnitQuaternion, Vector3};
-use sextant_estimator::{Articulation, Joint, JointId, JointKind, LinkId, ObjectId, ObjectModel};
 use sextant_geometry::Pose;
+use sextant_site_model::{Articulation, Joint, JointId, JointKind, LinkId, ObjectId, ObjectModel};
 
 use crate::models::{made, tag};
 use crate::motion::Wave;

@@ -23,7 +23,9 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use sextant_estimator::{Fault, Fusion, FusionOptions, ImageObservation, Input};
+use sextant_estimator::{Fusion, FusionOptions, Input};
+use sextant_site_model::ImageObservation;
+use sextant_site_report::Fault;
 
 use crate::models::made;
 use crate::motion::Motion;

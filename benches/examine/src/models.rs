@@ -1,8 +1,8 @@
 //! Building blocks of random models.
 
 use nalgebra::{UnitQuaternion, Vector3};
-use sextant_estimator::{ObjectTag, TagId};
 use sextant_geometry::Pose;
+use sextant_site_model::{ObjectTag, TagId};
 use sextant_tag_families::Family;
 
 pub fn tag(id: u32, size_m: f64, place: Vector3<f64>, turn: UnitQuaternion<f64>) -> ObjectTag {

@@ -8,10 +8,10 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use nalgebra::{DMatrix, DVector, UnitQuaternion, Vector6};
-use sextant_estimator::{
-    Camera, Fault, Fusion, FusionOptions, Input, ObjectModel, ObjectTag, Output, Rig,
-};
+use sextant_estimator::{Fusion, FusionOptions, Input, Output};
 use sextant_geometry::{Lens, Pose, se3};
+use sextant_site_model::{Camera, ObjectModel, ObjectTag, Rig};
+use sextant_site_report::Fault;
 
 use crate::models::made;
 use crate::random::Random;

@@ -1,10 +1,10 @@
 //! Seeded random scenes by class: cameras, bodies with tags, motions, and the models given to fusion.
 
 use nalgebra::{Point2, UnitQuaternion, Vector3};
-use sextant_estimator::{
+use sextant_geometry::{Intrinsics, Lens, Pose};
+use sextant_site_model::{
     Camera, CameraId, ImageObservation, ObjectId, ObjectModel, ObjectTag, PoseSigma, Rig,
 };
-use sextant_geometry::{Intrinsics, Lens, Pose};
 
 use crate::arm::{Arm, arm};
 use crate::models::{made, tag};

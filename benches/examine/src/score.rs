@@ -4,8 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 use nalgebra::{Matrix6, Vector6};
-use sextant_estimator::{Fusion, FusionOptions, Input, ObjectEstimate, Output, State};
+use sextant_estimator::{Fusion, FusionOptions, Input, Output};
 use sextant_geometry::{Pose, se3};
+use sextant_site_report::{ObjectEstimate, State};
 
 use crate::models::made;
 use crate::random::Random;

@@ -1,6 +1,6 @@
 //! The images of a scene by arrival.
 
-use sextant_estimator::ImageObservation;
+use sextant_site_model::ImageObservation;
 
 use crate::random::Random;
 use crate::scene::{PERIOD_NS, START_NS, Scene, Shot};

@@ -1,8 +1,8 @@
 //! What a camera sees of a scene: corners, and what they tell of a pose at best.
 
 use nalgebra::{Matrix2, Matrix6, Point2, Point3, SMatrix, SVector, Vector2, Vector3, Vector6};
-use sextant_estimator::{Camera, ObjectTag, TagCorners};
 use sextant_geometry::{Homography, Lens, Pose, se3, tag_corners_in_tag};
+use sextant_site_model::{Camera, ObjectTag, TagCorners};
 
 use crate::random::Random;
 use crate::scene::{Scene, is_inside};

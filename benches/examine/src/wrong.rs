@@ -3,8 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Matrix6, UnitQuaternion, Vector3};
-use sextant_estimator::{Fault, ImageObservation, ObjectModel, ObjectTag, Rig, TagId};
 use sextant_geometry::{Pose, se3};
+use sextant_site_model::{ImageObservation, ObjectModel, ObjectTag, Rig, TagId};
+use sextant_site_report::Fault;
 
 use crate::models::made;
 use crate::motion::{Motion, Wave};

@@ -19,8 +19,8 @@ mod scene;
 use board_walk::BoardWalk;
 use sextant_calibrator::lens::{LensOptions, LensSession, Selection};
 use sextant_calibrator::{Gauge, LearnPlan, LearnSession, Origin, RigPlan, RigSession};
-use sextant_estimator::Rig;
 use sextant_geometry::{LensModel, se3};
+use sextant_site_model::Rig;
 use std::ops::Range;
 use std::process::ExitCode;
 

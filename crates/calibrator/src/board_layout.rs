@@ -5,7 +5,7 @@
 //! image, which tells the layouts apart without any lens or pose.
 
 use nalgebra::distance;
-use sextant_estimator::{ImageObservation, ObjectModel, TagCorners, TagId};
+use sextant_site_model::{ImageObservation, ObjectModel, TagCorners, TagId};
 use sextant_tag_families::Board;
 use std::collections::{BTreeMap, BTreeSet};
 use thiserror::Error;

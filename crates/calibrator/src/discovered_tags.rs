@@ -2,7 +2,7 @@
 
 use crate::verdict::listed;
 use serde::Serialize;
-use sextant_estimator::TagId;
+use sextant_site_model::TagId;
 
 /// Which tags were found to be what; as text, family and number.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]

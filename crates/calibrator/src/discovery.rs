@@ -16,7 +16,7 @@ use crate::learn::{
 };
 use crate::verdict::{Finding, Grade, listed};
 use groups::Groups;
-use sextant_estimator::{CameraId, ImageObservation, ObjectId, Rig, TagId};
+use sextant_site_model::{CameraId, ImageObservation, ObjectId, Rig, TagId};
 use sextant_tag_families::Family;
 use sizes::Sizes;
 use tracks::Tracks;

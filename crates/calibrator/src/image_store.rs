@@ -1,8 +1,9 @@
 //! Stored images of a session, and the usable tags of an image: known tags, each once, inside the image, with both poses.
 
 use nalgebra::{Matrix2, Point2, Vector2};
-use sextant_estimator::{Camera, ImageObservation, TagCorners, TagId, tag_poses};
 use sextant_geometry::Pose;
+use sextant_geometry::planar_pose::tag_poses;
+use sextant_site_model::{Camera, ImageObservation, TagCorners, TagId};
 use std::collections::BTreeMap;
 
 use crate::bundle::TagObservation;
@@ -190,7 +191,7 @@ impl TagView {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sextant_estimator::CameraId;
+    use sextant_site_model::CameraId;
 
     fn at(camera: &str, ms: u64) -> ImageObservation {
         ImageObservation {

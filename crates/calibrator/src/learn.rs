@@ -22,7 +22,7 @@ pub use sketch::SketchedTag;
 use crate::image_store::{ImageStore, TagSpec};
 use crate::verdict::listed;
 use progress::Coverage;
-use sextant_estimator::{
+use sextant_site_model::{
     CameraId, ImageObservation, ObjectError, ObjectId, ObjectModel, Rig, TagId,
 };
 use thiserror::Error;

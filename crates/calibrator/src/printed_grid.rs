@@ -3,8 +3,8 @@
 //! The board's frame has its origin in the middle of the grid, x to the right, y up and z out of the paper, like each of its
 //! tags. Ids run from the top left, row by row. Millimetres on the paper, metres in the object.
 
-use sextant_estimator::{IdError, ObjectError, ObjectId, ObjectModel, ObjectTag, TagId};
 use sextant_geometry::Pose;
+use sextant_site_model::{IdError, ObjectError, ObjectId, ObjectModel, ObjectTag, TagId};
 use sextant_tag_families::Family;
 use thiserror::Error;
 

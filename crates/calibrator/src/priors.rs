@@ -7,7 +7,7 @@
 
 use crate::bundle::{Anchor, BundleCamera, BundleSolution, BundleTag, Freedom, KeptParameter};
 use nalgebra::{DMatrix, DVector, Point2};
-use sextant_estimator::{LensSigma, PoseSigma};
+use sextant_site_model::{LensSigma, PoseSigma};
 use std::collections::BTreeMap;
 
 /// Default relative sigma of the size of a printed tag.

@@ -19,8 +19,8 @@ use crate::{
     RigSession,
 };
 use serde::Serialize;
-use sextant_estimator::{CameraId, ImageObservation, ObjectModel, Rig};
 use sextant_geometry::LensModel;
+use sextant_site_model::{CameraId, ImageObservation, ObjectModel, Rig};
 use sextant_tag_families::Family;
 use std::collections::BTreeSet;
 use thiserror::Error;
@@ -106,7 +106,7 @@ pub enum ProcedureError {
     Learn(#[from] LearnError),
     /// The new lens makes no valid rig.
     #[error("the rig with the new lens: {0}")]
-    Result(#[from] sextant_estimator::RigError),
+    Result(#[from] sextant_site_model::RigError),
 }
 
 /// A procedure under way.

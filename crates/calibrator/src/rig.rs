@@ -24,7 +24,7 @@ pub use report::{CalibratedCamera, RigReport};
 
 use crate::image_store::{ImageStore, TagSpec};
 use progress::Coverage;
-use sextant_estimator::{CameraId, ImageObservation, ObjectId, ObjectModel, Rig, TagId};
+use sextant_site_model::{CameraId, ImageObservation, ObjectId, ObjectModel, Rig, TagId};
 use thiserror::Error;
 
 /// What is to be calibrated.

@@ -8,13 +8,13 @@
 use std::time::Instant;
 
 use nalgebra::{Matrix2, Point2, Rotation3, UnitQuaternion, Vector3};
-use sextant_estimator::{
-    Articulation, Camera, CameraId, Fusion, FusionOptions, ImageObservation, Input, Joint, JointId,
-    JointKind, LensSigma, LinkId, ObjectId, ObjectModel, ObjectTag, PoseSigma, Rig, TagCorners,
-    TagId,
-};
+use sextant_estimator::{Fusion, FusionOptions, Input};
 use sextant_geometry::lens::Intrinsics;
 use sextant_geometry::{Lens, Pose, tag_corners_in_tag};
+use sextant_site_model::{
+    Articulation, Camera, CameraId, ImageObservation, Joint, JointId, JointKind, LensSigma, LinkId,
+    ObjectId, ObjectModel, ObjectTag, PoseSigma, Rig, TagCorners, TagId,
+};
 use sextant_tag_families::Family;
 
 const START_NS: u64 = 1_700_000_000_000_000_000;

@@ -14,6 +14,7 @@ pub(crate) mod window;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use crate::FusionOptions;
 use crate::diagnosis::fault_model::FaultHypothesis;
 use crate::diagnosis::isolation::Isolation;
 use crate::diagnosis::misplaced_tags::{MisplacedTags, SeenOn};
@@ -24,7 +25,7 @@ use crate::self_calibration::keyframe_builder::{KeyframeBuilder, TOGETHER_NS};
 use crate::site::{ObjectImage, Site};
 use crate::time::nanoseconds;
 use crate::tracker::finalised_views::{FinalisedInstant, FinalisedView};
-use crate::{FusionOptions, TagId};
+use sextant_site_model::TagId;
 
 /// Views of a camera, fading, from which on the share of the rejected ones means something.
 const FEWEST_VIEWS: f64 = 3.0;

@@ -11,16 +11,14 @@ use std::sync::Arc;
 
 use crate::clocks::offset_search::{Arrival, OffsetSearch};
 use crate::diagnosis::{Action, Diagnosis, Models};
-use crate::fault::Fault;
 use crate::fusion::intake::ImageIntake;
 use crate::self_calibration::SelfCalibration;
 use crate::site::{ObjectImage, Site};
 use crate::tracker::finalised_views::{FinalisedInstant, FinalisedView};
 use crate::tracker::timeline::Timeline;
-use crate::{
-    FusionOptions, ImageObservation, Imperfection, ModelError, ObjectEstimate, ObjectId,
-    ObjectModel, Proposal, Rig, Statistics,
-};
+use crate::{FusionOptions, ModelError, Proposal, Statistics};
+use sextant_site_model::{ImageObservation, ObjectId, ObjectModel, Rig};
+use sextant_site_report::{Fault, Imperfection, ObjectEstimate};
 
 /// Most cameras, those of former rigs included; when there are more, everything begins anew.
 const MOST_CAMERAS: usize = 1024;
@@ -440,8 +438,8 @@ fn have_one_frame(before: &ObjectModel, after: &ObjectModel) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Camera, CameraId};
     use sextant_geometry::{Intrinsics, Lens};
+    use sextant_site_model::{Camera, CameraId};
 
     #[test]
     fn a_flood_of_rigs_ends_at_the_bound() {

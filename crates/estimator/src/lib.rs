@@ -5,8 +5,8 @@
 //! (0, 0) at the centre of the top-left pixel, nanoseconds since the Unix epoch.
 //!
 //! - [`Fusion`]: the state machine; [`Input`] in, [`Output`] out, every tunable a field of [`FusionOptions`].
-//! - [`Rig`], [`ObjectModel`], [`Articulation`], [`ImageObservation`]: what it works from.
-//! - [`ObjectEstimate`], [`ClockOffset`], [`Fault`], [`Imperfection`], [`Proposal`], [`Statistics`]: what it reports.
+//! - `Rig`, `ObjectModel`, `Articulation` and `ImageObservation` of `sextant_site_model`: what it works from.
+//! - `ObjectEstimate`, `ClockOffset`, `Fault` and `Imperfection` of `sextant_site_report`, [`Proposal`], [`Statistics`]: what it reports.
 //! - Rooms, each depending on earlier ones only: `measurement` and `kinematics` (residuals of a view, links and joints), `site` (models in
 //!   force, data association), `filter` (the state of an object), `tracker` (hypotheses and the fixed lag), `self_calibration` (errors of the
 //!   files), `clocks` (far clock offsets) and `diagnosis` (faults), `fusion` (intake and outputs).
@@ -15,12 +15,9 @@
 
 mod clocks;
 mod diagnosis;
-mod estimate;
 mod fading_counter;
-mod fault;
 mod filter;
 mod fusion;
-mod imperfection;
 mod kinematics;
 mod measurement;
 mod options;
@@ -28,24 +25,12 @@ mod proposal;
 mod self_calibration;
 mod site;
 mod statistics;
-mod tag_poses;
 mod time;
 mod tracker;
 
-pub use estimate::{
-    ArticulatedEstimate, ClockOffset, JointEstimate, LinkEstimate, ObjectEstimate, State,
-};
-pub use fault::Fault;
 pub use fusion::{Fusion, Input, Output};
-pub use imperfection::Imperfection;
 pub use options::{DiagnosisOptions, FusionOptions, OptionsError};
 pub use proposal::Proposal;
 pub use self_calibration::HeldBack;
-pub use sextant_site_model::{
-    Articulation, ArticulationError, Camera, CameraId, Exposure, IdError, ImageObservation, Joint,
-    JointId, JointKind, LensSigma, LinkId, MOST_JOINTS, MOST_LINKS, ObjectError, ObjectId,
-    ObjectModel, ObjectTag, PoseSigma, Rig, RigError, Stamp, TagCorners, TagId,
-};
 pub use site::ModelError;
 pub use statistics::{CameraStatistics, Statistics};
-pub use tag_poses::tag_poses;

@@ -1,8 +1,9 @@
 //! A refined calibration of the site, as ordinary use has shown it.
 
+use crate::HeldBack;
 use crate::site::Site;
 use crate::site::corrections::Corrections;
-use crate::{HeldBack, ObjectModel, Rig};
+use sextant_site_model::{ObjectModel, Rig};
 
 /// The models with the errors taken off that self-calibration has found in them. Corrected poses and lenses have the sigmas that are left;
 /// everything else is as it was.

@@ -30,12 +30,12 @@ pub(crate) use crate::site::corrections::Corrections;
 
 use std::collections::BTreeMap;
 
-use crate::Imperfection;
 use crate::self_calibration::adjustment::{Adjustment, LinearisedKeyframe};
 use crate::self_calibration::held_back::HeldBackKeyframes;
 use crate::self_calibration::keyframes::{FIRST, Keyframes};
 use crate::self_calibration::quarantine::Quarantine;
 use crate::site::Site;
+use sextant_site_report::Imperfection;
 
 /// Share by which the number of keyframes grows between adjustments: early ones change much, late ones little.
 const GROWTH: f64 = 0.2;

@@ -15,9 +15,10 @@ use crate::measurement::corners::{CalibratedCamera, TagView};
 use crate::measurement::distortion_bias;
 use crate::measurement::rolling_shutter::RollingShutter;
 use crate::site::corrections::{CameraCorrection, Corrections, ObjectFrame};
-use crate::{
-    CameraId, FusionOptions, ImageObservation, LensSigma, ObjectId, ObjectModel, ObjectTag,
-    OptionsError, PoseSigma, Rig, TagCorners, TagId,
+use crate::{FusionOptions, OptionsError};
+use sextant_site_model::{
+    Camera, CameraId, ImageObservation, LensSigma, ObjectId, ObjectModel, ObjectTag, PoseSigma,
+    Rig, TagCorners, TagId,
 };
 
 /// Why objects can't be tracked together.
@@ -148,7 +149,7 @@ impl Site {
 
     /// How many cameras it knows once a rig is in force.
     pub fn n_cameras_with(&self, rig: &Rig) -> usize {
-        let is_new = |camera: &&crate::Camera| !self.cameras.iter().any(|one| one.id == camera.id);
+        let is_new = |camera: &&Camera| !self.cameras.iter().any(|one| one.id == camera.id);
         self.cameras.len() + rig.cameras().iter().filter(is_new).count()
     }
 
@@ -159,7 +160,7 @@ impl Site {
             .filter(|camera| camera.world_from_camera.is_some());
         // The world is where the cameras are: a camera by itself is off from nothing.
         let is_alone = placed.count() == 1;
-        let file = |camera: &crate::Camera| {
+        let file = |camera: &Camera| {
             let middle_row = 0.5 * f64::from(camera.resolution[1] - 1);
             let line_delay_s = rig.line_delay_s(&camera.id);
             Some(FileCamera {
@@ -180,7 +181,7 @@ impl Site {
                 }),
             })
         };
-        let site_camera = |camera: &crate::Camera| {
+        let site_camera = |camera: &Camera| {
             let file = file(camera);
             SiteCamera {
                 id: camera.id.clone(),
@@ -576,7 +577,7 @@ fn displacement(
 }
 
 /// Pixels from the lens's centre to the farthest corner of the image.
-fn reach_px(camera: &crate::Camera) -> f64 {
+fn reach_px(camera: &Camera) -> f64 {
     let [width, height] = camera.resolution.map(|pixels| f64::from(pixels) - 1.0);
     let numbers = camera.lens.intrinsics();
     let farthest = |centre: f64, last: f64| centre.abs().max((last - centre).abs());

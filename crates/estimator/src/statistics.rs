@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::CameraId;
+use sextant_site_model::CameraId;
 
 /// Counts of one camera since the start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

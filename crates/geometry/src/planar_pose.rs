@@ -98,6 +98,16 @@ pub fn solve_square(
     Ok(unit.scaled(size_m / UNIT_SIZE))
 }
 
+/// The poses of [`solve_square`], best first; empty where the corners allow none.
+///
+/// `corners_in_image` in pixels: top left, top right, bottom right, bottom left; `size_m` the edge of the black square.
+#[must_use]
+pub fn tag_poses(lens: &Lens, corners_in_image: &[Point2<f64>; 4], size_m: f64) -> Vec<PlanarPose> {
+    solve_square(lens, corners_in_image, size_m)
+        .map(|poses| poses.iter().copied().collect())
+        .unwrap_or_default()
+}
+
 /// Whether the tag still projects at its own size: a corner on the very end of the valid field may round out of it.
 fn is_in_field(lens: &Lens, unit: &PlanarPose, size_m: f64) -> bool {
     let mut camera_from_tag = unit.camera_from_tag;

@@ -8,8 +8,9 @@
 pub(crate) mod connection;
 
 use crate::axes::Axes;
-use sextant_estimator::{ObjectId, State};
 use sextant_proto::{ObjectPose, limits};
+use sextant_site_model::ObjectId;
+use sextant_site_report::State;
 use std::collections::BTreeMap;
 
 /// The port that IANA has given to VRPN.

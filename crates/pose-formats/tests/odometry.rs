@@ -2,9 +2,10 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use sextant_estimator::{ObjectId, State};
 use sextant_pose_formats::{LocalFrame, MavlinkSender, Sender};
 use sextant_proto::ObjectPose;
+use sextant_site_model::ObjectId;
+use sextant_site_report::State;
 use std::f64::consts::FRAC_PI_2;
 
 /// That of `odometry.py`.

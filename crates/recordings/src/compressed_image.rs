@@ -2,7 +2,7 @@
 //!
 //! The message: stamp (i32 s, u32 ns), frame (string), format (string), data (list of bytes); little-endian, aligned to 4.
 
-use sextant_estimator::CameraId;
+use sextant_site_model::CameraId;
 
 /// Name of the schema.
 pub const SCHEMA: &str = "sensor_msgs/msg/CompressedImage";

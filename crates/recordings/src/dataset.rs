@@ -4,7 +4,7 @@ use crate::data_csv::read_data_csv;
 use crate::detections::{DetectedTag, DetectionsLine};
 use crate::error::RecordingError;
 use crate::picture::is_picture;
-use sextant_estimator::CameraId;
+use sextant_site_model::CameraId;
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};

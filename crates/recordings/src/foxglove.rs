@@ -15,12 +15,12 @@ use crate::compressed_image as image;
 use nalgebra::{Matrix3, Rotation3, SymmetricEigen, UnitQuaternion};
 use schema::Schema;
 use serde_json::{Value, json};
-use sextant_estimator::CameraId;
 use sextant_geometry::Pose;
 use sextant_proto::{
     AnyMessage, CameraConfig, LensConfig, ObjectConfig, ObjectLinks, ObjectPose, ObjectTagConfig,
     PoseConfig, Preview, RigConfig,
 };
+use sextant_site_model::CameraId;
 
 /// A message for a viewer.
 #[derive(Debug, Clone, PartialEq)]
@@ -251,7 +251,8 @@ fn colour([r, g, b, a]: [f64; 4]) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sextant_estimator::{ObjectId, State};
+    use sextant_site_model::ObjectId;
+    use sextant_site_report::State;
     use sextant_tag_families::Family;
 
     fn pose() -> ObjectPose {

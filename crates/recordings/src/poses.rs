@@ -2,10 +2,9 @@
 
 use nalgebra::Matrix6;
 use serde::Serialize;
-use sextant_estimator::{
-    JointEstimate, JointId, LinkEstimate, LinkId, ObjectEstimate, ObjectId, State,
-};
 use sextant_geometry::{Pose, PoseParts};
+use sextant_site_model::{JointId, LinkId, ObjectId};
+use sextant_site_report::{JointEstimate, LinkEstimate, ObjectEstimate, State};
 
 #[derive(Serialize)]
 struct PoseLine<'a> {

@@ -2,13 +2,14 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use proptest::prelude::*;
-use sextant_estimator::{CameraId, ObjectId, State};
 use sextant_proto::{Keys, ObjectPose, encode};
 use sextant_recordings::compressed_image::RecordedImage;
 use sextant_recordings::mcap::reader::{Ending, McapReader, RecordedMessage};
 use sextant_recordings::mcap::site_recording::SiteRecording;
 use sextant_recordings::mcap::writer::McapWriter;
 use sextant_recordings::mcap::{MAGIC, RecordingInfo};
+use sextant_site_model::{CameraId, ObjectId};
+use sextant_site_report::State;
 use std::path::Path;
 use std::sync::OnceLock;
 

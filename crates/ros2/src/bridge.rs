@@ -5,11 +5,12 @@ mod health;
 
 use std::collections::BTreeMap;
 
-use sextant_estimator::{CameraId, ObjectId, State};
 use sextant_proto::{
     CameraConfig, CameraStatus, EpochFilter, FusionStatus, KeyRef, Message, ObjectConfig,
     ObjectLinks, ObjectPose, Observations, Preview, RigConfig, decode, limits,
 };
+use sextant_site_model::{CameraId, ObjectId};
+use sextant_site_report::State;
 
 use self::claims::{Claims, Owner};
 use self::health::Health;

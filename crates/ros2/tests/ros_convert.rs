@@ -4,7 +4,6 @@
 
 use jpeg_encoder::{ColorType, Encoder};
 use nalgebra::{Isometry3, Point2, Point3, Quaternion, Translation3, UnitQuaternion};
-use sextant_estimator::{CameraId, ObjectId, State};
 use sextant_geometry::Lens;
 use sextant_proto::{
     CameraConfig, ClockQuality, FusionStatus, KeyRef, LensConfig, Message, NodeId, ObjectConfig,
@@ -13,6 +12,8 @@ use sextant_proto::{
 };
 use sextant_ros2::messages::{CameraInfo, Transform};
 use sextant_ros2::{Bridge, BridgeOptions, Outgoing, TopicKind, convert};
+use sextant_site_model::{CameraId, ObjectId};
+use sextant_site_report::State;
 use sextant_tag_families::Family;
 
 const SECOND: u64 = 1_000_000_000;
@@ -380,7 +381,7 @@ fn diagnostics_name_each_node_and_go_stale() {
         cameras: Vec::new(),
         foreign: Rejections::default(),
         objects: Vec::new(),
-        faults: vec![sextant_estimator::Fault::CameraMoved {
+        faults: vec![sextant_site_report::Fault::CameraMoved {
             camera: CameraId::new("north").expect("an id"),
         }],
         faults_left_out: 0,

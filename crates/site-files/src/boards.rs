@@ -10,8 +10,8 @@ mod marker_grid;
 mod reading;
 
 use nalgebra::{Quaternion, Translation3, UnitQuaternion};
-use sextant_estimator::{ObjectError, ObjectId, ObjectModel, ObjectTag, TagId};
 use sextant_geometry::Pose;
+use sextant_site_model::{ObjectError, ObjectId, ObjectModel, ObjectTag, TagId};
 use sextant_tag_families::{Board, CHESSBOARD_SQUARES, Family};
 use thiserror::Error;
 

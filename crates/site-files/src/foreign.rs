@@ -15,7 +15,7 @@ mod opencv;
 
 use crate::error::{Complaint, FileError, InvalidFile};
 use crate::read::read_text;
-use sextant_estimator::{Camera, Rig, RigError};
+use sextant_site_model::{Camera, Rig, RigError};
 use std::fmt;
 use std::path::Path;
 use yaml_serde::Value;

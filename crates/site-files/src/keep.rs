@@ -8,7 +8,7 @@ use crate::foreign::is_foreign;
 use crate::object::{object_toml, read_object};
 use crate::read::read_text;
 use crate::rig::{parse_rig, rig_toml};
-use sextant_estimator::{ObjectId, ObjectModel, Rig};
+use sextant_site_model::{ObjectId, ObjectModel, Rig};
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};

@@ -11,10 +11,10 @@ use crate::pose::{SigmaTable, pose_of, pose_toml, sigma_toml};
 use crate::read::read_text;
 use links::{JointTable, LinkTable, articulation_of, articulation_toml};
 use serde::Deserialize;
-use sextant_estimator::{
+use sextant_geometry::PoseParts;
+use sextant_site_model::{
     Articulation, IdError, LinkId, ObjectError, ObjectId, ObjectModel, ObjectTag, PoseSigma, TagId,
 };
-use sextant_geometry::PoseParts;
 use sextant_tag_families::Family;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -272,7 +272,7 @@ fn tag_of(object: &ObjectId, index: usize, table: &TagTable) -> Result<ObjectTag
         size_m: table.size,
         object_from_tag: pose_of(pose.as_ref(), &format!("{key}.{pose_key}"))?,
     };
-    // An object with this tag alone: the rules are the estimator's, the location is known here.
+    // An object with this tag alone: the rules are the site model's, the location is known here.
     ObjectModel::new(object.clone(), vec![tag.clone()]).map_err(|error| complaint(&key, &error))?;
     Ok(tag)
 }

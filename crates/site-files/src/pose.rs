@@ -2,8 +2,8 @@
 
 use crate::error::Complaint;
 use serde::Deserialize;
-use sextant_estimator::PoseSigma;
 use sextant_geometry::{Pose, PoseParts};
+use sextant_site_model::PoseSigma;
 
 /// Largest deviation of a quaternion's length from 1; within it, it is normalised.
 const QUATERNION_TOLERANCE: f64 = 1e-3;

@@ -7,8 +7,8 @@ use crate::foreign::{is_foreign, read_foreign};
 use crate::pose::{SigmaTable, pose_of, pose_toml, sigma_toml};
 use crate::read::read_text;
 use serde::Deserialize;
-use sextant_estimator::{Camera, CameraId, Exposure, LensSigma, Rig, RigError, Stamp};
 use sextant_geometry::{Lens, PoseParts};
+use sextant_site_model::{Camera, CameraId, Exposure, LensSigma, Rig, RigError, Stamp};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -165,7 +165,7 @@ fn camera_of((index, table): (usize, &CameraTable)) -> Result<Camera, Complaint>
         lens: table.lens,
         world_from_camera: pose_of(table.world_from_camera.as_ref(), &pose_key)?,
     };
-    // A rig with this camera alone: the rules are the estimator's, the location is known here.
+    // A rig with this camera alone: the rules are the site model's, the location is known here.
     Rig::new(vec![camera.clone()]).map_err(|error| complaint(&key, &error))?;
     Ok(camera)
 }

@@ -12,8 +12,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use sextant_estimator::ObjectId;
 use sextant_proto::{DecodeError, ObjectTruth};
+use sextant_site_model::ObjectId;
 use sextant_zenoh_bus::{
     Bus, BusError, BusOptions, DropRule, Payload, Presence, Qos, Security, Subscription,
 };

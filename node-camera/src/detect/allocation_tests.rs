@@ -3,10 +3,10 @@
 
 use super::*;
 use allocation_counter::measure;
-use sextant_estimator::{Camera, CameraId, ObjectId, ObjectModel, ObjectTag, Rig, TagId};
 use sextant_iceoryx_images::{IceoryxOptions, ImagePublisher};
 use sextant_proto::{ObjectConfig, RigConfig, SiteId};
 use sextant_simulator::{Renderer, Scenario};
+use sextant_site_model::{Camera, CameraId, ObjectId, ObjectModel, ObjectTag, Rig, TagId};
 use sextant_zenoh_bus::BusOptions;
 
 const PATIENCE: Duration = Duration::from_secs(10);

@@ -4,11 +4,11 @@
 use std::time::{Duration, Instant};
 
 use sextant_apriltag::{Observer, Rejection, Report, Stage};
-use sextant_estimator::CameraId;
 use sextant_iceoryx_images::ImageHeader;
 use sextant_proto::{
     DetectionReport, RejectedCandidate, RejectionCause, RejectionCounts, StageTimes, limits,
 };
+use sextant_site_model::CameraId;
 
 /// Between two looks: about as often as pictures are made, which this is drawn over.
 const PERIOD: Duration = Duration::from_millis(200);

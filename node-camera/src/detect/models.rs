@@ -3,12 +3,12 @@
 
 use std::time::{Duration, Instant};
 
-use sextant_estimator::{CameraId, ObjectModel, Rig, TagId};
 use sextant_geometry::Lens;
 use sextant_proto::{
     CameraControls, CameraNotice, CameraSettings, KeyRef, Keys, ObjectConfig, RigConfig,
     SettingsOutcome, limits,
 };
+use sextant_site_model::{CameraId, ObjectModel, Rig, TagId};
 use sextant_zenoh_bus::{Bus, BusError, DropRule, Item, Subscription};
 
 use super::sizes::{Full, Sizes};

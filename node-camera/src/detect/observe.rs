@@ -2,7 +2,6 @@
 
 use nalgebra::Point2;
 use sextant_apriltag::Detection;
-use sextant_estimator::{CameraId, TagId};
 use sextant_geometry::Lens;
 use sextant_geometry::planar_pose::{PlanarPose, solve_square};
 use sextant_iceoryx_images::{ClockSource as HeaderClock, ImageHeader};
@@ -10,6 +9,7 @@ use sextant_process::now_ns;
 use sextant_proto::{
     ClockQuality, ClockSource, Observations, TagObservation, TagPose, Timing, limits,
 };
+use sextant_site_model::{CameraId, TagId};
 
 use super::models::Models;
 

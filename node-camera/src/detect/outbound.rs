@@ -6,10 +6,10 @@ use std::path::Path;
 use std::time::Duration;
 
 use anyhow::Context;
-use sextant_estimator::CameraId;
 use sextant_proto::Observations;
 use sextant_simulator::{Network, NetworkFaults, Scenario};
 use sextant_site_files::read_toml;
+use sextant_site_model::CameraId;
 
 use crate::config::SourceConfig;
 

@@ -5,8 +5,8 @@
 
 use std::collections::BTreeMap;
 
-use sextant_estimator::{ObjectModel, TagId};
 use sextant_proto::limits;
+use sextant_site_model::{ObjectModel, TagId};
 
 /// Tags of all objects.
 const MOST_TAGS: usize = 16_384;
@@ -59,7 +59,7 @@ impl Sizes {
 mod tests {
     use super::*;
     use sextant_apriltag::Family;
-    use sextant_estimator::{ObjectId, ObjectTag};
+    use sextant_site_model::{ObjectId, ObjectTag};
 
     const FAMILY: Family = Family::Tag36h11;
 

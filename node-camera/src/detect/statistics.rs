@@ -4,10 +4,10 @@ use std::collections::VecDeque;
 use std::time::Instant;
 
 use sextant_apriltag::Image;
-use sextant_estimator::CameraId;
 use sextant_iceoryx_images::ImageHeader;
 use sextant_process::host::host_name;
 use sextant_proto::{CameraNotice, CameraStatus, ClockQuality, limits};
+use sextant_site_model::CameraId;
 
 use super::models::SiteState;
 use super::observe;

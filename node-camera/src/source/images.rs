@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::{Context, bail};
-use sextant_estimator::CameraId;
 use sextant_iceoryx_images::ClockSource;
 use sextant_process::{Exit, Shutdown, now_ns};
 use sextant_recordings::{CameraRecording, Dataset, Frame, Row, read_picture};
+use sextant_site_model::CameraId;
 
 use super::{Capture, ImageSource, Next, SourceError, checked_resolution};
 use crate::config::Pace;

@@ -7,12 +7,12 @@
 use std::time::Duration;
 
 use anyhow::{Context, bail};
-use sextant_estimator::CameraId;
 use sextant_iceoryx_images::ClockSource;
 use sextant_process::{Exit, Shutdown, now_ns};
 use sextant_proto::{CameraControls, Control};
 use sextant_simulator::{Clock, Renderer, Scenario, SceneCamera, Schedule};
 use sextant_site_files::{Complaint, read_toml_checked};
+use sextant_site_model::CameraId;
 
 use super::{Capture, ImageSource, Next, Reconfigured, SourceError, checked_resolution};
 use crate::config::SourceConfig;

@@ -2,12 +2,12 @@
 
 use super::*;
 use nalgebra::{Matrix6, Vector6};
-use sextant_estimator::{
-    Camera, HeldBack, ObjectEstimate, ObjectId, ObjectModel, ObjectTag, State, TagId,
-};
+use sextant_estimator::HeldBack;
 use sextant_geometry::{Intrinsics, Lens, Pose};
 use sextant_proto::{FusionStatus, Notice, ObjectPose, Observations, Timing};
 use sextant_site_files::parse_toml;
+use sextant_site_model::{Camera, ObjectId, ObjectModel, ObjectTag, TagId};
+use sextant_site_report::{ObjectEstimate, State};
 use sextant_tag_families::Family;
 use sextant_zenoh_bus::{BusOptions, Publisher, Qos};
 use std::cell::Cell;

@@ -3,8 +3,8 @@
 
 use super::Figures;
 use serde::Serialize;
-use sextant_estimator::CameraId;
 use sextant_proto::{NodeId, NodeKind};
+use sextant_site_model::CameraId;
 use std::time::{Duration, Instant};
 
 /// What is silent for longer is lost.

@@ -4,8 +4,9 @@ use super::Figures;
 use super::record::{CameraRecord, FusionRecord, IMAGE_STAGES, ObjectRecord, POSE_STAGES};
 use super::text::{Family, FamilyKind, family};
 use serde::Serialize;
-use sextant_estimator::{CameraId, ObjectId, State};
 use sextant_proto::{NodeId, NodeKind};
+use sextant_site_model::{CameraId, ObjectId};
+use sextant_site_report::State;
 use std::collections::BTreeMap;
 use std::time::Instant;
 

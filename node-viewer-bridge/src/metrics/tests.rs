@@ -3,11 +3,11 @@
 use super::health::SILENCE;
 use super::*;
 use crate::inventory::samples::status;
-use sextant_estimator::{Fault, State};
 use sextant_proto::{
     CameraClock, CameraConfig, CameraControls, CameraIntake, ClockQuality, LensConfig,
     ObjectTagConfig, Rejections, TagObservation, Timing,
 };
+use sextant_site_report::{Fault, State};
 
 const CAPTURE_NS: u64 = 1_800_000_000_000_000_000;
 const MS: u64 = 1_000_000;

@@ -1,7 +1,7 @@
 //! What the wizards know of the site: cameras, objects, picture sizes, and which fusion nodes live. Bounded like the hub.
 
-use sextant_estimator::{CameraId, ObjectId, ObjectModel, Rig};
 use sextant_proto::NodeId;
+use sextant_site_model::{CameraId, ObjectId, ObjectModel, Rig};
 use sextant_zenoh_bus::BoundedMap;
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};

@@ -6,8 +6,8 @@ use super::plan::{plan, subject};
 use super::publication::{Answered, Outgoing, Publication};
 use super::state::WizardState;
 use sextant_calibrator::procedure::{Outcome, Procedure, Product};
-use sextant_estimator::{ImageObservation, Rig};
 use sextant_proto::ConfigAnswer;
+use sextant_site_model::{ImageObservation, Rig};
 use std::time::Instant;
 
 /// What the machine wants done elsewhere.

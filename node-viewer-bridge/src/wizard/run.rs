@@ -7,9 +7,9 @@ use crate::forwarder::frame_of;
 use crate::hub::Slot;
 use crate::message::Message;
 use sextant_calibrator::procedure::{Outcome, Procedure, Product};
-use sextant_estimator::ImageObservation;
 use sextant_process::{Shutdown, fail_point, panics::contained};
 use sextant_site_files::{former_of, keep_object, keep_rig, object_file};
+use sextant_site_model::ImageObservation;
 use std::path::Path;
 use std::sync::mpsc::Receiver;
 use std::thread::JoinHandle;
@@ -149,7 +149,7 @@ fn publish(shared: &Shared, state: &WizardState) {
 mod tests {
     use super::*;
     use crate::wizard::samples;
-    use sextant_estimator::{ObjectId, ObjectModel};
+    use sextant_site_model::{ObjectId, ObjectModel};
     use std::fs;
 
     #[test]

@@ -2,10 +2,10 @@
 
 use super::known::Known;
 use nalgebra::{Matrix2, UnitQuaternion, Vector3};
-use sextant_estimator::{
+use sextant_geometry::{Intrinsics, Lens, Pose, tag_corners_in_tag};
+use sextant_site_model::{
     Camera, CameraId, ImageObservation, ObjectId, ObjectModel, ObjectTag, Rig, TagCorners, TagId,
 };
-use sextant_geometry::{Intrinsics, Lens, Pose, tag_corners_in_tag};
 use sextant_tag_families::Family;
 
 pub(super) fn rig() -> Rig {

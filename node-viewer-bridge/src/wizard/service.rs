@@ -10,9 +10,9 @@ use super::offers::{Offer, Offers};
 use super::publication::Outgoing;
 use super::state::WizardState;
 use sextant_calibrator::procedure::Outcome;
-use sextant_estimator::{CameraId, ImageObservation, ObjectId, ObjectModel, Rig};
 use sextant_proto::{ConfigAnswer, NodeId, Proposal};
 use sextant_site_files::read_rig;
+use sextant_site_model::{CameraId, ImageObservation, ObjectId, ObjectModel, Rig};
 use std::collections::{BTreeSet, VecDeque};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -239,8 +239,8 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 mod tests {
     use super::*;
     use crate::wizard::samples;
-    use sextant_estimator::PoseSigma;
     use sextant_site_files::write_rig;
+    use sextant_site_model::PoseSigma;
 
     const LENS: &str = r#"{"do":"start","wizard":"lens","camera":"a",
         "board":{"grid":{"columns":5,"rows":6,"size_m":0.028}}}"#;

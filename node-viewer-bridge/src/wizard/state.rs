@@ -5,8 +5,8 @@ use crate::message::{ObjectTag, RigCamera};
 use crate::translate;
 use serde::{Serialize, Serializer};
 use sextant_calibrator::procedure::{Kind, Outcome, Product, Progress, Report};
-use sextant_estimator::{ObjectModel, Rig};
 use sextant_proto::{ObjectConfig, RigConfig};
+use sextant_site_model::{ObjectModel, Rig};
 
 /// The message, as it is written.
 #[derive(Debug, Serialize)]

@@ -1,7 +1,7 @@
 //! What happened, as it is published.
 
 use serde::Serialize;
-use sextant_estimator::ObjectId;
+use sextant_site_model::ObjectId;
 
 /// An event of an object.
 #[derive(Debug, Clone, PartialEq, Serialize)]

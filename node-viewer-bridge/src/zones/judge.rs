@@ -8,7 +8,7 @@ use super::event::EventKind;
 use super::fall::FallDetector;
 use super::sample::Sample;
 use super::zone::Zone;
-use sextant_estimator::ObjectId;
+use sextant_site_model::ObjectId;
 use std::collections::BTreeMap;
 
 /// Objects that are followed. Drop rule: a new one takes the place of the one that was silent longest, for a minute at least.

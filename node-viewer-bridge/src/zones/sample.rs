@@ -1,8 +1,8 @@
 //! A pose as the judgement needs it.
 
 use nalgebra::{Matrix3, Matrix6, Quaternion, UnitQuaternion, Vector3};
-use sextant_estimator::State;
 use sextant_proto::ObjectPose;
+use sextant_site_report::State;
 
 /// `world_from_object` at a capture time.
 #[derive(Debug, Clone)]

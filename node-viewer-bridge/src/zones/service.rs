@@ -12,9 +12,9 @@ use crate::hub::{Hub, Slot};
 use crate::message::Message;
 use crate::wizard::Refusal;
 use serde::Serialize;
-use sextant_estimator::ObjectId;
 use sextant_proto::ObjectPose;
 use sextant_site_files::{FileError, read_toml_checked, write_toml};
+use sextant_site_model::ObjectId;
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -183,7 +183,7 @@ impl State {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sextant_estimator::State as PoseState;
+    use sextant_site_report::State as PoseState;
 
     const SET: &str =
         r#"{"do":"set","zone":{"shape":"sphere","name":"ball","centre":[0,0,0],"radius":1}}"#;

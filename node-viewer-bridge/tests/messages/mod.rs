@@ -1,7 +1,8 @@
 //! Messages that tests publish.
 
-use sextant_estimator::{ObjectId, State};
 use sextant_proto::ObjectPose;
+use sextant_site_model::ObjectId;
+use sextant_site_report::State;
 
 /// A pose of an object that is tracked.
 pub fn pose(object: &ObjectId, sequence: u64) -> ObjectPose {

@@ -4,8 +4,8 @@ use crate::convert::covariance;
 use crate::messages::object_links::{JointState, LinkPose, ObjectLinks};
 use crate::messages::object_pose::ObjectPose;
 use crate::messages::pose_config::PoseConfig;
-use sextant_estimator::{LinkEstimate, ObjectEstimate};
 use sextant_geometry::Pose;
+use sextant_site_report::{LinkEstimate, ObjectEstimate};
 
 impl ObjectLinks {
     /// The message beside the pose of the same estimate; none where the object is rigid.

@@ -2,8 +2,8 @@
 
 use crate::messages::object_config::{JointConfig, ObjectConfig, ObjectTagConfig};
 use crate::messages::pose_config::{PoseConfig, SigmaConfig};
-use sextant_estimator::{Articulation, Joint, ObjectError, ObjectModel, ObjectTag, TagId};
 use sextant_geometry::Pose;
+use sextant_site_model::{Articulation, Joint, ObjectError, ObjectModel, ObjectTag, TagId};
 
 impl From<&ObjectModel> for ObjectConfig {
     fn from(object: &ObjectModel) -> Self {

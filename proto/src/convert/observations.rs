@@ -1,9 +1,9 @@
-//! Observations to what the estimator takes in.
+//! Observations to the images of the site model.
 
 use crate::messages::camera_status::{ClockQuality, ClockSource};
 use crate::messages::observations::{Observations, TagObservation};
 use nalgebra::{Matrix2, Point2};
-use sextant_estimator::{ImageObservation, TagCorners, TagId};
+use sextant_site_model::{ImageObservation, TagCorners, TagId};
 
 impl From<&Observations> for ImageObservation {
     fn from(message: &Observations) -> Self {

@@ -4,8 +4,9 @@ use crate::convert::covariance;
 use crate::messages::object_pose::ObjectPose;
 use crate::messages::pose_config::{PoseConfig, SigmaConfig};
 use nalgebra::{Matrix6, Quaternion, Translation3};
-use sextant_estimator::{ObjectEstimate, PoseSigma};
 use sextant_geometry::{Pose, unit_quaternion};
+use sextant_site_model::PoseSigma;
+use sextant_site_report::ObjectEstimate;
 
 impl From<&Pose> for PoseConfig {
     fn from(a_from_b: &Pose) -> Self {

@@ -4,8 +4,8 @@ use crate::messages::pose_config::{PoseConfig, SigmaConfig};
 use crate::messages::rig_config::{
     CameraConfig, ExposureConfig, LensConfig, LensSigmaConfig, RigConfig,
 };
-use sextant_estimator::{Camera, CameraId, Exposure, LensSigma, Rig, RigError};
 use sextant_geometry::{Intrinsics, Lens, LensError, LensModel, Pose};
+use sextant_site_model::{Camera, CameraId, Exposure, LensSigma, Rig, RigError};
 
 /// A message whose cameras make no rig.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -3,7 +3,7 @@
 use crate::check::{self, OutOfRange, holds};
 use crate::envelope::{Kind, Message};
 use serde::{Deserialize, Serialize};
-use sextant_estimator::CameraId;
+use sextant_site_model::CameraId;
 
 /// Settings of a camera. What is none is up to the camera's own file. A message without any value removes the site's settings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -7,7 +7,7 @@ use crate::messages::camera_notice::CameraNotice;
 use crate::messages::camera_settings::CameraControls;
 use crate::wire;
 use serde::{Deserialize, Serialize};
-use sextant_estimator::CameraId;
+use sextant_site_model::CameraId;
 
 /// What disciplines a clock. On the wire the number of the variant, from 0.
 #[derive(

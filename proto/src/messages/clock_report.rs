@@ -6,7 +6,7 @@ use crate::ids::NodeId;
 use crate::limits::MAX_CAMERAS;
 use crate::wire;
 use serde::{Deserialize, Serialize};
-use sextant_estimator::CameraId;
+use sextant_site_model::CameraId;
 
 /// The cameras whose clock offset is estimated; the clocks of the others are accepted as they are.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -6,7 +6,7 @@ use crate::envelope::{Kind, Message};
 use crate::limits::{MAX_PIXEL, MAX_REJECTED};
 use crate::wire;
 use serde::{Deserialize, Serialize};
-use sextant_estimator::CameraId;
+use sextant_site_model::CameraId;
 
 /// The report on one image.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

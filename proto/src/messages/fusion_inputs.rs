@@ -6,7 +6,7 @@ use crate::ids::NodeId;
 use crate::limits::{MAX_INPUTS, MAX_OBJECTS};
 use crate::wire;
 use serde::{Deserialize, Serialize};
-use sextant_estimator::CameraId;
+use sextant_site_model::CameraId;
 
 /// Consecutive inputs of a fusion node's estimator. The first two of a run are the rig and the objects before its first image.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

@@ -7,7 +7,8 @@ use crate::limits::{MAX_CAMERAS, MAX_FAULTS, MAX_IMPERFECTIONS, MAX_NOTICES, MAX
 use crate::messages::notice::Notice;
 use crate::wire;
 use serde::{Deserialize, Serialize};
-use sextant_estimator::{CameraId, Fault, Imperfection, ObjectId, State};
+use sextant_site_model::{CameraId, ObjectId};
+use sextant_site_report::{Fault, Imperfection, State};
 
 /// Status of a fusion node. Counts are since the process started.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -6,7 +6,7 @@ use crate::ids::NodeId;
 use crate::limits::{MAX_OBJECTS, MAX_PEERS};
 use crate::wire;
 use serde::{Deserialize, Serialize};
-use sextant_estimator::ObjectId;
+use sextant_site_model::ObjectId;
 
 /// A sign of life of a fusion node, 20 times a second.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

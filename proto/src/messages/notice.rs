@@ -4,7 +4,7 @@ use crate::check::{self, OutOfRange, holds};
 use crate::limits::MAX_DETAIL_BYTES;
 use crate::messages::refusal::Refusal;
 use serde::{Deserialize, Serialize};
-use sextant_estimator::CameraId;
+use sextant_site_model::CameraId;
 use std::fmt;
 
 /// Something that a person should know, and for how long it is shown.

@@ -6,7 +6,7 @@ use crate::limits::{MAX_LINKS, MAX_OBJECT_TAGS};
 use crate::messages::pose_config::{PoseConfig, SigmaConfig};
 use crate::wire;
 use serde::{Deserialize, Serialize};
-use sextant_estimator::{JointId, JointKind, LinkId, ObjectId};
+use sextant_site_model::{JointId, JointKind, LinkId, ObjectId};
 use sextant_tag_families::Family;
 
 /// One object and its tags.

@@ -5,7 +5,8 @@ use crate::envelope::{Kind, Message};
 use crate::limits::{MAX_JOINTS, MAX_LINKS};
 use crate::wire;
 use serde::{Deserialize, Serialize};
-use sextant_estimator::{JointId, LinkId, ObjectId, State};
+use sextant_site_model::{JointId, LinkId, ObjectId};
+use sextant_site_report::State;
 
 /// Links and joints of an object at one capture time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -4,7 +4,8 @@ use crate::check::{self, OutOfRange, holds};
 use crate::envelope::{Kind, Message};
 use crate::wire;
 use serde::{Deserialize, Serialize};
-use sextant_estimator::{ObjectId, State};
+use sextant_site_model::ObjectId;
+use sextant_site_report::State;
 
 /// `world_from_object` at one capture time, with covariance and motion.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

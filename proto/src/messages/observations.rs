@@ -6,8 +6,8 @@ use crate::limits::{MAX_PIXEL, MAX_TAG_POSES, MAX_TAGS, MAX_TIME_NS};
 use crate::messages::camera_status::ClockQuality;
 use crate::wire;
 use serde::{Deserialize, Serialize};
-use sextant_estimator::CameraId;
 use sextant_geometry::wrong_corner_pair;
+use sextant_site_model::CameraId;
 use sextant_tag_families::Family;
 
 /// One image's tags. Sent for every image, also for one without a tag: "nothing seen" is news.

@@ -5,7 +5,7 @@ use crate::envelope::{Kind, Message};
 use crate::limits::MAX_JPEG_BYTES;
 use crate::wire;
 use serde::{Deserialize, Serialize};
-use sextant_estimator::CameraId;
+use sextant_site_model::CameraId;
 
 /// One picture as JPEG; it may be smaller than the image that it shows.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -2,7 +2,7 @@
 
 use crate::check::{self, OutOfRange};
 use serde::{Deserialize, Serialize};
-use sextant_estimator::{CameraId, ObjectId, TagId};
+use sextant_site_model::{CameraId, ObjectId, TagId};
 
 /// The cause of a refusal, with what it is about. `detail` is English text for people.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]

@@ -6,7 +6,7 @@ use crate::limits::MAX_CAMERAS;
 use crate::messages::pose_config::{PoseConfig, SigmaConfig};
 use crate::wire;
 use serde::{Deserialize, Serialize};
-use sextant_estimator::{CameraId, Stamp};
+use sextant_site_model::{CameraId, Stamp};
 
 /// The cameras of a site.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

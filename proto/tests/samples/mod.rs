@@ -5,10 +5,9 @@
     reason = "each test file takes the samples that it needs, and a test may panic"
 )]
 
-use sextant_estimator::{
-    CameraId, Fault, Imperfection, JointId, JointKind, LinkId, ObjectId, Stamp, State, TagId,
-};
 use sextant_proto::*;
+use sextant_site_model::{CameraId, JointId, JointKind, LinkId, ObjectId, Stamp, TagId};
+use sextant_site_report::{Fault, Imperfection, State};
 use sextant_tag_families::Family;
 
 const CAPTURE_NS: u64 = 1_800_000_000_123_456_789;

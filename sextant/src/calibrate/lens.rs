@@ -12,11 +12,11 @@ use anyhow::{bail, ensure};
 use clap::Args;
 use sextant_calibrator::lens::Selection;
 use sextant_calibrator::procedure::{LensPlan, Outcome, Plan, Procedure, Product, Report};
-use sextant_estimator::{Camera, CameraId, ObjectModel, Rig};
 use sextant_geometry::{Intrinsics, Lens, LensModel};
 use sextant_process::{Exit, WithExit};
 use sextant_recordings::{Dataset, Frame, read_picture};
 use sextant_site_files::{read_object, read_rig, write_rig};
+use sextant_site_model::{Camera, CameraId, ObjectModel, Rig};
 use std::path::{Path, PathBuf};
 
 /// More images than this are treated as a stream, of which only images with new views of the board are kept.

@@ -7,9 +7,9 @@ use anyhow::bail;
 use clap::Args;
 use sextant_calibrator::procedure::{Outcome, Plan, Procedure, Product, Report};
 use sextant_calibrator::{Origin, RigPlan, RigReport, Up};
-use sextant_estimator::{CameraId, ObjectModel, TagId};
 use sextant_process::{Exit, WithExit};
 use sextant_site_files::{Chessboard, read_object, read_rig, write_rig};
+use sextant_site_model::{CameraId, ObjectModel, TagId};
 use std::path::PathBuf;
 
 /// Arguments of `sextant calibrate rig`.
@@ -71,7 +71,7 @@ fn frame(text: &str) -> Result<Frame, String> {
         "camera" => names
             .parse()
             .map(Frame::Camera)
-            .map_err(|error: sextant_estimator::IdError| error.to_string()),
+            .map_err(|error: sextant_site_model::IdError| error.to_string()),
         "tag" | "tags" => {
             let tags = tags()?;
             let right = tags.len() == if kind == "tag" { 1 } else { 3 };

@@ -1,6 +1,7 @@
 //! What several files say about each other.
 
-use sextant_estimator::{CameraId, Fusion, FusionOptions, ObjectModel, Rig};
+use sextant_estimator::{Fusion, FusionOptions};
+use sextant_site_model::{CameraId, ObjectModel, Rig};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 

@@ -7,11 +7,11 @@ use crate::site::{Site, SiteArguments};
 use crate::words;
 use anyhow::{anyhow, bail};
 use clap::Args;
-use sextant_estimator::CameraId;
 use sextant_process::{Exit, Failure};
 use sextant_proto::{
     CameraControls, CameraSettings, CameraStatus, Control, SettingsOutcome, limits,
 };
+use sextant_site_model::CameraId;
 use sextant_zenoh_bus::{DropRule, Subscription};
 use std::time::{Duration, Instant};
 

@@ -6,10 +6,10 @@ use crate::output::{Format, print_line};
 use crate::site::{Site, SiteArguments};
 use crate::words;
 use anyhow::{Context, bail};
-use sextant_estimator::ObjectId;
 use sextant_process::{Exit, Failure, WithExit};
 use sextant_proto::{ConfigAnswer, Message, ObjectConfig, Outcome, RigConfig, encode};
 use sextant_site_files::{read_object, read_rig};
+use sextant_site_model::ObjectId;
 use sextant_zenoh_bus::Qos;
 use std::path::Path;
 

@@ -3,10 +3,10 @@
 use crate::output::{Format, print_line};
 use crate::site::{Site, SiteArguments};
 use anyhow::{anyhow, bail};
-use sextant_estimator::{ObjectId, ObjectModel, Rig};
 use sextant_process::{Exit, Failure};
 use sextant_proto::{Message, ObjectConfig, RigConfig, limits};
 use sextant_site_files::{object_toml, rig_toml};
+use sextant_site_model::{ObjectId, ObjectModel, Rig};
 use std::time::Duration;
 
 /// How long the fusion node may take to answer.

@@ -7,10 +7,10 @@ use crate::site::{Site, SiteArguments};
 use crate::words;
 use anyhow::{Context, anyhow, bail};
 use serde_json::{Value, json};
-use sextant_estimator::{ObjectId, ObjectModel, Rig};
 use sextant_geometry::{Pose, se3};
 use sextant_process::{Exit, Failure};
 use sextant_proto::{NodeId, ObjectConfig, Proposal, RigConfig};
+use sextant_site_model::{ObjectId, ObjectModel, Rig};
 
 /// Whether a change is made, or only shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -206,7 +206,7 @@ impl RefinementSummary {
             let Some(known) = before.camera(&camera.id).filter(|known| *known != camera) else {
                 continue;
             };
-            let focal = |camera: &sextant_estimator::Camera| camera.lens.intrinsics().fx;
+            let focal = |camera: &sextant_site_model::Camera| camera.lens.intrinsics().fx;
             self.moves.push(Move {
                 what: format!("camera {}", camera.id),
                 by: displacement(known.world_from_camera, camera.world_from_camera),

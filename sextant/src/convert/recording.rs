@@ -5,7 +5,6 @@ use crate::simulate::make_empty;
 use crate::words;
 use anyhow::{Context, bail, ensure};
 use serde_json::json;
-use sextant_estimator::{CameraId, ObjectModel, Rig};
 use sextant_process::{Exit, WithExit};
 use sextant_proto::{
     ClockQuality, ClockSource, Keys, ObjectConfig, Observations, RigConfig, SiteId, TagObservation,
@@ -20,6 +19,7 @@ use sextant_recordings::{
     Dataset, DetectedTag, DetectionsLine, Frame, Row, grey_png, is_grey_png, read_picture,
 };
 use sextant_site_files::{read_object, read_rig, write_object, write_rig};
+use sextant_site_model::{CameraId, ObjectModel, Rig};
 use std::collections::BTreeMap;
 use std::fs::{self, OpenOptions};
 use std::io::BufWriter;

@@ -2,9 +2,9 @@
 
 use crate::demo::processes::Processes;
 use anyhow::bail;
-use sextant_estimator::CameraId;
 use sextant_process::Shutdown;
 use sextant_proto::{KeyRef, Keys, NodeKind, limits};
+use sextant_site_model::CameraId;
 use sextant_zenoh_bus::{Bus, DropRule, Presence};
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};

@@ -9,13 +9,14 @@ use anyhow::Context;
 use node_camera::{CameraNodeConfig, SourceConfig};
 use node_fusion::{FusionConfig, Refinement, ShardingConfig};
 use node_viewer_bridge::ViewerConfig;
-use sextant_estimator::{CameraId, FusionOptions};
+use sextant_estimator::FusionOptions;
 use sextant_iceoryx_images::{
     IceoryxOptions, ImagesError, Leftovers, open_own_folder, remove_dead,
 };
 use sextant_proto::{NodeId, SiteId};
 use sextant_simulator::Scenario;
 use sextant_site_files::write_toml;
+use sextant_site_model::CameraId;
 use sextant_zenoh_bus::{BusOptions, SecurityOptions};
 use std::fs::{self, DirBuilder, File};
 use std::io;

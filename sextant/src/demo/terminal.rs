@@ -3,10 +3,10 @@
 use crate::demo::Summary;
 use crate::demo::score::{ObjectSummary, Score};
 use crate::output::Format;
-use sextant_estimator::CameraId;
 use sextant_process::terminal;
 use sextant_proto::CameraStatus;
 use sextant_simulator::Imperfections;
+use sextant_site_model::CameraId;
 use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;

@@ -7,13 +7,13 @@ use crate::demo::site_folder::SiteFolder;
 use crate::demo::terminal::Terminal;
 use crate::simulate::models::{Body, bodies};
 use serde::Serialize;
-use sextant_estimator::{CameraId, ObjectId};
 use sextant_geometry::{Pose, PoseParts};
 use sextant_process::{Shutdown, now_ns};
 use sextant_proto::{
     CameraStatus, Keys, LinkPose, ObjectLinks, ObjectPose, ObjectTruth, decode, limits,
 };
 use sextant_simulator::{CameraFileError, Scenario, SceneCamera};
+use sextant_site_model::{CameraId, ObjectId};
 use sextant_zenoh_bus::{Bus, BusError, DropRule, Publisher, Qos, Subscription};
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};

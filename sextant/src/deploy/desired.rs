@@ -3,9 +3,9 @@
 use super::digest::digest;
 use anyhow::{Context, ensure};
 use node_camera::CameraNodeConfig;
-use sextant_estimator::CameraId;
 use sextant_proto::SiteId;
 use sextant_site_files::{read_text, write_atomically};
+use sextant_site_model::CameraId;
 use sextant_zenoh_bus::{KeyFiles, Profile};
 use std::collections::BTreeMap;
 use std::fs;

@@ -1,9 +1,9 @@
 //! Which cameras the site sees, as their statuses arrive.
 
 use crate::site::Site;
-use sextant_estimator::CameraId;
 use sextant_process::Shutdown;
 use sextant_proto::{CameraStatus, limits};
+use sextant_site_model::CameraId;
 use sextant_zenoh_bus::{BusError, DropRule};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Mutex, PoisonError};

@@ -73,8 +73,8 @@ mod tests {
     use super::super::facts::tests::PI;
     use super::super::packages::PackageFolder;
     use super::*;
-    use sextant_estimator::CameraId;
     use sextant_proto::SiteId;
+    use sextant_site_model::CameraId;
 
     #[test]
     fn a_host_that_has_everything_needs_nothing() {

@@ -1,6 +1,6 @@
 //! A host and its camera, as typed.
 
-use sextant_estimator::CameraId;
+use sextant_site_model::CameraId;
 use std::net::IpAddr;
 use std::str::FromStr;
 

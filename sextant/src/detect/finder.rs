@@ -4,8 +4,8 @@ use anyhow::Context;
 use sextant_apriltag::{
     BoardShape, ChessboardView, Detection, Detector, Extent, Image, Options, find_chessboard,
 };
-use sextant_estimator::ObjectModel;
 use sextant_site_files::Chessboard;
+use sextant_site_model::ObjectModel;
 use sextant_tag_families::Family;
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};

@@ -2,9 +2,9 @@
 
 use anyhow::{Context, ensure};
 use sextant_apriltag::{Detection, Detector, Image, Tracker, TrackingReport};
-use sextant_estimator::Camera;
 use sextant_geometry::Lens;
 use sextant_recordings::{DetectedTag, GreyImage, read_picture};
+use sextant_site_model::Camera;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 

@@ -5,11 +5,12 @@ use crate::output::print_line;
 use crate::pose_feed::{self, Next, PoseReceiver};
 use anyhow::{Context, anyhow, bail};
 use clap::ValueEnum;
-use sextant_estimator::{ObjectEstimate, ObjectId};
 use sextant_process::whole_lines::write_line;
 use sextant_process::{Exit, Failure, WithExit};
 use sextant_proto::ObjectPose;
 use sextant_recordings::{csv_header, pose_csv, pose_json, pose_tum};
+use sextant_site_model::ObjectId;
+use sextant_site_report::ObjectEstimate;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 

@@ -1,10 +1,10 @@
 //! Recorded images on the network, as the previews that a camera node publishes.
 
 use node_camera::{JpegMaker, PreviewConfig};
-use sextant_estimator::CameraId;
 use sextant_proto::{Keys, Preview};
 use sextant_recordings::compressed_image::{self, RecordedImage};
 use sextant_recordings::decode_picture;
+use sextant_site_model::CameraId;
 use sextant_zenoh_bus::{Bus, Publisher, Qos};
 use std::collections::BTreeMap;
 use std::io::Cursor;

@@ -1,11 +1,11 @@
 //! Recorded messages on the network, as the nodes published them.
 
 use super::previews::{Outcome, Previews};
-use sextant_estimator::CameraId;
 use sextant_proto::{ANNOUNCED, AnyMessage, KeyRef, Keys, ObjectConfig, RigConfig};
 use sextant_recordings::compressed_image as image;
 use sextant_recordings::mcap::WIRE_ENCODING;
 use sextant_recordings::mcap::reader::RecordedMessage;
+use sextant_site_model::CameraId;
 use sextant_zenoh_bus::{Bus, Latest, Qos, RawPublisher};
 use std::collections::BTreeMap;
 

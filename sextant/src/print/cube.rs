@@ -17,8 +17,8 @@ use super::sheet::{MARGIN, NOTE, Paper, RULER, SMALL, Sheet, label_of, length_te
 use anyhow::ensure;
 use clap::Args;
 use nalgebra::{UnitQuaternion, Vector3};
-use sextant_estimator::{ObjectModel, ObjectTag, TagId};
 use sextant_geometry::Pose;
+use sextant_site_model::{ObjectModel, ObjectTag, TagId};
 use sextant_tag_families::Family;
 use std::f64::consts::FRAC_PI_2;
 

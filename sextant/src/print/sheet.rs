@@ -2,7 +2,7 @@
 
 use super::pdf::{Area, Mark, Page, Stroke};
 use clap::ValueEnum;
-use sextant_estimator::TagId;
+use sextant_site_model::TagId;
 use sextant_tag_families::{Board, module_is_white};
 
 /// Margin that most printers cannot print, millimetres.

@@ -5,7 +5,7 @@ use super::pdf::Stroke;
 use super::sheet::{MARGIN, Paper, SMALL, Sheet, label_of, length_text, printed_edge};
 use anyhow::{Context, ensure};
 use clap::Args;
-use sextant_estimator::{ObjectModel, ObjectTag, TagId};
+use sextant_site_model::{ObjectModel, ObjectTag, TagId};
 use sextant_tag_families::Family;
 use std::str::FromStr;
 

@@ -7,9 +7,9 @@ use crate::progress;
 use crate::replay::sight;
 use anyhow::bail;
 use sextant_apriltag::Options;
-use sextant_estimator::{CameraId, ImageObservation};
 use sextant_process::{Exit, Failure, WithExit};
 use sextant_recordings::{Dataset, Row};
+use sextant_site_model::{CameraId, ImageObservation};
 use std::path::Path;
 
 /// Hands every image of the wanted cameras (none: all) of a folder to `take`, in the order of their arrival.

@@ -1,11 +1,11 @@
 //! Images of this host's cameras from shared memory, as PNG, each camera in a thread of its own with low priority.
 
 use super::inbox::{Content, Entry, Inbox};
-use sextant_estimator::CameraId;
 use sextant_iceoryx_images::{IceoryxOptions, ImageHeader, ImageSubscriber, ImagesError};
 use sextant_process::background;
 use sextant_recordings::compressed_image::RecordedImage;
 use sextant_recordings::{GreyImage, grey_png};
+use sextant_site_model::CameraId;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};

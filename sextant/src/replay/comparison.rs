@@ -5,8 +5,9 @@ use crate::alignment::PosePairs;
 use clap::ValueEnum;
 use nalgebra::Vector6;
 use serde::Serialize;
-use sextant_estimator::{ObjectEstimate, ObjectId};
 use sextant_geometry::{Pose, so3};
+use sextant_site_model::ObjectId;
+use sextant_site_report::ObjectEstimate;
 use std::collections::BTreeMap;
 
 /// Quantile of chi-square with six degrees of freedom at 95 %.
@@ -230,7 +231,7 @@ mod tests {
     use super::*;
     use crate::replay::reference;
     use nalgebra::{Matrix6, Vector3};
-    use sextant_estimator::State;
+    use sextant_site_report::State;
 
     fn estimate(t_ns: u64, world_from_object: Pose) -> ObjectEstimate {
         ObjectEstimate {

@@ -1,6 +1,7 @@
 //! Which pose of a capture time is the final one: the one after the last image of exactly that time.
 
-use sextant_estimator::{ObjectEstimate, ObjectId, State};
+use sextant_site_model::ObjectId;
+use sextant_site_report::{ObjectEstimate, State};
 use std::collections::BTreeMap;
 
 /// The capture times that are still open, with the last pose of each object.
@@ -53,8 +54,8 @@ impl Ledger {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sextant_estimator::State::Tracking;
     use sextant_geometry::Pose;
+    use sextant_site_report::State::Tracking;
 
     fn pose(object: &str, capture_ns: u64, x: f64, state: State) -> ObjectEstimate {
         ObjectEstimate {

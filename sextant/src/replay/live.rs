@@ -1,8 +1,9 @@
 //! Which of the recorded live poses a replay gives again, bit for bit.
 
 use serde::Serialize;
-use sextant_estimator::{ObjectEstimate, ObjectId};
 use sextant_proto::ObjectPose;
+use sextant_site_model::ObjectId;
+use sextant_site_report::ObjectEstimate;
 use std::collections::BTreeMap;
 
 /// The live poses of a recording that are not given yet.

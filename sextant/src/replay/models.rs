@@ -3,10 +3,10 @@
 use super::sight;
 use anyhow::bail;
 use sextant_apriltag::Options;
-use sextant_estimator::{ObjectModel, Rig};
 use sextant_process::{Exit, Failure, WithExit};
 use sextant_recordings::{Dataset, Row};
 use sextant_site_files::{read_object, read_rig};
+use sextant_site_model::{ObjectModel, Rig};
 use sextant_tag_families::Family;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

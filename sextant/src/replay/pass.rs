@@ -3,9 +3,10 @@
 use super::ledger::Ledger;
 use crate::output::print_line;
 use anyhow::{Context, bail};
-use sextant_estimator::{Fusion, Input, ObjectEstimate, Output};
+use sextant_estimator::{Fusion, Input, Output};
 use sextant_process::{Exit, Failure, Shutdown};
 use sextant_recordings::pose_json;
+use sextant_site_report::ObjectEstimate;
 use std::time::{Duration, Instant};
 
 /// One pass of a recording through the estimator.

@@ -1,9 +1,10 @@
 //! What a recorded fusion node took in, in its order and with its times; where the recording lacks that, observations in order of arrival.
 
 use anyhow::Context;
-use sextant_estimator::{CameraId, ImageObservation, Input, ObjectModel, Rig};
+use sextant_estimator::Input;
 use sextant_proto::{FusionInputs, InputSource, NodeId, ObjectConfig, Observations, RigConfig};
 use sextant_recordings::mcap::site_recording::{Model, SiteRecording};
+use sextant_site_model::{CameraId, ImageObservation, ObjectModel, Rig};
 use std::collections::BTreeMap;
 
 /// The inputs of a replay.
@@ -362,11 +363,11 @@ fn object_of<'a>(model: &&'a Model) -> Option<&'a ObjectConfig> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sextant_estimator::{ObjectId, ObjectTag, TagId};
     use sextant_proto::{ClockQuality, FusionInput, Timing, encode, fingerprint};
     use sextant_recordings::mcap::RecordingInfo;
     use sextant_recordings::mcap::reader::Ending;
     use sextant_recordings::mcap::site_recording::{RecordedModel, Timed};
+    use sextant_site_model::{ObjectId, ObjectTag, TagId};
     use sextant_tag_families::Family;
 
     fn image(sequence: u64) -> Observations {

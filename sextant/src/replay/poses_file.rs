@@ -1,10 +1,10 @@
 //! The file that poses go to: JSON lines or TUM text, by its name.
 
 use anyhow::{Context, bail};
-use sextant_estimator::ObjectEstimate;
 use sextant_process::{Exit, Failure};
 use sextant_recordings::{pose_json, pose_tum};
 use sextant_site_files::write_atomically;
+use sextant_site_report::ObjectEstimate;
 use std::path::{Path, PathBuf};
 
 /// A file of poses.

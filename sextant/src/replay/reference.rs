@@ -3,10 +3,10 @@
 use anyhow::{Context, bail, ensure};
 use nalgebra::{Quaternion, Translation3};
 use serde::Deserialize;
-use sextant_estimator::ObjectId;
 use sextant_geometry::{Pose, PoseParts, unit_quaternion};
 use sextant_process::{Exit, WithExit};
 use sextant_recordings::mcap::site_recording::SiteRecording;
+use sextant_site_model::ObjectId;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::{BufRead, BufReader};

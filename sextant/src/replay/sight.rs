@@ -3,8 +3,8 @@
 use crate::detect::{TagFinder, detected_tags, image_of};
 use anyhow::{Context, ensure};
 use nalgebra::{Matrix2, Point2};
-use sextant_estimator::{Camera, ImageObservation, Rig, TagCorners, TagId};
 use sextant_recordings::{DetectedTag, Frame, Row, read_picture};
+use sextant_site_model::{Camera, ImageObservation, Rig, TagCorners, TagId};
 use std::path::Path;
 
 /// Recordings say nothing of their images' exposures.

@@ -3,7 +3,9 @@
 use super::comparison::{Alignment, ObjectComparison, table};
 use super::live::LiveComparison;
 use serde::Serialize;
-use sextant_estimator::{CameraId, Fusion, ObjectEstimate, ObjectId, Statistics};
+use sextant_estimator::{Fusion, Statistics};
+use sextant_site_model::{CameraId, ObjectId};
+use sextant_site_report::ObjectEstimate;
 use std::collections::BTreeMap;
 
 /// What a replay ends with.

@@ -1,11 +1,11 @@
 //! What a site would have calibrated and learned: the rig and the constellations, taken from the scenario.
 
 use anyhow::Context;
-use sextant_estimator::{
+use sextant_simulator::{PathJointKind, Scenario, SceneCamera, SceneObject};
+use sextant_site_model::{
     Articulation, Camera, CameraId, IdError, Joint, JointId, JointKind, LinkId, ObjectId,
     ObjectModel, ObjectTag, Rig, TagId,
 };
-use sextant_simulator::{PathJointKind, Scenario, SceneCamera, SceneObject};
 
 /// The cameras as a rig file has them.
 pub fn rig(cameras: &[SceneCamera]) -> anyhow::Result<Rig> {

@@ -2,11 +2,11 @@
 
 use crate::top::rows::{CameraRow, NodeRow, ObjectRow, SILENCE_S};
 use crate::words;
-use sextant_estimator::{CameraId, ObjectId};
 use sextant_proto::{
     CameraStatus, ClockReport, FusionStatus, KeyRef, Keys, NodeId, NodeKind, ObjectPose,
     Observations,
 };
+use sextant_site_model::{CameraId, ObjectId};
 use sextant_zenoh_bus::{Item, Presence};
 use std::collections::BTreeMap;
 
@@ -199,11 +199,12 @@ fn entry<K: Ord, R: Default>(rows: &mut BTreeMap<K, R>, key: K) -> Option<&mut R
 #[cfg(test)]
 pub mod tests {
     use super::*;
-    use sextant_estimator::{Fault, State, TagId};
     use sextant_proto::{
         CameraClock, CameraIntake, ClockQuality, ClockSource, Message, ObjectHealth, Rejections,
         encode,
     };
+    use sextant_site_model::TagId;
+    use sextant_site_report::{Fault, State};
     use sextant_tag_families::Family;
     use sextant_zenoh_bus::Payload;
 

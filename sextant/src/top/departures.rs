@@ -1,8 +1,8 @@
 //! Departed nodes and objects: shown as gone for a while, then dropped. A camera of the rig is expected back and stays.
 
 use crate::top::board::Board;
-use sextant_estimator::{CameraId, ObjectId};
 use sextant_proto::NodeKind;
+use sextant_site_model::{CameraId, ObjectId};
 
 /// Time for which departed nodes and objects are shown, ns.
 const SHOWN_NS: u64 = 60_000_000_000;

@@ -1,7 +1,7 @@
 //! Rows of the table: one camera, one object, one process.
 
-use sextant_estimator::State;
 use sextant_proto::{CameraClock, CameraIntake, CameraStatus, ObjectPose};
+use sextant_site_report::State;
 use std::collections::VecDeque;
 
 /// Window over which poses are counted.

@@ -3,8 +3,8 @@
 use crate::top::board::Board;
 use crate::top::rows::{CameraRow, ObjectRow, SILENCE_S};
 use crate::words;
-use sextant_estimator::State;
 use sextant_proto::Rejections;
+use sextant_site_report::State;
 
 /// A line, cut to a width.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -2,14 +2,14 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that fails to unwrap has failed")]
 
-use sextant_estimator::{
-    Articulation, Camera, CameraId, Joint, JointId, JointKind, LinkId, ObjectId, ObjectModel,
-    ObjectTag, Rig, TagId,
-};
 use sextant_geometry::Pose;
 use sextant_recordings::{GreyImage, write_grey_png};
 use sextant_simulator::{Observer, Random, Renderer, Scenario, Visibility};
 use sextant_site_files::{write_object, write_rig};
+use sextant_site_model::{
+    Articulation, Camera, CameraId, Joint, JointId, JointKind, LinkId, ObjectId, ObjectModel,
+    ObjectTag, Rig, TagId,
+};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -8,8 +8,8 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use serde_json::{Value, json};
-use sextant_estimator::{Camera, CameraId, ObjectId, ObjectModel, ObjectTag, Rig, TagId};
 use sextant_geometry::{Intrinsics, Lens, Pose, tag_corners_in_tag};
+use sextant_site_model::{Camera, CameraId, ObjectId, ObjectModel, ObjectTag, Rig, TagId};
 use sextant_tag_families::Family;
 use std::f64::consts::PI;
 use std::fs;

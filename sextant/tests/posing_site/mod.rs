@@ -3,8 +3,9 @@
 
 use crate::recording::{sextant, stdout};
 use serde_json::Value;
-use sextant_estimator::{ObjectId, State};
 use sextant_proto::{Keys, ObjectConfig, ObjectPose, ObjectTagConfig, encode};
+use sextant_site_model::ObjectId;
+use sextant_site_report::State;
 use sextant_tag_families::Family;
 use sextant_zenoh_bus::{Bus, BusOptions, Qos, RawLatest, RawPublisher};
 use std::io::{BufRead, BufReader};

@@ -6,10 +6,10 @@
     reason = "each test file takes what it needs, and a test may panic"
 )]
 
-use sextant_estimator::{Camera, CameraId, ObjectId, ObjectModel, ObjectTag, Rig, TagId};
 use sextant_recordings::{GreyImage, write_grey_png};
 use sextant_simulator::{Renderer, Scenario, SceneCamera, SceneObject};
 use sextant_site_files::{write_object, write_rig};
+use sextant_site_model::{Camera, CameraId, ObjectId, ObjectModel, ObjectTag, Rig, TagId};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

@@ -2,9 +2,9 @@
 
 use super::*;
 use nalgebra::{Isometry3, Rotation3, UnitQuaternion, Vector3};
-use sextant_estimator::{Camera, CameraId, ObjectModel, Rig};
 use sextant_geometry::{Intrinsics, Lens, Pose};
 use sextant_simulator::{Background, Path, Scenario, SceneCamera, SceneObject, SceneTag, Solid};
+use sextant_site_model::{Camera, CameraId, ObjectModel, Rig};
 
 pub const DIE: &str = "die";
 pub const CAMERA: &str = "eye";
@@ -44,7 +44,7 @@ fn die() -> ObjectModel {
 /// What the camera node renders.
 fn scenario() -> Scenario {
     let (camera, die) = (eye(), die());
-    let tag = |tag: &sextant_estimator::ObjectTag| {
+    let tag = |tag: &sextant_site_model::ObjectTag| {
         let at = tag.object_from_tag.expect("a place");
         SceneTag::new(tag.tag.family, tag.tag.id, tag.size_m, at)
     };

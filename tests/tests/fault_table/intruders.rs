@@ -184,7 +184,7 @@ fn forged_and_repeated_messages_change_nothing() {
             .iter()
             .any(|one| one.last_capture_ns >= last.capture_ns)
     });
-    let own = |camera: &sextant_estimator::CameraId| {
+    let own = |camera: &sextant_site_model::CameraId| {
         sent.iter().filter(|one| one.camera == *camera).count() as u64
     };
     let accepted: u64 = (status.cameras.iter())

@@ -1,8 +1,10 @@
 //! A day of use: the memory of the estimator does not grow.
 
 use super::*;
-use sextant_estimator::{Fusion, FusionOptions, ImageObservation, Input, ObjectEstimate, Output};
+use sextant_estimator::{Fusion, FusionOptions, Input, Output};
 use sextant_proto::{decode, encode};
+use sextant_site_model::ImageObservation;
+use sextant_site_report::ObjectEstimate;
 
 const ROW: &str = "24 h of 8 cameras in simulated time, objects coming and going";
 const N_CAMERAS: usize = 8;

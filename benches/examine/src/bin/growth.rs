@@ -6,13 +6,13 @@
 #![allow(clippy::expect_used, reason = "a bench ends by panicking")]
 
 use nalgebra::{Point3, UnitQuaternion, Vector3};
-use sextant_estimator::{
-    Camera, CameraId, Fusion, FusionOptions, ImageObservation, Input, ObjectId, ObjectModel,
-    ObjectTag, Rig, TagId,
-};
+use sextant_estimator::{Fusion, FusionOptions, Input};
 use sextant_geometry::{Intrinsics, Lens, Pose, tag_corners_in_tag};
 use sextant_proto::{
     ClockQuality, ClockSource, Observations, TagObservation, TagPose, Timing, decode, encode,
+};
+use sextant_site_model::{
+    Camera, CameraId, ImageObservation, ObjectId, ObjectModel, ObjectTag, Rig, TagId,
 };
 use sextant_tag_families::Family;
 use std::time::Duration;

@@ -1,9 +1,9 @@
 //! Parameters and observations of a bundle adjustment: cameras, tags, instants, and the detected corners.
 
 use nalgebra::{Matrix2, Point2, Vector6};
-use sextant_estimator::PoseSigma;
 use sextant_geometry::lens::MAX_PARAMETERS;
 use sextant_geometry::{Lens, Pose};
+use sextant_site_model::PoseSigma;
 use thiserror::Error;
 
 /// Whether a parameter is sought.

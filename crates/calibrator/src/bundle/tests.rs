@@ -5,9 +5,9 @@ use super::layout::Layout;
 use super::solver::Descent;
 use super::*;
 use nalgebra::{Isometry3, Matrix2, Point2, Vector2, Vector3, Vector6};
-use sextant_estimator::PoseSigma;
 use sextant_geometry::least_squares::Kernel;
 use sextant_geometry::{Intrinsics, Lens, Pose, se3, tag_corners_in_tag};
+use sextant_site_model::PoseSigma;
 
 /// Small and seeded (G. Marsaglia, Xorshift RNGs, 2003); sums of twelve make the normal deviates.
 pub struct Noise(u64);

@@ -4,7 +4,7 @@ use super::rigidity::{Joint, joint};
 use super::tracks::Tracks;
 use crate::discovered_tags::DiscoveredTags;
 use crate::graph::islands;
-use sextant_estimator::TagId;
+use sextant_site_model::TagId;
 
 /// Tags by what they move with.
 #[derive(Clone, Debug, Default)]

@@ -6,7 +6,7 @@
 //! tags' depth is what tells r; mirrored branches do not agree on the attitude.
 
 use nalgebra::{Point2, UnitQuaternion, Vector3};
-use sextant_estimator::tag_poses;
+use sextant_geometry::planar_pose::tag_poses;
 use sextant_geometry::{Lens, Pose};
 
 /// Relative attitudes that differ by less agree, radians.

@@ -3,7 +3,7 @@
 use super::DiscoveryPlan;
 use super::rigidity::Joint;
 use crate::verdict::listed;
-use sextant_estimator::TagId;
+use sextant_site_model::TagId;
 use std::collections::BTreeMap;
 
 /// Relative difference up to which a size equals the given one: before the adjustment, sizes are known to about a hundredth.

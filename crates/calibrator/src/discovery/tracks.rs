@@ -2,7 +2,7 @@
 
 use super::rigidity::{PairView, UnitPoses};
 use nalgebra::Point2;
-use sextant_estimator::{Camera, CameraId, ImageObservation, TagCorners, TagId};
+use sextant_site_model::{Camera, CameraId, ImageObservation, TagCorners, TagId};
 use sextant_tag_families::Family;
 use std::collections::BTreeMap;
 

@@ -7,8 +7,8 @@ use crate::adjustment::AdjustmentResult;
 use crate::bundle::{BundleSolution, KeptParameter};
 use crate::image_store::ImageView;
 use nalgebra::DMatrix;
-use sextant_estimator::{ObjectModel, ObjectTag, PoseSigma};
 use sextant_geometry::Pose;
+use sextant_site_model::{ObjectModel, ObjectTag, PoseSigma};
 
 impl LearnSession {
     /// Transforms the solution into the frame of the result.

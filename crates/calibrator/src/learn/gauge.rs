@@ -1,8 +1,8 @@
 //! The frame of a learned object, and the standard deviations of its tags in that frame.
 
 use nalgebra::{DMatrix, Matrix6, SMatrix, UnitQuaternion, Vector3};
-use sextant_estimator::TagId;
 use sextant_geometry::{Pose, so3};
+use sextant_site_model::TagId;
 
 /// Frame of a learned object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]

@@ -5,8 +5,8 @@ use crate::bundle::Instant;
 use crate::constellation::{Group, GroupedView};
 use crate::image_store::ImageView;
 use crate::resection::{TagPlacement, agreeing_loosely, views_of_object};
-use sextant_estimator::Rig;
 use sextant_geometry::Pose;
+use sextant_site_model::Rig;
 
 /// Images of one instant (indices into the views) and their cameras' poses in a common frame.
 pub(super) struct Groups {

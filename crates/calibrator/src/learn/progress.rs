@@ -5,7 +5,7 @@ use crate::image_store::{ImageView, TagSpec, take_in};
 use crate::verdict::listed;
 use nalgebra::Vector3;
 use serde::Serialize;
-use sextant_estimator::{Camera, ImageObservation, TagId};
+use sextant_site_model::{Camera, ImageObservation, TagId};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A tag's share of the images so far.

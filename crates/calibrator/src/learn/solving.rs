@@ -15,8 +15,8 @@ use crate::image_store::{ImageView, take_in};
 use crate::priors::Priors;
 use crate::resection::TagPlacement;
 use crate::verdict::{Finding, Grade, listed};
-use sextant_estimator::TagId;
 use sextant_geometry::Pose;
+use sextant_site_model::TagId;
 use std::collections::BTreeSet;
 
 /// Rounds of locating the object in every image and adjusting; the first starts from the spanning tree.

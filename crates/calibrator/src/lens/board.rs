@@ -3,8 +3,8 @@
 use super::refusal::LensRefusal;
 use crate::bundle::{BundleTag, Freedom};
 use nalgebra::Point3;
-use sextant_estimator::{ObjectModel, TagId};
 use sextant_geometry::{Pose, tag_corners_in_tag};
+use sextant_site_model::{ObjectModel, TagId};
 
 /// A tag of the board.
 #[derive(Clone, Debug)]

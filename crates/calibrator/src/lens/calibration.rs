@@ -4,8 +4,8 @@ use super::choice::ModelScore;
 use super::maps::LensMaps;
 use crate::verdict::Verdict;
 use nalgebra::DMatrix;
-use sextant_estimator::TagId;
 use sextant_geometry::Lens;
+use sextant_site_model::TagId;
 
 /// A finished calibration. Pixels, radians, metres.
 #[derive(Clone, Debug)]

@@ -1,6 +1,6 @@
 //! Reasons why images do not determine a lens.
 
-use sextant_estimator::TagId;
+use sextant_site_model::TagId;
 use thiserror::Error;
 
 /// Cause and remedy.

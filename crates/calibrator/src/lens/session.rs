@@ -12,8 +12,8 @@ use super::poses::board_pose;
 use super::refusal::LensRefusal;
 use super::start::start;
 use super::view::{SortedView, View};
-use sextant_estimator::{ImageObservation, ObjectModel, TagId};
 use sextant_geometry::{Intrinsics, Lens, LensModel, Pose};
+use sextant_site_model::{ImageObservation, ObjectModel, TagId};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Least number of views for any lens.

@@ -7,8 +7,8 @@
 use super::calibration::LensCalibration;
 use super::maps::{Movement, movements};
 use nalgebra::{DMatrix, Matrix2x5, Matrix5, Point2, SMatrix};
-use sextant_estimator::LensSigma;
 use sextant_geometry::Lens;
+use sextant_site_model::LensSigma;
 
 /// Largest valid standard deviation in a rig file, px.
 const MOST_PX: f64 = 100.0;

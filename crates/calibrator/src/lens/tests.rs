@@ -8,8 +8,8 @@ use crate::verdict::Grade;
 use board_walk::{BoardWalk, board, fisheye, ordinary};
 use difference::mean_difference;
 use nalgebra::Matrix2;
-use sextant_estimator::{ObjectId, ObjectModel};
 use sextant_geometry::{Lens, LensModel};
+use sextant_site_model::{ObjectId, ObjectModel};
 use sextant_tag_families::Family;
 
 fn options(model: Option<LensModel>) -> LensOptions {

@@ -3,7 +3,7 @@
 use super::board::Board;
 use super::refusal::LensRefusal;
 use nalgebra::{Point2, Vector2};
-use sextant_estimator::{ImageObservation, TagCorners, TagId};
+use sextant_site_model::{ImageObservation, TagCorners, TagId};
 use std::collections::BTreeMap;
 
 /// Default corner noise, pixels.

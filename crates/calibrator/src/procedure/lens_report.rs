@@ -3,8 +3,8 @@
 use crate::Verdict;
 use crate::lens::{LensCalibration, LensMaps};
 use serde::Serialize;
-use sextant_estimator::{CameraId, TagId};
 use sextant_geometry::Lens;
+use sextant_site_model::{CameraId, TagId};
 
 /// Accuracy of a lens calibration, and a verdict. Pixels.
 #[derive(Clone, Debug, PartialEq, Serialize)]

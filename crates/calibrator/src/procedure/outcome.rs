@@ -4,7 +4,7 @@ use super::{Kind, LensReport, ProcedureError};
 use crate::lens::LensCalibration;
 use crate::{CalibratedRig, LearnReport, LearnedObject, RigReport, Verdict};
 use serde::Serialize;
-use sextant_estimator::{Camera, CameraId, ObjectModel, Rig};
+use sextant_site_model::{Camera, CameraId, ObjectModel, Rig};
 
 /// Result of a procedure.
 #[derive(Clone, Debug)]

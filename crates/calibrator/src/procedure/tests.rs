@@ -3,8 +3,8 @@
 use super::*;
 use crate::{Gauge, Grade, Origin};
 use nalgebra::{Isometry3, Vector3};
-use sextant_estimator::{Camera, ObjectId, ObjectTag, TagCorners, TagId};
 use sextant_geometry::{Intrinsics, Lens, Pose, tag_corners_in_tag};
+use sextant_site_model::{Camera, ObjectId, ObjectTag, TagCorners, TagId};
 
 fn tag(id: u32) -> TagId {
     let family = Family::Tag36h11;

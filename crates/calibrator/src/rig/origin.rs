@@ -3,8 +3,8 @@
 use super::RigError;
 use crate::image_store::TagSpec;
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
-use sextant_estimator::{CameraId, Rig, TagId};
 use sextant_geometry::Pose;
+use sextant_site_model::{CameraId, Rig, TagId};
 use std::f64::consts::PI;
 
 /// Definition of the world frame.

@@ -5,7 +5,7 @@ use crate::graph::islands;
 use crate::image_store::{IgnoredTags, TagSpec, take_in};
 use crate::verdict::listed;
 use serde::Serialize;
-use sextant_estimator::{Camera, CameraId, ImageObservation, ObjectModel, Rig, TagId};
+use sextant_site_model::{Camera, CameraId, ImageObservation, ObjectModel, Rig, TagId};
 use std::collections::BTreeMap;
 
 /// A camera's share of the images so far.

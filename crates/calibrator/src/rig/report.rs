@@ -11,8 +11,8 @@ use crate::lens::lens_sigma;
 use crate::verdict::{Finding, Verdict};
 use nalgebra::Matrix6;
 use serde::Serialize;
-use sextant_estimator::{Camera, CameraId, LensSigma, PoseSigma, Rig};
 use sextant_geometry::Pose;
+use sextant_site_model::{Camera, CameraId, LensSigma, PoseSigma, Rig};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// One camera of a calibrated rig.

@@ -14,8 +14,8 @@ use crate::image_store::{ImageView, take_in};
 use crate::priors::Priors;
 use crate::resection::{TagPlacement, views_of_object};
 use crate::verdict::{Finding, Grade, listed};
-use sextant_estimator::{Camera, CameraId, Rig};
 use sextant_geometry::Pose;
+use sextant_site_model::{Camera, CameraId, Rig};
 use std::collections::BTreeSet;
 
 /// Relative error of a focal length from which camera names may be swapped.

@@ -6,8 +6,8 @@ use super::{RigError, RigSession};
 use crate::adjustment::{Adjustment, AdjustmentResult};
 use crate::bundle::{Bundle, BundleCamera, FreeLens, Freedom, solve};
 use nalgebra::{Matrix6, Vector6};
-use sextant_estimator::{Camera, Rig};
 use sextant_geometry::{Pose, se3};
+use sextant_site_model::{Camera, Rig};
 
 /// Shares of fitting images before and after a large move of a camera.
 const FITS: f64 = 0.7;

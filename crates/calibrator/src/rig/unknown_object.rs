@@ -6,7 +6,7 @@
 
 use super::{Origin, RigError, RigPlan, RigSession};
 use crate::learn::{Gauge, LearnError, LearnPlan, LearnSession, LearnedObject};
-use sextant_estimator::{Camera, ObjectModel, ObjectTag, Rig, TagId};
+use sextant_site_model::{Camera, ObjectModel, ObjectTag, Rig, TagId};
 
 impl RigSession {
     /// The object, and the causes why tags of it could not be placed.

@@ -2,7 +2,7 @@
 
 use super::listed;
 use serde::{Serialize, Serializer};
-use sextant_estimator::{CameraId, TagId};
+use sextant_site_model::{CameraId, TagId};
 use std::fmt;
 
 /// What limits a result, or was allowed for.

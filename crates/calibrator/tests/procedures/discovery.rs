@@ -5,8 +5,8 @@ use nalgebra::{Isometry3, Vector3};
 use sextant_calibrator::{
     DiscoveryPlan, DiscoverySession, Gauge, Grade, LearnError, LearnedObject,
 };
-use sextant_estimator::{Camera, ImageObservation, ObjectModel, Rig};
 use sextant_geometry::{Pose, se3};
+use sextant_site_model::{Camera, ImageObservation, ObjectModel, Rig};
 use sextant_tag_families::Family;
 use std::f64::consts::TAU;
 

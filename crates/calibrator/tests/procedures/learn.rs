@@ -3,8 +3,8 @@
 use crate::scene::*;
 use nalgebra::{Isometry3, Vector3};
 use sextant_calibrator::{Gauge, Grade, LearnError, LearnPlan, LearnSession, LearnedObject};
-use sextant_estimator::{Camera, ImageObservation, ObjectModel, Rig};
 use sextant_geometry::{Pose, se3};
+use sextant_site_model::{Camera, ImageObservation, ObjectModel, Rig};
 
 fn one_camera() -> Rig {
     let camera = Camera {

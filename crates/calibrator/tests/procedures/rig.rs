@@ -3,8 +3,8 @@
 use crate::scene::*;
 use nalgebra::{Isometry3, Vector3};
 use sextant_calibrator::{CalibratedRig, Grade, Origin, RigError, RigPlan, RigSession, Up};
-use sextant_estimator::{ImageObservation, ObjectModel, Rig};
 use sextant_geometry::{Pose, se3};
+use sextant_site_model::{ImageObservation, ObjectModel, Rig};
 
 pub fn calibrated(
     rig: &Rig,
@@ -325,7 +325,7 @@ fn two_cameras_that_see_the_board_from_the_front_only_are_found() {
     let side_by_side = [-0.15, 0.15].map(|x| above(x, 1.2));
     let cameras = rig().cameras().to_vec();
     let cameras = cameras.into_iter().zip(side_by_side);
-    let cameras = cameras.map(|(camera, pose)| sextant_estimator::Camera {
+    let cameras = cameras.map(|(camera, pose)| sextant_site_model::Camera {
         world_from_camera: Some(pose),
         ..camera
     });
@@ -402,7 +402,7 @@ fn focal_lengths_of_another_day_are_put_right() {
         let mut parameters = camera.lens.parameters();
         parameters[0] *= off;
         parameters[1] *= off;
-        sextant_estimator::Camera {
+        sextant_site_model::Camera {
             lens: camera.lens.with_parameters(&parameters).unwrap(),
             ..camera.clone()
         }
@@ -413,7 +413,7 @@ fn focal_lengths_of_another_day_are_put_right() {
     assert!(mm < 3.0 && deg < 0.1, "{mm} {deg} {}", found.report.verdict);
     assert!(worst_in_sigmas(&found, &truth) < 3.0);
     for (found, truth) in found.rig.cameras().iter().zip(truth.cameras()) {
-        let focal = |camera: &sextant_estimator::Camera| camera.lens.intrinsics().fx;
+        let focal = |camera: &sextant_site_model::Camera| camera.lens.intrinsics().fx;
         let off = focal(found) / focal(truth) - 1.0;
         assert!(off.abs() < 1e-3, "{}: {off}", found.id);
     }

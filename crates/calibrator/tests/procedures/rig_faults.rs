@@ -4,7 +4,7 @@ use crate::rig::{calibrated, plainly};
 use crate::scene::*;
 use nalgebra::{Isometry3, Vector3};
 use sextant_calibrator::{Grade, Origin, RigError, RigPlan, RigSession};
-use sextant_estimator::{Camera, ImageObservation, Rig};
+use sextant_site_model::{Camera, ImageObservation, Rig};
 
 fn refusal(rig: &Rig, images: &[ImageObservation]) -> RigError {
     match plainly(rig, images) {
@@ -172,7 +172,7 @@ fn a_tag_that_is_there_twice_is_named() {
     );
 }
 
-fn tag_of(id: u32) -> sextant_estimator::TagId {
+fn tag_of(id: u32) -> sextant_site_model::TagId {
     tag(id)
 }
 

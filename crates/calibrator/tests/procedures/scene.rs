@@ -1,10 +1,10 @@
 //! Cameras, objects and paths of which everything is known, and the corners that images of them would show.
 
 use nalgebra::{Isometry3, Matrix2, Point2, Point3, Vector2, Vector3};
-use sextant_estimator::{
+use sextant_geometry::{Intrinsics, Lens, Pose, tag_corners_in_tag};
+use sextant_site_model::{
     Camera, CameraId, ImageObservation, ObjectModel, ObjectTag, Rig, TagCorners, TagId,
 };
-use sextant_geometry::{Intrinsics, Lens, Pose, tag_corners_in_tag};
 use sextant_tag_families::Family;
 use std::f64::consts::PI;
 

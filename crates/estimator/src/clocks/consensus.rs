@@ -1,6 +1,6 @@
 //! Consensus of clocks: those that differ from most are wrong.
 
-use crate::ClockOffset;
+use sextant_site_report::ClockOffset;
 
 /// Largest difference of clocks that agree, s: where both are verified, and otherwise, where a filter estimates the rest.
 const TOGETHER_S: (f64, f64) = (0.003, 0.03);

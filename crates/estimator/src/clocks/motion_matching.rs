@@ -9,9 +9,9 @@ use std::collections::VecDeque;
 use nalgebra::{Matrix6, Vector3, Vector6};
 use sextant_geometry::{Pose, se3, so3};
 
-use crate::ClockOffset;
 use crate::clocks::single_camera_track::Sample;
 use crate::time::seconds;
+use sextant_site_report::ClockOffset;
 
 /// Range of the search about the offset that arrivals imply, s, and its step.
 const REACH_S: f64 = 5.0;

@@ -2,13 +2,14 @@
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
+use crate::FusionOptions;
 use crate::clocks::arrival_delays::ArrivalDelays;
 use crate::clocks::consensus::ClockReading;
 use crate::clocks::motion_matching::{MotionMatch, MotionPair};
 use crate::clocks::single_camera_track::{Body, SingleCameraTrack};
 use crate::clocks::{consensus, motion_matching, single_camera_track};
 use crate::site::{AssociatedImage, ClockPrior, Site};
-use crate::{ClockOffset, FusionOptions};
+use sextant_site_report::ClockOffset;
 
 /// Time between two comparisons, ns.
 const SWEEP_NS: u64 = 150_000_000;

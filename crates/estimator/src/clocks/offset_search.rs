@@ -8,10 +8,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::FusionOptions;
 use crate::clocks::arrival_delays::ArrivalDelays;
 use crate::clocks::offset_query::OffsetQuery;
 use crate::site::{AssociatedImage, Site};
-use crate::{ClockOffset, FusionOptions, ImageObservation};
+use sextant_site_model::ImageObservation;
+use sextant_site_report::ClockOffset;
 
 /// Longest search, s.
 const QUERY_S: f64 = 4.0;

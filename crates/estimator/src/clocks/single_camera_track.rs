@@ -7,10 +7,12 @@ use std::collections::VecDeque;
 use nalgebra::Matrix6;
 use sextant_geometry::Pose;
 
+use crate::FusionOptions;
 use crate::measurement::corners::TagView;
 use crate::site::{ClockPrior, ObjectImage, Site};
 use crate::tracker::track::Track;
-use crate::{FusionOptions, ObjectId, State};
+use sextant_site_model::ObjectId;
+use sextant_site_report::State;
 
 /// Poses that are kept: four seconds at 60 a second.
 const REMEMBERED: usize = 240;

@@ -10,11 +10,11 @@ use std::ops::Range;
 use nalgebra::DVector;
 
 use crate::DiagnosisOptions;
-use crate::TagId;
 use crate::diagnosis::window::WindowEquations;
 use crate::self_calibration::parameters::Source;
 use camera::CameraPoseFault;
 use clock::ClockFault;
+use sextant_site_model::TagId;
 use tag_pose::TagPoseFault;
 use tag_size::TagSizeFault;
 

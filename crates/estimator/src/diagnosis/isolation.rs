@@ -10,13 +10,13 @@ use std::ops::Range;
 use nalgebra::DVector;
 
 use crate::DiagnosisOptions;
-use crate::PoseSigma;
 use crate::diagnosis::fault_model::FaultHypothesis;
 use crate::diagnosis::fault_model::clock::ClockFault;
 use crate::diagnosis::likelihood_ratio::{Gain, LikelihoodRatio};
 use crate::diagnosis::window::WindowEquations;
 use crate::self_calibration::parameters::{CLASSES, CLOCK, SIZE, Source};
 use crate::site::Site;
+use sextant_site_model::PoseSigma;
 
 /// Most faults at a time.
 const MOST_FAULTS: usize = 4;

@@ -4,9 +4,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::TagId;
 use crate::fading_counter::FadingCounter;
 use crate::tracker::finalised_views::FinalisedView;
+use sextant_site_model::TagId;
 
 /// Where a tag is that is far from where its object has it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -5,10 +5,10 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
-use crate::TagId;
 use crate::self_calibration::adjustment::LinearisedKeyframe;
 use crate::self_calibration::keyframes::Body;
 use crate::self_calibration::parameters::{ParameterLayout, Source};
+use sextant_site_model::TagId;
 
 /// Most keyframes; the oldest go.
 const MOST: usize = 90;

@@ -1,8 +1,8 @@
 //! Blocks of the state covariance, and matrix functions of the filter.
 
-use crate::MOST_JOINTS;
 use crate::filter::process_noise::ProcessNoisePsd;
 use nalgebra::{Matrix3, SMatrix, Vector3};
+use sextant_site_model::MOST_JOINTS;
 
 /// Covariance over (dt, dr, dv, dw).
 pub(crate) type Covariance = SMatrix<f64, 12, 12>;

@@ -5,12 +5,12 @@
 
 use std::sync::Arc;
 
+use crate::FusionOptions;
 use crate::filter::covariance::{JointClocks, JointCross, JointOwn, WIDTH, symmetric};
 use crate::filter::process_noise::PsdEstimate;
 use crate::kinematics::chain::KinematicChain;
 use crate::kinematics::configuration::{Configuration, Values};
-use crate::{FusionOptions, Joint, JointKind};
-use sextant_site_model::MOST_JOINTS;
+use sextant_site_model::{Joint, JointKind, MOST_JOINTS};
 
 /// Metres, one sigma: nothing is known about a slide without limits.
 const ANYWHERE: f64 = 3.0;

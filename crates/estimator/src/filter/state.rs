@@ -6,7 +6,6 @@
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector6};
 use sextant_geometry::{Pose, so3};
 
-use crate::ClockOffset;
 use crate::filter::clock_states::ClockStates;
 use crate::filter::consider::{ConsiderState, ConsiderStates, UpdateGain};
 use crate::filter::covariance::{
@@ -17,6 +16,7 @@ use crate::filter::process_noise::ProcessNoise;
 use crate::kinematics::configuration::Configuration;
 use crate::measurement::biases::BiasGradient;
 use crate::measurement::view_equations::OF_FISHER;
+use sextant_site_report::ClockOffset;
 
 /// How a body moves, and how well that is known.
 #[derive(Debug, Clone, PartialEq)]

@@ -16,7 +16,8 @@ use crate::measurement::corners::{CalibratedCamera, TagView, WeightedView};
 use crate::measurement::rolling_shutter::LinkMotion;
 use crate::measurement::view_equations::NoiseSource;
 use crate::measurement::whitening::{Matrix8, Whitening};
-use crate::{ClockOffset, TagCorners, TagId};
+use sextant_site_model::{TagCorners, TagId};
+use sextant_site_report::ClockOffset;
 
 fn camera() -> CalibratedCamera {
     let intrinsics = Intrinsics {

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use crate::ObjectEstimate;
 use crate::fusion::Fusion;
 use crate::self_calibration::keyframe_builder::{KeyframeBuilder, TOGETHER_NS};
 use crate::site::ObjectImage;
 use crate::time::nanoseconds;
 use crate::tracker::timeline::Timeline;
+use sextant_site_report::ObjectEstimate;
 
 impl Fusion {
     /// Offers the newest instant of an object that has only just appeared, so that even its first poses are corrected.

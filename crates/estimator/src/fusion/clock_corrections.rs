@@ -7,7 +7,8 @@ use crate::diagnosis::Action;
 use crate::fusion::{Fusion, faults};
 use crate::site::AssociatedImage;
 use crate::tracker::timeline::Timeline;
-use crate::{CameraId, ClockOffset, ImageObservation};
+use sextant_site_model::{CameraId, ImageObservation};
+use sextant_site_report::ClockOffset;
 
 /// Offset estimated by a filter from which on it is subtracted from the timestamps instead, s: the filter assumes uniform motion within it.
 const FAR_S: f64 = 0.03;

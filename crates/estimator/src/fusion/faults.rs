@@ -4,9 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::clocks::offset_search::OffsetSearch;
 use crate::diagnosis::{Diagnosis, MovedCamera};
-use crate::fault::Fault;
 use crate::site::Site;
-use crate::{CameraId, ClockOffset};
+use sextant_site_model::CameraId;
+use sextant_site_report::{ClockOffset, Fault};
 
 /// Clock offset that is worth naming, s: 2 mm at 1 m/s.
 const OFF_S: f64 = 0.002;

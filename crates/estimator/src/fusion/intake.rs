@@ -3,7 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::site::{AssociatedImage, Site};
-use crate::{CameraId, CameraStatistics, FusionOptions, ImageObservation, Statistics};
+use crate::{CameraStatistics, FusionOptions, Statistics};
+use sextant_site_model::{CameraId, ImageObservation};
 
 /// Checks images against earlier ones, and counts.
 #[derive(Debug)]

@@ -1,10 +1,10 @@
 //! Objects at the places of tags that are far from where their own object has them.
 
-use crate::ObjectModel;
 use crate::diagnosis::misplaced_tags::SeenOn;
 use crate::fusion::Fusion;
 use crate::measurement::ray::Ray;
 use crate::tracker::finalised_views::FinalisedView;
+use sextant_site_model::ObjectModel;
 
 impl Fusion {
     /// What is where a view shows a tag far from its place; `None` where it is near.

@@ -13,8 +13,7 @@ use nalgebra::{Matrix6, SMatrix, Vector3, Vector6};
 use sextant_geometry::Pose;
 
 use crate::kinematics::configuration::{Configuration, Rates};
-use crate::{Articulation, Joint, JointKind};
-use sextant_site_model::MOST_JOINTS;
+use sextant_site_model::{Articulation, Joint, JointKind, MOST_JOINTS};
 
 /// A joint on the way to a link.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -233,9 +232,9 @@ fn between(from: &[Step], to: &[Step]) -> Vec<Step> {
 mod tests {
     use super::*;
     use crate::kinematics::configuration::Values;
-    use crate::{JointId, LinkId};
     use nalgebra::SVector;
     use sextant_geometry::se3;
+    use sextant_site_model::{JointId, LinkId};
 
     fn joint(name: &str, kind: JointKind, parent: &str, child: &str) -> Joint {
         Joint {

@@ -3,11 +3,11 @@
 use nalgebra::{Matrix6, SMatrix, Vector3, Vector6};
 use sextant_geometry::Pose;
 
-use crate::TagId;
 use crate::kinematics::configuration::Configuration;
 use crate::measurement::corners::WeightedView;
 use crate::measurement::view_equations::ViewEquations;
 use crate::measurement::whitening::product;
+use sextant_site_model::TagId;
 
 /// Source of a constant error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

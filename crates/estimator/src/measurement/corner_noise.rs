@@ -2,9 +2,10 @@
 
 use nalgebra::{Matrix2, Point2, SVector, Vector2};
 
+use crate::FusionOptions;
 use crate::measurement::view_equations::NoiseSource;
 use crate::measurement::whitening::{Matrix8, Whitening};
-use crate::{FusionOptions, TagCorners};
+use sextant_site_model::TagCorners;
 
 /// Area in px² of a tag with the usual noise.
 const USUAL_AREA: f64 = 400.0;

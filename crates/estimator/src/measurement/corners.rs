@@ -12,7 +12,8 @@ use crate::measurement::ray::Ray;
 use crate::measurement::rolling_shutter::{LinkMotion, RollingShutter, RowPose};
 use crate::measurement::view_equations::{NoiseSource, ViewEquations, robust};
 use crate::measurement::whitening::{PoseRows, Rows, Slopes, Whitening, product};
-use crate::{ClockOffset, LensSigma, ObjectTag, PoseSigma, TagCorners, TagId};
+use sextant_site_model::{LensSigma, ObjectTag, PoseSigma, TagCorners, TagId};
+use sextant_site_report::ClockOffset;
 
 /// Twice the cost of a view that can't be seen from the pose: as bad as a view can be.
 pub(crate) const UNSEEN: f64 = 1e3;

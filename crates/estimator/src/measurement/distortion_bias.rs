@@ -10,7 +10,7 @@ use nalgebra::{Cholesky, Point2, SMatrix, SVector, Vector2};
 use sextant_geometry::{Homography, Lens};
 use sextant_tag_families::white_modules;
 
-use crate::TagId;
+use sextant_site_model::TagId;
 
 /// The tag's corners in its own plane: top left, top right, bottom right, bottom left, y down.
 const SQUARE: [Point2<f64>; 4] = [

@@ -25,7 +25,7 @@ use crate::self_calibration::parameters::{
 use crate::self_calibration::variance_components::Scales;
 use crate::site::Site;
 use crate::site::corrections::{CameraCorrection, Corrections, ObjectFrame, TagCorrection};
-use crate::{LensSigma, PoseSigma};
+use sextant_site_model::{LensSigma, PoseSigma};
 
 /// Steps of one adjustment; most begin next to the minimum, those of few keyframes do not.
 const STEPS: usize = 4;

@@ -275,7 +275,7 @@ pub(super) mod tests {
 
     use sextant_tag_families::Family;
 
-    use crate::TagId;
+    use sextant_site_model::TagId;
 
     /// Two cameras and three bodies of two tags, whose tags are not in the order of their bodies.
     pub fn layout() -> ParameterLayout {

@@ -8,11 +8,11 @@
 use nalgebra::{DMatrix, DVector, DVectorView, Matrix3, Matrix6, Vector3};
 use sextant_geometry::so3;
 
-use crate::TagId;
 use crate::self_calibration::arrow::{Arrow, ArrowInverse, BodyBlocks, InverseBlocks};
 use crate::self_calibration::keyframes::Body;
 use crate::self_calibration::parameters::ParameterLayout;
 use crate::site::Site;
+use sextant_site_model::TagId;
 
 /// A basis of the motions that no image shows.
 pub(crate) struct Gauge {

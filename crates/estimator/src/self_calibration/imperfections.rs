@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::Imperfection;
 use crate::self_calibration::keyframes::Keyframe;
 use crate::site::Site;
 use crate::site::corrections::Corrections;
+use sextant_site_report::Imperfection;
 
 /// m by which two cameras must disagree about an object.
 const APART_M: f64 = 0.002;

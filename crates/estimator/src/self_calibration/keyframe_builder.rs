@@ -4,13 +4,14 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Matrix6, Vector6};
 
+use crate::FusionOptions;
 use crate::measurement::corners::TagView;
 use crate::measurement::view_equations::NoiseSource;
 use crate::self_calibration::keyframes::{Keyframe, KeyframeView, RelativeMotion};
 use crate::site::{ObjectImage, Site};
 use crate::time::seconds;
 use crate::tracker::track::{MotionEstimate, Track};
-use crate::{FusionOptions, TagId};
+use sextant_site_model::TagId;
 
 /// Longest time between images that make one keyframe, ns: less than a period of most cameras.
 pub(crate) const TOGETHER_NS: u64 = 25_000_000;

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use nalgebra::{Matrix6, Vector6};
 use sextant_geometry::{Pose, se3};
 
-use crate::TagId;
 use crate::measurement::corners::TagView;
+use sextant_site_model::TagId;
 
 /// Most keyframes of an object.
 const MOST_OF_AN_OBJECT: usize = 40;

@@ -7,7 +7,7 @@ use nalgebra::DVector;
 
 use crate::self_calibration::keyframes::{Body, Keyframes};
 use crate::site::Site;
-use crate::{PoseSigma, TagId};
+use sextant_site_model::{PoseSigma, TagId};
 
 /// Errors of a camera: six of the pose (m, rad), focal length (px), first coefficient of the distortion, clock offset (s).
 pub(crate) const OF_CAMERA: usize = 9;

@@ -5,8 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Matrix6, Vector3, Vector6};
 use sextant_geometry::{Lens, Pose, se3};
 
-use crate::{LensSigma, ObjectTag, PoseSigma, TagId};
-use sextant_site_model::MOST_LENS_SIGMA_PX;
+use sextant_site_model::{LensSigma, MOST_LENS_SIGMA_PX, ObjectTag, PoseSigma, TagId};
 
 /// Errors of the site's files as estimated.
 #[derive(Debug, Clone, PartialEq, Default)]

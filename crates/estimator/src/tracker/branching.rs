@@ -2,6 +2,7 @@
 
 use sextant_geometry::se3;
 
+use crate::FusionOptions;
 use crate::filter::covariance::Covariance;
 use crate::filter::state::ObjectState;
 use crate::kinematics::configuration::Configuration;
@@ -10,7 +11,7 @@ use crate::tracker::camera_consistency::CameraConsistency;
 use crate::tracker::gating::{image_refusal, refused, updated};
 use crate::tracker::hypothesis::Hypothesis;
 use crate::tracker::{joint_search, planar_ambiguity};
-use crate::{FusionOptions, MOST_JOINTS};
+use sextant_site_model::MOST_JOINTS;
 
 /// Most attitudes followed at a time.
 const MOST_HYPOTHESES: usize = 4;

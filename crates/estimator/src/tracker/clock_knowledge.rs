@@ -3,9 +3,10 @@
 //! A clock whose error is within the tolerance is right; the offset of every other clock is estimated. Cameras that expose in the very same
 //! nanosecond are triggered or stamped by one clock, whatever they report.
 
+use crate::FusionOptions;
 use crate::filter::state::ObjectState;
 use crate::site::{ClockPrior, ObjectImage};
-use crate::{ClockOffset, FusionOptions};
+use sextant_site_report::ClockOffset;
 
 /// What a track knows of the clocks.
 #[derive(Debug, Clone, PartialEq, Default)]

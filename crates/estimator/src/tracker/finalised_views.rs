@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use crate::FusionOptions;
 use crate::measurement::corners::{CalibratedCamera, TagView};
 use crate::measurement::ray::Ray;
 use crate::site::{ObjectImage, Site};
 use crate::tracker::track::Track;
 use crate::tracker::view_outcome::ViewOutcome;
-use crate::{FusionOptions, TagId};
+use sextant_site_model::TagId;
 
 /// Ratio of the corners' residuals to their distances from the tag's centre from which on a tag is not loose but somewhere else.
 const FAR: f64 = 2.5;

@@ -12,8 +12,7 @@ use crate::kinematics::chain::KinematicChain;
 use crate::kinematics::configuration::{Configuration, Rates, Values};
 use crate::measurement::corners::WeightedView;
 use crate::measurement::planar_poses::{branches, largest};
-use crate::{Joint, JointKind};
-use sextant_site_model::MOST_JOINTS;
+use sextant_site_model::{Joint, JointKind, MOST_JOINTS};
 
 /// Values of a joint that are tried.
 const TRIALS: usize = 16;
@@ -238,7 +237,7 @@ fn nearest_value(joint: &Joint, parent_from_child: &Pose) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{JointId, LinkId};
+    use sextant_site_model::{JointId, LinkId};
 
     fn joint(kind: JointKind, limits: Option<[f64; 2]>) -> Joint {
         Joint {

@@ -9,8 +9,8 @@ use crate::kinematics::chain::KinematicChain;
 use crate::kinematics::configuration::Configuration;
 use crate::tracker::hypothesis::Hypothesis;
 use crate::tracker::track::Track;
-use crate::{ArticulatedEstimate, JointEstimate, LinkEstimate};
 use sextant_site_model::MOST_JOINTS;
+use sextant_site_report::{ArticulatedEstimate, JointEstimate, LinkEstimate};
 
 /// Of a configuration.
 const SIZE: usize = 6 + MOST_JOINTS;

@@ -5,12 +5,14 @@ use std::borrow::Cow;
 use nalgebra::Matrix6;
 use sextant_geometry::se3;
 
+use crate::FusionOptions;
 use crate::filter::covariance::{is_wider_than, symmetric};
 use crate::time::seconds;
 use crate::tracker::hypothesis::Hypothesis;
 use crate::tracker::track::Track;
 use crate::tracker::view_outcome::InstantSummary;
-use crate::{ClockOffset, FusionOptions, ObjectEstimate, ObjectId, State};
+use sextant_site_model::ObjectId;
+use sextant_site_report::{ClockOffset, ObjectEstimate, State};
 
 impl Track {
     /// The estimate for `time_ns`, at or after this track's instant; `None` where nothing worth publishing is known.

@@ -13,10 +13,12 @@ use std::sync::Arc;
 
 use sextant_geometry::Pose;
 
+use crate::FusionOptions;
 use crate::site::{ObjectImage, Site};
 use crate::tracker::finalised_views::FinalisedInstant;
 use crate::tracker::track::Track;
-use crate::{ClockOffset, FusionOptions, ObjectEstimate, ObjectId};
+use sextant_site_model::ObjectId;
+use sextant_site_report::{ClockOffset, ObjectEstimate};
 
 /// Cameras whose simultaneous images are processed jointly; further ones follow in the order of the rig, so that an image costs no more than
 /// its own group.

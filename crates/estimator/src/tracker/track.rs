@@ -3,6 +3,7 @@
 use nalgebra::{Matrix6, Vector6};
 use sextant_geometry::{Pose, se3};
 
+use crate::FusionOptions;
 use crate::filter::covariance::white_acceleration;
 use crate::filter::state::ObjectState;
 use crate::kinematics::configuration::Configuration;
@@ -14,7 +15,7 @@ use crate::tracker::hypothesis::Hypothesis;
 use crate::tracker::noise_scales::NoiseScales;
 use crate::tracker::view_outcome::InstantSummary;
 use crate::tracker::{birth, branching};
-use crate::{ClockOffset, FusionOptions, State};
+use sextant_site_report::{ClockOffset, State};
 
 /// What is known about an object at an instant. A value: the next instant's is made from it, never in place.
 #[derive(Debug, Clone, PartialEq, Default)]

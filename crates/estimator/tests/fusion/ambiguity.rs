@@ -1,8 +1,10 @@
 //! One tag looks almost the same tilted either way: when that is known, and when not.
 
 use nalgebra::{UnitQuaternion, Vector3};
-use sextant_estimator::{FusionOptions, ObjectEstimate, Rig, State};
+use sextant_estimator::FusionOptions;
 use sextant_geometry::Pose;
+use sextant_site_model::Rig;
+use sextant_site_report::{ObjectEstimate, State};
 
 use crate::scene::{
     Eye, PERIOD_NS, Random, START_NS, attitude_error, card, exact_options, feed, fusion,

@@ -1,11 +1,10 @@
 //! An arm of two joints: links and joints found, honest, within their limits, also where a link is hidden.
 
 use proptest::prelude::*;
-use sextant_estimator::{
-    ArticulatedEstimate, Fusion, FusionOptions, ImageObservation, Input, ObjectEstimate, ObjectId,
-    Rig, State,
-};
+use sextant_estimator::{Fusion, FusionOptions, Input};
 use sextant_geometry::{Pose, se3};
+use sextant_site_model::{ImageObservation, ObjectId, Rig};
+use sextant_site_report::{ArticulatedEstimate, ObjectEstimate, State};
 
 use crate::arm_scene::{ALL, arm, at, image, links, run};
 use crate::scene::{PERIOD_NS, Random, START_NS, exact_options, poses, rig};

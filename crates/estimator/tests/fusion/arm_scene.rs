@@ -1,11 +1,11 @@
 //! An arm of two joints and three tags a link, moved smoothly, its corners projected exactly with Gaussian noise.
 
 use nalgebra::{Matrix2, Point2, UnitQuaternion, Vector2, Vector3};
-use sextant_estimator::{
+use sextant_geometry::{Pose, tag_corners_in_tag};
+use sextant_site_model::{
     Articulation, ImageObservation, Joint, JointId, JointKind, LinkId, ObjectId, ObjectModel,
     ObjectTag, Rig, TagCorners,
 };
-use sextant_geometry::{Pose, tag_corners_in_tag};
 
 use crate::scene::{PERIOD_NS, Random, START_NS, camera_id, tag_id};
 

@@ -1,8 +1,9 @@
 //! Lenses that bend lines: corners that are the very points, and corners of a detector that takes a tag for flat in the image.
 
 use nalgebra::{Matrix3, Point2, Point3, SMatrix, SVector, Vector2, Vector3};
-use sextant_estimator::{Camera, FusionOptions, ImageObservation, ObjectModel, Rig};
+use sextant_estimator::FusionOptions;
 use sextant_geometry::{Homography, Lens, Pose, tag_corners_in_tag};
+use sextant_site_model::{Camera, ImageObservation, ObjectModel, Rig};
 
 use crate::scene::{Random, START_NS, cube, feed, fusion, path_at, rig, run};
 use crate::uncertainty::nees;

@@ -1,8 +1,7 @@
 //! Rig and objects change while the machine runs: whole or not at all.
 
-use sextant_estimator::{
-    Fusion, FusionOptions, Input, ModelError, ObjectId, ObjectModel, ObjectTag, Output, Rig,
-};
+use sextant_estimator::{Fusion, FusionOptions, Input, ModelError, Output};
+use sextant_site_model::{ObjectId, ObjectModel, ObjectTag, Rig};
 
 use crate::scene::{
     Random, START_NS, cube, cube_id, feed, fusion, path_at, position_error, rig, run,

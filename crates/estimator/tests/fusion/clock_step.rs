@@ -1,8 +1,8 @@
 //! The clock of the fusion host is set while the machine runs.
 
-use sextant_estimator::{
-    Fusion, FusionOptions, ImageObservation, Input, ObjectEstimate, Output, State,
-};
+use sextant_estimator::{Fusion, FusionOptions, Input, Output};
+use sextant_site_model::ImageObservation;
+use sextant_site_report::{ObjectEstimate, State};
 
 use crate::scene::{Random, START_NS, cube, feed, fusion, path_at, position_error, rig, run};
 

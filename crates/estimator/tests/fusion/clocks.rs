@@ -1,6 +1,7 @@
 //! Clocks that are off are found out by the motion itself.
 
-use sextant_estimator::{Fusion, FusionOptions, ImageObservation, Rig};
+use sextant_estimator::{Fusion, FusionOptions};
+use sextant_site_model::{ImageObservation, Rig};
 
 use crate::scene::{
     Eye, PERIOD_NS, Random, START_NS, camera_id, cube, feed, fusion, path_at, position_error, rig,

@@ -1,7 +1,9 @@
 //! Clocks that jump, by milliseconds or by years, are found out, named, and spoil no pose.
 
-use sextant_estimator::{Fault, Fusion, FusionOptions, ImageObservation, Input, State};
+use sextant_estimator::{Fusion, FusionOptions, Input};
 use sextant_geometry::Pose;
+use sextant_site_model::ImageObservation;
+use sextant_site_report::{Fault, State};
 
 use crate::scene::{
     Eye, PERIOD_NS, Random, START_NS, camera_id, cube, fusion, path_at, poses, position_error, rig,

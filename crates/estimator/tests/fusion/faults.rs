@@ -2,7 +2,9 @@
 
 use nalgebra::{Matrix2, Point2};
 use proptest::prelude::*;
-use sextant_estimator::{CameraId, FusionOptions, ImageObservation, Input, State, TagCorners};
+use sextant_estimator::{FusionOptions, Input};
+use sextant_site_model::{CameraId, ImageObservation, TagCorners};
+use sextant_site_report::State;
 
 use crate::scene::{
     Random, START_NS, cube, feed, fusion, path_at, poses, position_error, rig, run, tag_id,

@@ -1,6 +1,7 @@
 //! Floods of images whose stamps or tags are made up: a window holds so many, and those of the other cameras go on.
 
-use sextant_estimator::{FusionOptions, ImageObservation, Input};
+use sextant_estimator::{FusionOptions, Input};
+use sextant_site_model::ImageObservation;
 
 use crate::scene::{
     Eye, PERIOD_NS, Random, START_NS, camera_id, cube, cube_id, feed, fusion, path_at,

@@ -1,10 +1,10 @@
 //! What is wrong with a site is named, and nothing else.
 
 use nalgebra::{UnitQuaternion, Vector3};
-use sextant_estimator::{
-    Camera, Fault, Fusion, FusionOptions, ImageObservation, ObjectModel, ObjectTag, Rig,
-};
+use sextant_estimator::{Fusion, FusionOptions};
 use sextant_geometry::Pose;
+use sextant_site_model::{Camera, ImageObservation, ObjectModel, ObjectTag, Rig};
+use sextant_site_report::Fault;
 
 use crate::scene::{
     Eye, Random, START_NS, camera_id, cube, cube_id, feed, fusion, path_at, rig, run, tag_id,

@@ -1,10 +1,10 @@
 //! Sites whose files are wrong by what nobody gives a sigma for, as files of real sites are.
 
 use nalgebra::{UnitQuaternion, Vector3};
-use sextant_estimator::{
-    Camera, Fusion, FusionOptions, Imperfection, ObjectEstimate, ObjectModel, ObjectTag, Rig, State,
-};
+use sextant_estimator::{Fusion, FusionOptions};
 use sextant_geometry::{Pose, se3};
+use sextant_site_model::{Camera, ObjectModel, ObjectTag, Rig};
+use sextant_site_report::{Imperfection, ObjectEstimate, State};
 
 use crate::scene::{
     Eye, PERIOD_NS, Random, START_NS, cube, error, feed, fusion, path, path_at, rig, run,

@@ -2,8 +2,10 @@
 //! cameras is.
 
 use nalgebra::{UnitQuaternion, Vector3};
-use sextant_estimator::{Camera, Fault, Fusion, FusionOptions, Input, PoseSigma, Rig};
+use sextant_estimator::{Fusion, FusionOptions, Input};
 use sextant_geometry::Pose;
+use sextant_site_model::{Camera, PoseSigma, Rig};
+use sextant_site_report::Fault;
 
 use crate::scene::{Eye, PERIOD_NS, Random, START_NS, camera_id, cube, fusion, path, poses, rig};
 

@@ -1,12 +1,12 @@
 //! What calibration leaves wrong for good is in the covariance, as far as it is stated: Monte Carlo over calibrations.
 
 use nalgebra::{UnitQuaternion, Vector3};
-use sextant_estimator::{
-    Camera, Exposure, FusionOptions, ImageObservation, LensSigma, ObjectModel, PoseSigma, Rig,
-    Stamp,
-};
+use sextant_estimator::FusionOptions;
 use sextant_geometry::lens::Intrinsics;
 use sextant_geometry::{Lens, Pose, se3};
+use sextant_site_model::{
+    Camera, Exposure, ImageObservation, LensSigma, ObjectModel, PoseSigma, Rig, Stamp,
+};
 
 use crate::arm_scene::{self, ALL, arm};
 use crate::scene::{Random, camera_id, cube, feed, fusion, path_at, rig, run};

@@ -2,8 +2,8 @@
 //! much worse.
 
 use nalgebra::{Matrix6, SMatrix, Vector2, Vector6};
-use sextant_estimator::{ImageObservation, ObjectModel, Rig};
 use sextant_geometry::{Pose, se3};
+use sextant_site_model::{ImageObservation, ObjectModel, Rig};
 
 use crate::scene::{Eye, Random, START_NS, cube, error, exact_options, feed, fusion, path, rig};
 

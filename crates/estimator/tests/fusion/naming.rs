@@ -1,11 +1,12 @@
 //! What goes wrong while a site runs is named right and in time, and as nothing else: two cubes that move, four cameras.
 
 use nalgebra::{UnitQuaternion, Vector3};
-use sextant_estimator::{
-    Camera, Fault, Fusion, FusionOptions, ImageObservation, Input, ObjectId, ObjectModel,
-    ObjectTag, Output, Rig, TagCorners,
-};
+use sextant_estimator::{Fusion, FusionOptions, Input, Output};
 use sextant_geometry::Pose;
+use sextant_site_model::{
+    Camera, ImageObservation, ObjectId, ObjectModel, ObjectTag, Rig, TagCorners,
+};
+use sextant_site_report::Fault;
 
 use crate::scene::{Eye, PERIOD_NS, Random, START_NS, camera_id, cube, path, rig, tag_id};
 

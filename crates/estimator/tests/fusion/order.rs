@@ -2,11 +2,10 @@
 
 use nalgebra::Matrix2;
 use proptest::prelude::*;
-use sextant_estimator::{
-    Camera, FusionOptions, ImageObservation, Input, LensSigma, ObjectEstimate, ObjectModel,
-    PoseSigma, Rig,
-};
+use sextant_estimator::{FusionOptions, Input};
 use sextant_geometry::Lens;
+use sextant_site_model::{Camera, ImageObservation, LensSigma, ObjectModel, PoseSigma, Rig};
+use sextant_site_report::ObjectEstimate;
 
 use crate::arm_scene::{self, ALL, arm};
 use crate::scene::{Eye, PERIOD_NS, Random, START_NS, cube, fusion, poses, rig, run_in_phase};

@@ -1,7 +1,8 @@
 //! A refined calibration is proposed where images that had no part in it are explained better by it.
 
-use sextant_estimator::{Fusion, FusionOptions, Input, ObjectModel, Proposal, Rig};
+use sextant_estimator::{Fusion, FusionOptions, Input, Proposal};
 use sextant_geometry::{Pose, se3};
+use sextant_site_model::{ObjectModel, Rig};
 
 use crate::imperfect::{glued, measured, watched};
 use crate::scene::{Random, cube, fusion, rig};

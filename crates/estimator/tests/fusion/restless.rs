@@ -1,8 +1,8 @@
 //! How restless a body is, is found out, whatever it does and whenever it is seen.
 
 use nalgebra::{UnitQuaternion, Vector3};
-use sextant_estimator::State;
 use sextant_geometry::Pose;
+use sextant_site_report::State;
 
 use crate::scene::{Eye, PERIOD_NS, Random, START_NS, cube, exact_options, feed, fusion, rig};
 use crate::uncertainty::nees;

@@ -1,12 +1,13 @@
 //! Small scenes: cameras in a ring around a cube that moves smoothly, corners projected exactly with Gaussian noise.
 
 use nalgebra::{Matrix2, Point2, Point3, Rotation3, UnitQuaternion, Vector2, Vector3, Vector6};
-use sextant_estimator::{
-    Camera, CameraId, Fusion, FusionOptions, ImageObservation, Input, ObjectEstimate, ObjectId,
-    ObjectModel, ObjectTag, Output, Rig, TagCorners, TagId,
-};
+use sextant_estimator::{Fusion, FusionOptions, Input, Output};
 use sextant_geometry::lens::Intrinsics;
 use sextant_geometry::{Lens, Pose, se3, tag_corners_in_tag};
+use sextant_site_model::{
+    Camera, CameraId, ImageObservation, ObjectId, ObjectModel, ObjectTag, Rig, TagCorners, TagId,
+};
+use sextant_site_report::ObjectEstimate;
 use sextant_tag_families::Family;
 
 /// Start of all scenes, in ns since the epoch.

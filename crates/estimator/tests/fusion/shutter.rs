@@ -1,8 +1,9 @@
 //! Rolling shutters: each row has its own time, and the twist tells where an object was by then.
 
 use nalgebra::{UnitQuaternion, Vector3};
-use sextant_estimator::{CameraId, Exposure, FusionOptions, ObjectModel, Rig, Stamp};
+use sextant_estimator::FusionOptions;
 use sextant_geometry::Pose;
+use sextant_site_model::{CameraId, Exposure, ObjectModel, Rig, Stamp};
 
 use crate::scene::{
     Eye, PERIOD_NS, Random, START_NS, cube, error, exact_options, feed, fusion, position_error, rig,

@@ -3,7 +3,9 @@
 use std::ops::Range;
 
 use nalgebra::Vector2;
-use sextant_estimator::{Fusion, FusionOptions, ImageObservation, State};
+use sextant_estimator::{Fusion, FusionOptions};
+use sextant_site_model::ImageObservation;
+use sextant_site_report::State;
 
 use crate::scene::{
     Eye, PERIOD_NS, Random, START_NS, cube, feed, fusion, path_at, position_error, rig,

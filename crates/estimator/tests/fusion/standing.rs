@@ -1,8 +1,10 @@
 //! A camera that stands wrong from the very first image, of whose clock nobody says anything: is it where it stands, or when it looks?
 
 use nalgebra::{UnitQuaternion, Vector3};
-use sextant_estimator::{Camera, Fault, FusionOptions, ImageObservation, Input, Rig};
+use sextant_estimator::{FusionOptions, Input};
 use sextant_geometry::Pose;
+use sextant_site_model::{Camera, ImageObservation, Rig};
+use sextant_site_report::Fault;
 
 use crate::scene::{Eye, PERIOD_NS, Random, START_NS, camera_id, cube, fusion, path, poses, rig};
 

@@ -1,7 +1,9 @@
 //! When an object is tracked, coasting and lost.
 
-use sextant_estimator::{FusionOptions, ImageObservation, Input, State};
+use sextant_estimator::{FusionOptions, Input};
 use sextant_geometry::Pose;
+use sextant_site_model::ImageObservation;
+use sextant_site_report::State;
 
 use crate::scene::{
     Eye, PERIOD_NS, Random, START_NS, cube, feed, fusion, path, path_at, poses, position_error,

@@ -1,8 +1,10 @@
 //! The covariance is what the errors are: Monte Carlo with known noise.
 
 use nalgebra::{Matrix2, Vector2, Vector6};
-use sextant_estimator::{FusionOptions, ImageObservation, ObjectEstimate, State, TagCorners};
+use sextant_estimator::FusionOptions;
 use sextant_geometry::{CORNER_PAIRS, Pose};
+use sextant_site_model::{ImageObservation, TagCorners};
+use sextant_site_report::{ObjectEstimate, State};
 
 use crate::scene::{
     Eye, PERIOD_NS, Random, START_NS, cube, cube_id, error, exact_options, feed, fusion, path_at,

@@ -1,8 +1,8 @@
 //! When an autopilot has to take a pose as it is instead of as a motion: after a gap, a new track, a restart of the fusion node, or a jump
 //! that no motion explains, such as a change of the rig. `reset_counter` of `ODOMETRY` counts these.
 
-use sextant_estimator::State;
 use sextant_proto::ObjectPose;
+use sextant_site_report::State;
 
 /// A longer time without a tracked pose is a gap.
 const GAP_NS: u64 = 500_000_000;
@@ -69,7 +69,7 @@ fn sigma(last: &ObjectPose, pose: &ObjectPose, from: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sextant_estimator::ObjectId;
+    use sextant_site_model::ObjectId;
 
     const PERIOD_NS: u64 = 33_000_000;
 

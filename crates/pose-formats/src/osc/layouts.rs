@@ -2,8 +2,9 @@
 
 use crate::axes::{Axes, ConvertedPose, euler_zxy_deg};
 use crate::osc::{OscArgument, OscMessage};
-use sextant_estimator::{ObjectId, State};
 use sextant_proto::ObjectPose;
+use sextant_site_model::ObjectId;
+use sextant_site_report::State;
 use std::str::FromStr;
 
 /// Trackers that VRChat has.

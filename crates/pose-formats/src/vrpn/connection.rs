@@ -4,8 +4,8 @@ use super::{
     COOKIE_BYTES, HEADER_BYTES, PROTOCOL, SENDER_DESCRIPTION, TYPE_DESCRIPTION, TYPES,
     VrpnTrackers, padded,
 };
-use sextant_estimator::ObjectId;
 use sextant_proto::limits;
+use sextant_site_model::ObjectId;
 use std::collections::BTreeMap;
 
 /// The longest message that the reference's clients can send.

@@ -3,7 +3,7 @@
 use super::{annotations, diagnostics};
 use crate::compressed_image as image;
 use serde_json::{Map, Value, json};
-use sextant_estimator::{CameraId, ObjectId};
+use sextant_site_model::{CameraId, ObjectId};
 
 /// Most pictures of a layout; the others are chosen in the picture's settings.
 const MOST_PICTURES: usize = 4;

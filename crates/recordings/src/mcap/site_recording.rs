@@ -4,11 +4,11 @@ use super::reader::{Ending, McapReader, RecordedMessage};
 use super::{RecordingInfo, WIRE_ENCODING};
 use crate::compressed_image as image;
 use crate::error::RecordingError;
-use sextant_estimator::CameraId;
 use sextant_proto::{
     AnyMessage, FusionInputs, KeyRef, Keys, NodeId, ObjectConfig, ObjectPose, ObjectTruth,
     Observations, RigConfig, fingerprint,
 };
+use sextant_site_model::CameraId;
 use std::collections::BTreeMap;
 use std::path::Path;
 

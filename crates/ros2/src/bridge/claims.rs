@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use sextant_estimator::{CameraId, ObjectId};
+use sextant_site_model::{CameraId, ObjectId};
 
 /// Most names, and most streams: those of the largest site.
 pub(super) const MOST: usize = 4096;

@@ -1,7 +1,7 @@
 //! Names of coordinate frames. An object's frame bears the object's id; the others are made of ids.
 
-use sextant_estimator::{CameraId, LinkId, ObjectId};
 use sextant_proto::{ObjectConfig, ObjectTagConfig};
+use sextant_site_model::{CameraId, LinkId, ObjectId};
 
 /// The optical frame of a camera (REP 103): `north_optical`.
 #[must_use]

@@ -3,7 +3,7 @@
 use super::{CharucoBoard, Chessboard, MarkerGrid, UpperLeft};
 use crate::error::Complaint;
 use serde::Deserialize;
-use sextant_estimator::{ObjectId, ObjectModel};
+use sextant_site_model::{ObjectId, ObjectModel};
 use sextant_tag_families::Family;
 
 /// Keys of other tables and of other steps of anipose are passed over.

@@ -1,7 +1,7 @@
 //! A plain chessboard as an object: its tags are the squares between inner corners.
 
 use super::{BoardError, check_grid, object_of, places, upside_down};
-use sextant_estimator::{ObjectId, ObjectModel, ObjectTag, TagId};
+use sextant_site_model::{ObjectId, ObjectModel, ObjectTag, TagId};
 use sextant_tag_families::{CHESSBOARD_SQUARES, Family, chessboard_id, chessboard_place};
 
 /// A plain chessboard. Its origin is the first inner corner: the one in the upper left if the square beyond it, in the corner of the

@@ -2,8 +2,8 @@
 
 use super::{BoardError, check_grid, object_of, places, upside_down};
 use nalgebra::UnitQuaternion;
-use sextant_estimator::{ObjectId, ObjectModel, ObjectTag, TagId};
 use sextant_geometry::Pose;
+use sextant_site_model::{ObjectId, ObjectModel, ObjectTag, TagId};
 use sextant_tag_families::Family;
 
 /// OpenCV's `GridBoard`: markers in columns and rows, ids row by row from the upper left. Its origin is the upper left corner of the

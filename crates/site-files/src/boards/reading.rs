@@ -7,7 +7,7 @@ use super::{AprilGrid, BoardError, CharucoBoard, Chessboard, MarkerGrid, UpperLe
 use crate::error::{Complaint, FileError, InvalidFile};
 use crate::foreign::parse_yaml;
 use crate::read::read_text;
-use sextant_estimator::{ObjectId, ObjectModel};
+use sextant_site_model::{ObjectId, ObjectModel};
 use sextant_tag_families::Family;
 use std::path::Path;
 use yaml_serde::Value;

@@ -4,8 +4,8 @@ use super::distortion::{Keys, lens_of, ros_distortion};
 use super::matrix::{first, intrinsics, missing, numbers, pixels};
 use super::name_of;
 use crate::error::Complaint;
-use sextant_estimator::{Camera, CameraId};
 use sextant_geometry::Intrinsics;
+use sextant_site_model::{Camera, CameraId};
 use yaml_serde::Value;
 
 const WIDTH: [&str; 3] = ["image_width", "width", "image_Width"];

@@ -4,8 +4,8 @@ use super::distortion::{Keys, lens_of};
 use super::matrix::{exactly, first, is_writable, missing, numbers, pixels, pose, rows_of};
 use super::name_of;
 use crate::error::Complaint;
-use sextant_estimator::{Camera, CameraId};
 use sextant_geometry::{Intrinsics, Lens, LensModel, Pose};
+use sextant_site_model::{Camera, CameraId};
 use std::fmt::Write as _;
 use yaml_serde::Value;
 

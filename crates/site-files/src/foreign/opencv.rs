@@ -1,8 +1,8 @@
 //! OpenCV's dialect of YAML: its version line and its tag for matrices.
 
 use super::distortion::ros_distortion;
-use sextant_estimator::Camera;
 use sextant_geometry::{Intrinsics, LensModel};
+use sextant_site_model::Camera;
 
 /// Removes OpenCV's `%YAML:1.0`, which is no valid directive, and its tag `!!opencv-matrix`: the rest is plain YAML.
 /// Line numbers and other texts are unchanged.

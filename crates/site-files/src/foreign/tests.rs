@@ -1,8 +1,8 @@
 //! Files as other tools write them, what becomes of them, and the way back.
 
 use super::*;
-use sextant_estimator::CameraId;
 use sextant_geometry::{Intrinsics, Lens, LensModel, Pose};
+use sextant_site_model::CameraId;
 
 const ROS: &str = "image_width: 640
 image_height: 480

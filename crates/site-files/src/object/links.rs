@@ -4,8 +4,8 @@ use crate::document::Document;
 use crate::error::Complaint;
 use crate::pose::{pose_of, pose_toml};
 use serde::Deserialize;
-use sextant_estimator::{Articulation, ArticulationError, Joint, JointId, JointKind, LinkId};
 use sextant_geometry::{Pose, PoseParts};
+use sextant_site_model::{Articulation, ArticulationError, Joint, JointId, JointKind, LinkId};
 use std::fmt::Write as _;
 
 #[derive(Deserialize)]
@@ -109,7 +109,7 @@ fn joint_of(index: usize, table: &JointTable) -> Result<Joint, Complaint> {
     })
 }
 
-/// The estimator's rules, with the location in the file.
+/// The site model's rules, with the location in the file.
 fn complaint(error: &ArticulationError, links: &[LinkTable], joints: &[JointTable]) -> Complaint {
     let at = |id: &JointId| joints.iter().position(|joint| joint.id == *id);
     let joint = error.joint().and_then(at).unwrap_or(0);
@@ -192,7 +192,7 @@ fn kind_name(kind: JointKind) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::super::{object_toml, parse_object};
-    use sextant_estimator::ObjectModel;
+    use sextant_site_model::ObjectModel;
     use std::path::Path;
 
     const ARM: &str = r#"

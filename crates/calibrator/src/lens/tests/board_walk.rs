@@ -1,10 +1,10 @@
 //! A simulated board in a person's hands, on purpose with its own arithmetic and its own random numbers.
 
 use nalgebra::{Matrix2, Point2, Point3, UnitQuaternion, Vector3};
-use sextant_estimator::{
+use sextant_geometry::{Intrinsics, Lens, Pose};
+use sextant_site_model::{
     CameraId, ImageObservation, ObjectId, ObjectModel, ObjectTag, TagCorners, TagId,
 };
-use sextant_geometry::{Intrinsics, Lens, Pose};
 use sextant_tag_families::Family;
 
 const SIZE: f64 = 0.028;

@@ -4,9 +4,10 @@ use std::ops::Range;
 
 use nalgebra::DVector;
 
+use crate::DiagnosisOptions;
 use crate::diagnosis::fault_model::{FaultModel, first_of_tag};
 use crate::diagnosis::window::WindowEquations;
-use crate::{DiagnosisOptions, TagId};
+use sextant_site_model::TagId;
 
 /// Displacement (dt, dr) of the tag on its object about the tag's centre, axes of the object, m and rad.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -4,10 +4,11 @@ use std::ops::Range;
 
 use nalgebra::DVector;
 
+use crate::DiagnosisOptions;
 use crate::diagnosis::fault_model::{FaultModel, first_of_tag};
 use crate::diagnosis::window::WindowEquations;
 use crate::self_calibration::parameters::SIZE;
-use crate::{DiagnosisOptions, TagId};
+use sextant_site_model::TagId;
 
 /// Logarithm of the tag's size over that in the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

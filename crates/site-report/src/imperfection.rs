@@ -4,9 +4,9 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{CameraId, ObjectId, TagId};
+use sextant_site_model::{CameraId, ObjectId, TagId};
 
-/// An error of a rig's or an object's file that poses allow for.
+/// An error of a rig's or an object's file that poses allow for. On the wire the number of the variant, from 0, in this order.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Imperfection {

@@ -4,10 +4,9 @@ use nalgebra::{Matrix6, Vector6};
 use serde::{Deserialize, Serialize};
 use sextant_geometry::Pose;
 
-use crate::{JointId, LinkId, ObjectId};
-use sextant_site_model::is_finite;
+use sextant_site_model::{JointId, LinkId, ObjectId, is_finite};
 
-/// How far a pose can be trusted.
+/// How far a pose can be trusted. On the wire the number of the variant, from 0, in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum State {
@@ -106,7 +105,8 @@ pub struct ClockOffset {
 
 impl ObjectEstimate {
     /// Whether every number of it is finite.
-    pub(crate) fn is_finite(&self) -> bool {
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
         is_finite(&self.world_from_object)
             && self
                 .covariance

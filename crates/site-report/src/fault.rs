@@ -4,9 +4,9 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{CameraId, ObjectId, TagId};
+use sextant_site_model::{CameraId, ObjectId, TagId};
 
-/// Something wrong with the site.
+/// Something wrong with the site. On the wire the number of the variant, from 0, in this order.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Fault {
