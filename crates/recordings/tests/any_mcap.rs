@@ -1,14 +1,15 @@
 //! MCAP files that are cut anywhere, damaged anywhere, or no recordings at all.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
+use mcap::MAGIC;
 use proptest::prelude::*;
 use sextant_estimator::{CameraId, ObjectId, State};
 use sextant_proto::{Keys, ObjectPose, encode};
 use sextant_recordings::compressed_image::RecordedImage;
+use sextant_recordings::mcap::RecordingInfo;
 use sextant_recordings::mcap::reader::{Ending, McapReader, RecordedMessage};
 use sextant_recordings::mcap::site_recording::SiteRecording;
 use sextant_recordings::mcap::writer::McapWriter;
-use sextant_recordings::mcap::{MAGIC, RecordingInfo};
 use std::path::Path;
 use std::sync::OnceLock;
 
@@ -143,7 +144,7 @@ fn what_is_no_recording_of_a_site_is_refused_with_a_remedy() {
     let error = SiteRecording::read(&path).unwrap_err().to_string();
     assert!(error.ends_with("a.mcap: this is not an MCAP file; give a recording made by `sextant record` or `sextant convert`"), "{error}");
     let footer = [&[2, 20, 0, 0, 0, 0, 0, 0, 0][..], &[0; 20]].concat();
-    std::fs::write(&path, [&MAGIC[..], &footer, &MAGIC].concat()).unwrap();
+    std::fs::write(&path, [MAGIC, &footer, MAGIC].concat()).unwrap();
     let error = SiteRecording::read(&path).unwrap_err().to_string();
     assert!(
         error.contains("no recording of a Sextant site; give"),
