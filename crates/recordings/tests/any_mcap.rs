@@ -293,6 +293,21 @@ fn lengths_that_are_lies_take_no_memory() {
 }
 
 #[test]
+fn a_chunk_of_a_few_bytes_that_becomes_a_terabyte_is_given_up() {
+    // Blocks of zstd that repeat a zero 2^17 times, and so records of kind 0 without a byte.
+    let block = (1_u32 << 20 | 2).to_le_bytes();
+    let block = [&block[..3], &[0]].concat();
+    let frame = [&[0x28, 0xb5, 0x2f, 0xfd, 0, 0x70][..], &block.repeat(1000)].concat();
+    let bomb = chunk(1 << 40, 0, "zstd", frame.len() as u64, &frame);
+    let (messages, ending) = read(&[MAGIC, &bomb].concat()).unwrap();
+    assert!(messages.is_empty());
+    assert!(
+        ending.to_string().contains("more bytes than are read"),
+        "{ending}"
+    );
+}
+
+#[test]
 fn what_is_no_recording_of_a_site_is_refused_with_a_remedy() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.mcap");

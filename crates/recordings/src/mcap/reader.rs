@@ -255,7 +255,7 @@ impl<R: Read> McapReader<R> {
             match event.map_err(|cause| format!("a chunk cannot be read: {cause}"))? {
                 LinearReadEvent::ReadRequest(_) => reader.notify_read(0),
                 LinearReadEvent::Record { opcode, data } => {
-                    n_bytes += data.len();
+                    n_bytes += HEAD_BYTES + data.len();
                     if n_bytes > MOST_BYTES {
                         return Err("a chunk of more bytes than are read".to_owned());
                     }
@@ -325,11 +325,12 @@ impl<R: Read> McapReader<R> {
     }
 }
 
-/// How the records of a chunk are read.
+/// Tests the checksum before the first record.
 fn whole_chunk() -> LinearReaderOptions {
     cut_chunk().with_prevalidate_chunk_crcs(true)
 }
 
+/// Gives the records up to where the bytes end.
 fn cut_chunk() -> LinearReaderOptions {
     LinearReaderOptions::default()
         .with_skip_start_magic(true)
@@ -337,7 +338,7 @@ fn cut_chunk() -> LinearReaderOptions {
         .with_record_length_limit(MOST_BYTES)
 }
 
-/// A reader that has a chunk, or its beginning. What follows the chunk's records is left out: the crate would take it for more of them.
+/// A reader that has been given a chunk, or its beginning. What follows the chunk's records is left out: the crate would read it as more of them.
 fn chunk_reader(chunk: Vec<u8>, options: LinearReaderOptions) -> Option<LinearReader> {
     let mut rest = &*chunk;
     let _times_size_checksum: [u8; 28] = take_array(&mut rest)?;
