@@ -4,7 +4,7 @@
 //! - [`read_picture`], [`write_grey_png`], [`write_colour_png`]: pictures of any kind as 8-bit grey, and PNG files.
 //! - [`DetectionsLine`]: a line of `detections.jsonl`, read and written.
 //! - [`pose_json`], [`pose_csv`], [`pose_tum`], [`tum_line`]: poses as lines of text.
-//! - [`mcap`], [`foxglove`], [`compressed_image`]: a site in one MCAP file; what viewers show of it, from a file or live.
+//! - `mcap`, [`foxglove`], [`compressed_image`]: a site in one MCAP file; what viewers show of it, from a file or live.
 //!
 //! Times are ns since the Unix epoch, pixels have (0, 0) at the centre of the top-left one, metres, quaternions x, y, z, w.
 //! Everything read is checked; every error names file and line and says what to do. Nothing here knows a rig, a detector or
@@ -17,6 +17,7 @@ mod detections;
 mod error;
 pub mod foxglove;
 mod lines;
+#[cfg(feature = "mcap")]
 pub mod mcap;
 mod picture;
 mod poses;

@@ -1,15 +1,18 @@
 //! MCAP files that are cut anywhere, damaged anywhere, or no recordings at all.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
+use mcap::records::op;
+use mcap::{Compression, MAGIC, MessageStream, Summary, WriteOptions};
 use proptest::prelude::*;
 use sextant_proto::{Keys, ObjectPose, encode};
 use sextant_recordings::compressed_image::RecordedImage;
+use sextant_recordings::mcap::RecordingInfo;
 use sextant_recordings::mcap::reader::{Ending, McapReader, RecordedMessage};
 use sextant_recordings::mcap::site_recording::SiteRecording;
 use sextant_recordings::mcap::writer::McapWriter;
-use sextant_recordings::mcap::{MAGIC, RecordingInfo};
 use sextant_site_model::{CameraId, ObjectId};
 use sextant_site_report::State;
+use std::io::Cursor;
 use std::path::Path;
 use std::sync::OnceLock;
 
@@ -133,6 +136,178 @@ fn a_recording_that_is_cut_within_its_first_chunk_gives_the_messages_before() {
     assert_eq!(recovered, messages.len() as u64);
 }
 
+/// What another tool makes of a recording: its messages, written anew in an order of their sequence numbers, eight in a chunk.
+fn rewritten(options: WriteOptions, order: impl Fn(u32) -> u32) -> Vec<u8> {
+    let mut messages: Vec<_> = MessageStream::new(recording())
+        .unwrap()
+        .map(Result::unwrap)
+        .collect();
+    messages.sort_by_key(|message| order(message.sequence));
+    let mut writer = options.create(Cursor::new(Vec::new())).unwrap();
+    let summary = Summary::read(recording()).unwrap().unwrap();
+    for index in &summary.metadata_indexes {
+        let metadata = mcap::read::metadata(recording(), index).unwrap();
+        writer.write_metadata(&metadata).unwrap();
+    }
+    for (n, message) in messages.iter().enumerate() {
+        writer.write(message).unwrap();
+        if n % 8 == 7 {
+            writer.flush().unwrap();
+        }
+    }
+    writer.finish().unwrap();
+    writer.into_inner().into_inner()
+}
+
+#[test]
+fn a_recording_that_another_tool_has_rewritten_gives_the_same_messages() {
+    let (expected, _) = read(recording()).unwrap();
+    let options = || WriteOptions::new().compression(None);
+    let ways = [
+        options().compression(Some(Compression::Zstd)),
+        options().compression(Some(Compression::Lz4)),
+        options(),
+        options().use_chunks(false),
+        options()
+            .emit_summary_records(false)
+            .emit_summary_offsets(false),
+        options()
+            .calculate_chunk_crcs(false)
+            .compression(Some(Compression::Zstd)),
+        options()
+            .emit_message_indexes(false)
+            .compression(Some(Compression::Lz4)),
+    ];
+    for way in ways {
+        let file = rewritten(way.clone(), |_| 0);
+        assert_eq!(
+            read(&file).unwrap(),
+            (expected.clone(), Ending::Closed),
+            "{way:?}"
+        );
+        // Chunks in the reverse order of their times.
+        let file = rewritten(way.clone(), |sequence| u32::MAX - sequence);
+        let (mut messages, ending) = read(&file).unwrap();
+        assert_ne!(messages, expected);
+        messages.sort_by_key(|message| message.arrival_ns);
+        assert_eq!(
+            (messages, ending),
+            (expected.clone(), Ending::Closed),
+            "{way:?}"
+        );
+    }
+}
+
+#[test]
+fn a_file_that_another_tool_has_rewritten_opens_where_it_is_cut() {
+    for compression in [None, Some(Compression::Zstd), Some(Compression::Lz4)] {
+        let whole = rewritten(WriteOptions::new().compression(compression), |_| 0);
+        let (all, _) = read(&whole).unwrap();
+        for length in 8..whole.len() {
+            let (messages, ending) = read(&whole[..length]).unwrap();
+            assert!(matches!(ending, Ending::Cut { .. }), "{length}: {ending}");
+            assert_eq!(messages, all[..messages.len()], "{length}");
+        }
+    }
+}
+
+/// A record whose length may be a lie.
+fn record(opcode: u8, length: u64, fields: &[&[u8]]) -> Vec<u8> {
+    [&[opcode][..], &length.to_le_bytes(), &fields.concat()].concat()
+}
+
+/// A frame of LZ4 with one block that is not compressed.
+fn lz4(bytes: &[u8]) -> Vec<u8> {
+    let size = (bytes.len() as u32 | 1 << 31).to_le_bytes();
+    [
+        &[4, 0x22, 0x4d, 0x18, 0x60, 0x40, 0x82][..],
+        &size,
+        bytes,
+        &[0; 4],
+    ]
+    .concat()
+}
+
+/// A frame of zstd with one block that is not compressed.
+fn zstd(bytes: &[u8]) -> Vec<u8> {
+    let block = (bytes.len() as u32) << 3 | 1;
+    let head = [0x28, 0xb5, 0x2f, 0xfd, 0x20, bytes.len() as u8];
+    [&head[..], &block.to_le_bytes()[..3], bytes].concat()
+}
+
+/// A chunk with these sizes in its head.
+fn chunk(size: u64, crc: u32, compression: &str, compressed_size: u64, records: &[u8]) -> Vec<u8> {
+    let fields = [
+        &[0; 16][..],
+        &size.to_le_bytes(),
+        &crc.to_le_bytes(),
+        &(compression.len() as u32).to_le_bytes(),
+        compression.as_bytes(),
+        &compressed_size.to_le_bytes(),
+        records,
+    ];
+    record(op::CHUNK, fields.concat().len() as u64, &fields)
+}
+
+#[test]
+fn lengths_that_are_lies_take_no_memory() {
+    let huge = u32::MAX.to_le_bytes();
+    let message = record(op::MESSAGE, 22, &[&[0; 22]]);
+    let endless = record(op::MESSAGE, 1 << 60, &[&[0; 22]]);
+    let longest = record(op::MESSAGE, u64::MAX, &[&[0; 22]]);
+    let mut files = vec![
+        longest.clone(),
+        record(op::SCHEMA, 6, &[&[1, 0], &huge]),
+        record(op::CHANNEL, 8, &[&[0; 4], &huge]),
+        record(op::METADATA, 4, &[&huge]),
+        record(op::METADATA, 12, &[&[0; 4], &huge, &huge]),
+        record(op::ATTACHMENT, 2, &[&[0; 2]]),
+        record(op::CHUNK, 32, &[&[0; 28], &huge]),
+        record(op::CHUNK, 1 << 60, &[&[0; 28], &huge]),
+        // Bytes behind the records of a chunk, among which its last record ends.
+        chunk(31, 0, "", 9, &message),
+        record(op::CHUNK, 1 << 60, &[&chunk(31, 0, "", 9, &message)[9..]]),
+    ];
+    for compression in ["", "lz4", "zstd", "xz"] {
+        for crc in [0, 1] {
+            for records in [&message, &endless, &longest] {
+                let compressed = match compression {
+                    "lz4" => lz4(records),
+                    "zstd" => zstd(records),
+                    _ => records.clone(),
+                };
+                for size in [0, records.len() as u64, 1 << 60, u64::MAX] {
+                    for compressed_size in [0, compressed.len() as u64, 1 << 60, u64::MAX] {
+                        files.push(chunk(size, crc, compression, compressed_size, &compressed));
+                    }
+                }
+            }
+        }
+    }
+    for file in files {
+        let bytes = [MAGIC, &file].concat();
+        let memory = allocation_counter::measure(|| {
+            read(&bytes);
+        });
+        assert!(memory.bytes_max < 1 << 20, "{memory:?} for {file:?}");
+    }
+}
+
+#[test]
+fn a_chunk_of_a_few_bytes_that_becomes_a_terabyte_is_given_up() {
+    // Blocks of zstd that repeat a zero 2^17 times, and so records of kind 0 without a byte.
+    let block = (1_u32 << 20 | 2).to_le_bytes();
+    let block = [&block[..3], &[0]].concat();
+    let frame = [&[0x28, 0xb5, 0x2f, 0xfd, 0, 0x70][..], &block.repeat(1000)].concat();
+    let bomb = chunk(1 << 40, 0, "zstd", frame.len() as u64, &frame);
+    let (messages, ending) = read(&[MAGIC, &bomb].concat()).unwrap();
+    assert!(messages.is_empty());
+    assert!(
+        ending.to_string().contains("more bytes than are read"),
+        "{ending}"
+    );
+}
+
 #[test]
 fn what_is_no_recording_of_a_site_is_refused_with_a_remedy() {
     let folder = tempfile::tempdir().unwrap();
@@ -144,7 +319,7 @@ fn what_is_no_recording_of_a_site_is_refused_with_a_remedy() {
     let error = SiteRecording::read(&path).unwrap_err().to_string();
     assert!(error.ends_with("a.mcap: this is not an MCAP file; give a recording made by `sextant record` or `sextant convert`"), "{error}");
     let footer = [&[2, 20, 0, 0, 0, 0, 0, 0, 0][..], &[0; 20]].concat();
-    std::fs::write(&path, [&MAGIC[..], &footer, &MAGIC].concat()).unwrap();
+    std::fs::write(&path, [MAGIC, &footer, MAGIC].concat()).unwrap();
     let error = SiteRecording::read(&path).unwrap_err().to_string();
     assert!(
         error.contains("no recording of a Sextant site; give"),

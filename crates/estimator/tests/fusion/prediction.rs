@@ -20,7 +20,7 @@ fn fast(time_ns: u64) -> Pose {
 }
 
 #[test]
-fn a_fast_body_is_foreseen_by_33_ms_within_5_mm_and_a_degree() {
+fn a_fast_body_is_foreseen_by_33_ms() {
     let (rig, object) = (rig(4), cube());
     let eye = Eye {
         rig: &rig,

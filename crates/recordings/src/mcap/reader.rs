@@ -1,9 +1,10 @@
 //! Reads a recording from start to end, also one whose end is missing. Nothing is read twice and no index is needed.
 
-use super::bytes::Cursor;
-use super::{LZ4, MAGIC, METADATA, RecordingInfo, opcode};
+use super::{METADATA, RecordingInfo};
 use crate::error::RecordingError;
-use lz4_flex::frame::FrameDecoder;
+use ::mcap::records::{Record, op};
+use ::mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use ::mcap::{MAGIC, parse_record};
 use std::collections::{BTreeMap, VecDeque};
 use std::fs::File;
 use std::io::{self, BufReader, Read};
@@ -11,7 +12,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Longest record and chunk, compressed or not; a damaged length asks for more.
-const MOST_BYTES: u64 = 64 << 20;
+const MOST_BYTES: usize = 64 << 20;
+/// Before each record: its kind and its length.
+const HEAD_BYTES: usize = 9;
 const DISK: &str = "check the disk";
 const REMEDY: &str = "give a recording made by `sextant record` or `sextant convert`";
 
@@ -72,14 +75,6 @@ pub struct McapReader<R> {
     ending: Option<Ending>,
 }
 
-/// A record of the file, or its end.
-enum Step {
-    Record(u8, Vec<u8>),
-    /// One that is passed over.
-    Skipped,
-    End(Ending),
-}
-
 /// What is wrong with a record.
 type Flaw = String;
 
@@ -107,7 +102,7 @@ impl<R: Read> McapReader<R> {
     pub fn begin(mut file: R, length: u64, path: &Path) -> Result<Self, RecordingError> {
         let mut magic = [0; MAGIC.len()];
         let begins = file.read_exact(&mut magic);
-        if begins.is_err() || magic != MAGIC {
+        if begins.is_err() || magic != *MAGIC {
             let cause = "this is not an MCAP file";
             return Err(RecordingError::wrong(path, None, cause, REMEDY));
         }
@@ -129,18 +124,7 @@ impl<R: Read> McapReader<R> {
     /// An I/O error.
     pub fn next_message(&mut self) -> Result<Option<RecordedMessage>, RecordingError> {
         while self.waiting.is_empty() && self.ending.is_none() {
-            match self.step()? {
-                Step::Record(opcode, record) => {
-                    let at_byte = self.used;
-                    self.used += 9 + record.len() as u64;
-                    if let Err(cause) = self.take(opcode, &record) {
-                        self.used = at_byte;
-                        self.ending = Some(self.damaged(cause));
-                    }
-                }
-                Step::Skipped => {}
-                Step::End(ending) => self.ending = Some(ending),
-            }
+            self.ending = self.step()?;
         }
         Ok(self.waiting.pop_front())
     }
@@ -195,43 +179,48 @@ impl<R: Read> McapReader<R> {
         }
     }
 
-    /// The next record.
-    fn step(&mut self) -> Result<Step, RecordingError> {
+    /// Takes the next record; how the file ends, where it does.
+    fn step(&mut self) -> Result<Option<Ending>, RecordingError> {
         let cut = Ending::Cut {
             lost_bytes: self.lost_bytes(),
             recovered: 0,
         };
-        let Some(head) = self.bytes(9)? else {
-            return Ok(Step::End(cut));
+        let Some(head) = self.bytes(HEAD_BYTES as u64)? else {
+            return Ok(Some(cut));
         };
-        let mut fields = Cursor(&head);
-        let (opcode, length) = (fields.u8().unwrap_or(0), fields.u64().unwrap_or(0));
-        if length > self.lost_bytes().saturating_sub(9) {
-            return match opcode {
-                opcode::CHUNK => Ok(Step::End(self.recover_chunk()?)),
-                _ => Ok(Step::End(cut)),
-            };
+        let (opcode, length) = head_of(&head).unwrap_or_default();
+        if length > self.lost_bytes().saturating_sub(HEAD_BYTES as u64) {
+            return Ok(Some(match opcode {
+                op::CHUNK => self.recover_chunk()?,
+                _ => cut,
+            }));
         }
         match opcode {
-            opcode::FOOTER => {
+            op::FOOTER => {
                 let last = self.bytes(length.min(1024) + MAGIC.len() as u64)?;
-                let is_whole = last.is_some_and(|last| last.ends_with(&MAGIC));
-                Ok(Step::End(if is_whole { Ending::Closed } else { cut }))
+                let is_whole = last.is_some_and(|last| last.ends_with(MAGIC));
+                return Ok(Some(if is_whole { Ending::Closed } else { cut }));
             }
-            opcode::CHUNK | opcode::CHANNEL | opcode::MESSAGE | opcode::METADATA => {
-                if length > MOST_BYTES {
+            op::CHUNK | op::CHANNEL | op::MESSAGE | op::METADATA => {
+                if length > MOST_BYTES as u64 {
                     let cause = format!("a record of {length} bytes, more than are read");
-                    return Ok(Step::End(self.damaged(cause)));
+                    return Ok(Some(self.damaged(cause)));
                 }
-                let record = self.bytes(length)?;
-                Ok(record.map_or(Step::End(cut), |record| Step::Record(opcode, record)))
+                let Some(record) = self.bytes(length)? else {
+                    return Ok(Some(cut));
+                };
+                let taken = match opcode {
+                    op::CHUNK => self.take_chunk(record, whole_chunk()),
+                    _ => self.take(opcode, &record),
+                };
+                if let Err(cause) = taken {
+                    return Ok(Some(self.damaged(cause)));
+                }
             }
-            _ => {
-                self.skip(length)?;
-                self.used += 9 + length;
-                Ok(Step::Skipped)
-            }
+            _ => self.skip(length)?,
         }
+        self.used += HEAD_BYTES as u64 + length;
+        Ok(None)
     }
 
     /// So many bytes; `None` where the file ends before. Memory is taken as they come.
@@ -249,24 +238,29 @@ impl<R: Read> McapReader<R> {
     }
 
     fn take(&mut self, opcode: u8, record: &[u8]) -> Result<(), Flaw> {
-        let fields = Cursor(record);
         let taken = match opcode {
-            opcode::CHUNK => return self.take_chunk(fields),
-            opcode::CHANNEL => self.take_channel(fields),
-            opcode::MESSAGE => self.take_message(fields),
-            opcode::METADATA => self.take_metadata(fields),
+            op::CHANNEL => self.take_channel(record),
+            op::MESSAGE => self.take_message(record),
+            op::METADATA => self.take_metadata(record),
             _ => Some(()),
         };
         taken.ok_or_else(|| format!("a record of kind {opcode:#04x} is malformed"))
     }
 
-    fn take_chunk(&mut self, fields: Cursor<'_>) -> Result<(), Flaw> {
-        let records = records_of(fields)?;
-        let mut rest = Cursor(&records);
-        while !rest.0.is_empty() {
-            let (opcode, fields) = rest.record().ok_or("a chunk ends within a record")?;
-            if opcode != opcode::CHUNK {
-                self.take(opcode, fields.0)?;
+    /// Takes the records of a chunk, or of the beginning of one.
+    fn take_chunk(&mut self, chunk: Vec<u8>, options: LinearReaderOptions) -> Result<(), Flaw> {
+        let mut reader = chunk_reader(chunk, options).ok_or("a chunk is malformed")?;
+        let mut n_bytes = 0;
+        while let Some(event) = reader.next_event() {
+            match event.map_err(|cause| format!("a chunk cannot be read: {cause}"))? {
+                LinearReadEvent::ReadRequest(_) => reader.notify_read(0),
+                LinearReadEvent::Record { opcode, data } => {
+                    n_bytes += HEAD_BYTES + data.len();
+                    if n_bytes > MOST_BYTES {
+                        return Err("a chunk of more bytes than are read".to_owned());
+                    }
+                    self.take(opcode, data)?;
+                }
             }
         }
         Ok(())
@@ -275,52 +269,51 @@ impl<R: Read> McapReader<R> {
     /// Takes the first messages of a chunk without its end. The checksum is that of the whole chunk and cannot be tested.
     fn recover_chunk(&mut self) -> Result<Ending, RecordingError> {
         let lost_bytes = self.lost_bytes();
-        let mut record = Vec::new();
-        let read = (&mut self.file).take(MOST_BYTES).read_to_end(&mut record);
+        let mut chunk = Vec::new();
+        let read = (&mut self.file)
+            .take(MOST_BYTES as u64)
+            .read_to_end(&mut chunk);
         read.map_err(RecordingError::unreadable(&self.path, DISK))?;
-        let (mut fields, mut records) = (Cursor(&record), Vec::new());
-        if let Some(head) = ChunkHead::read(&mut fields) {
-            // It fails where the bytes end.
-            let _ = head.decompress(fields.0, &mut records);
-        }
-        let mut rest = Cursor(&records);
-        while let Some((opcode, fields)) = rest.record() {
-            if opcode == opcode::CHUNK || self.take(opcode, fields.0).is_err() {
-                break;
-            }
-        }
+        // It fails where the bytes end.
+        let _ = self.take_chunk(chunk, cut_chunk());
         Ok(Ending::Cut {
             lost_bytes,
             recovered: self.waiting.len() as u64,
         })
     }
 
-    fn take_channel(&mut self, mut fields: Cursor<'_>) -> Option<()> {
-        let (id, _schema) = (fields.u16()?, fields.u16()?);
+    fn take_channel(&mut self, mut record: &[u8]) -> Option<()> {
+        let id = u16::from_le_bytes(take_array(&mut record)?);
+        let _schema: [u8; 2] = take_array(&mut record)?;
         let channel = RecordedChannel {
-            topic: fields.text()?,
-            encoding: fields.text()?,
+            topic: take_text(&mut record)?,
+            encoding: take_text(&mut record)?,
         };
         self.channels.entry(id).or_insert_with(|| Arc::new(channel));
         Some(())
     }
 
     /// A message of an unknown channel means nothing.
-    fn take_message(&mut self, mut fields: Cursor<'_>) -> Option<()> {
-        let (channel, _sequence) = (fields.u16()?, fields.u32()?);
-        let (arrival_ns, _publish_ns) = (fields.u64()?, fields.u64()?);
-        if let Some(channel) = self.channels.get(&channel) {
+    fn take_message(&mut self, record: &[u8]) -> Option<()> {
+        let Record::Message { header, data } = parse_record(op::MESSAGE, record).ok()? else {
+            return None;
+        };
+        if let Some(channel) = self.channels.get(&header.channel_id) {
             self.waiting.push_back(RecordedMessage {
                 channel: Arc::clone(channel),
-                arrival_ns,
-                data: fields.0.to_vec(),
+                arrival_ns: header.log_time,
+                data: data.into_owned(),
             });
         }
         Some(())
     }
 
-    fn take_metadata(&mut self, mut fields: Cursor<'_>) -> Option<()> {
-        let (name, mut about) = (fields.text()?, fields.map()?);
+    fn take_metadata(&mut self, mut record: &[u8]) -> Option<()> {
+        let (name, mut map) = (take_text(&mut record)?, take_bytes(&mut record)?);
+        let mut about = BTreeMap::new();
+        while !map.is_empty() {
+            about.insert(take_text(&mut map)?, take_text(&mut map)?);
+        }
         if name == METADATA {
             let mut text = |key: &str| about.remove(key).unwrap_or_default();
             self.info.get_or_insert(RecordingInfo {
@@ -332,65 +325,57 @@ impl<R: Read> McapReader<R> {
     }
 }
 
-/// What stands before the compressed records of a chunk.
-struct ChunkHead {
-    /// Bytes of its records.
-    size: u64,
-    crc: u32,
-    compression: String,
-    /// Bytes of its records, compressed.
-    compressed_size: u64,
+/// Tests the checksum before the first record.
+fn whole_chunk() -> LinearReaderOptions {
+    cut_chunk().with_prevalidate_chunk_crcs(true)
 }
 
-impl ChunkHead {
-    fn read(fields: &mut Cursor<'_>) -> Option<Self> {
-        let _times_ns = (fields.u64()?, fields.u64()?);
-        Some(Self {
-            size: fields.u64()?,
-            crc: fields.u32()?,
-            compression: fields.text()?,
-            compressed_size: fields.u64()?,
-        })
-    }
-
-    /// Appends the records to `records`, after an error those before it.
-    fn decompress(&self, bytes: &[u8], records: &mut Vec<u8>) -> Result<(), Flaw> {
-        if self.size > MOST_BYTES {
-            return Err(format!(
-                "a chunk of {} bytes, more than are read",
-                self.size
-            ));
-        }
-        match self.compression.as_str() {
-            "" => records.extend(bytes),
-            LZ4 => {
-                let mut decompressed = FrameDecoder::new(bytes).take(self.size + 1);
-                let read = decompressed.read_to_end(records);
-                read.map_err(|cause| format!("a chunk cannot be decompressed: {cause}"))?;
-            }
-            other => return Err(format!("chunks are compressed with {other:?}, not lz4")),
-        }
-        Ok(())
-    }
+/// Gives the records up to where the bytes end.
+fn cut_chunk() -> LinearReaderOptions {
+    LinearReaderOptions::default()
+        .with_skip_start_magic(true)
+        .with_skip_end_magic(true)
+        .with_record_length_limit(MOST_BYTES)
 }
 
-/// The records of a chunk, decompressed and checked.
-fn records_of(mut fields: Cursor<'_>) -> Result<Vec<u8>, Flaw> {
-    let mut parts = || {
-        let head = ChunkHead::read(&mut fields)?;
-        let bytes = fields.take(usize::try_from(head.compressed_size).ok()?)?;
-        Some((head, bytes))
-    };
-    let (head, bytes) = parts().ok_or("a chunk is malformed")?;
-    let mut records = Vec::new();
-    head.decompress(bytes, &mut records)?;
-    if records.len() as u64 != head.size {
-        return Err("a chunk is not as long as it says".to_owned());
-    }
-    if head.crc != 0 && head.crc != crc32fast::hash(&records) {
-        return Err("the checksum of a chunk is wrong".to_owned());
-    }
-    Ok(records)
+/// A reader that has been given a chunk, or its beginning. What follows the chunk's records is left out: the crate would read it as more of them.
+fn chunk_reader(chunk: Vec<u8>, options: LinearReaderOptions) -> Option<LinearReader> {
+    let mut rest = &*chunk;
+    let _times_size_checksum: [u8; 28] = take_array(&mut rest)?;
+    let _compression = take_bytes(&mut rest)?;
+    let compressed_size = u64::from_le_bytes(take_array(&mut rest)?);
+    let length = compressed_size.checked_add((chunk.len() - rest.len()) as u64)?;
+    let present = chunk.get(..usize::try_from(length).ok()?);
+    let present = present.unwrap_or(&chunk);
+    let mut reader = LinearReader::new_with_options(options);
+    let (head, body) = reader
+        .insert(HEAD_BYTES + present.len())
+        .split_at_mut(HEAD_BYTES);
+    head[0] = op::CHUNK;
+    head[1..].copy_from_slice(&length.to_le_bytes());
+    body.copy_from_slice(present);
+    reader.notify_read(HEAD_BYTES + present.len());
+    Some(reader)
+}
+
+/// Kind and length of a record.
+fn head_of(mut head: &[u8]) -> Option<(u8, u64)> {
+    let [opcode] = take_array(&mut head)?;
+    Some((opcode, u64::from_le_bytes(take_array(&mut head)?)))
+}
+
+fn take_array<const N: usize>(fields: &mut &[u8]) -> Option<[u8; N]> {
+    fields.split_off(..N)?.try_into().ok()
+}
+
+/// Bytes with their length in front. The crate's own parser takes as much memory as the length says, 4 GiB for a record of a few bytes.
+fn take_bytes<'a>(fields: &mut &'a [u8]) -> Option<&'a [u8]> {
+    let length = u32::from_le_bytes(take_array(fields)?);
+    fields.split_off(..length as usize)
+}
+
+fn take_text(fields: &mut &[u8]) -> Option<String> {
+    String::from_utf8(take_bytes(fields)?.to_vec()).ok()
 }
 
 impl std::fmt::Display for Ending {

@@ -1,11 +1,13 @@
 //! Writes a recording, chunk by chunk.
 
-use super::container::{Container, MessageHeader, NewChannel};
 use super::{METADATA, RecordingInfo, WIRE_ENCODING};
 use crate::compressed_image::{self as image, RecordedImage};
 use crate::error::RecordingError;
 use crate::foxglove::schema::Schema;
 use crate::foxglove::{self, ViewerMessage};
+use ::mcap::records::{MessageHeader, Metadata};
+use ::mcap::write::NoSeek;
+use ::mcap::{Compression, McapError, McapResult, WriteOptions, Writer};
 use sextant_proto::{AnyMessage, VERSION};
 use std::collections::BTreeMap;
 use std::io::{self, Write};
@@ -26,11 +28,9 @@ pub struct MessageTimes {
 }
 
 /// A file that is being written. What was written since the last [`Self::flush`] is lost if the process is killed.
-pub struct McapWriter<W> {
+pub struct McapWriter<W: Write> {
     path: PathBuf,
-    file: Container<W>,
-    /// Numbers of schemas by name.
-    schemas: BTreeMap<String, u16>,
+    file: Writer<NoSeek<W>>,
     channels: BTreeMap<String, Channel>,
     metadata: BTreeMap<String, String>,
     messages: u64,
@@ -58,15 +58,22 @@ impl<W: Write> McapWriter<W> {
     /// # Errors
     /// An I/O error, as a full disk.
     pub fn begin(file: W, path: &Path, info: &RecordingInfo) -> Result<Self, RecordingError> {
-        let library = format!("sextant {}", info.version);
         let about = [
             ("contract", VERSION.to_string()),
             ("site", info.site.clone()),
             ("version", info.version.clone()),
         ];
-        let about = about.map(|(key, value)| (key.to_owned(), value)).into();
-        let begun = Container::begin(file, &library).and_then(|mut file| {
-            file.metadata(METADATA, &about)?;
+        let about = Metadata {
+            name: METADATA.to_owned(),
+            metadata: about.map(|(key, value)| (key.to_owned(), value)).into(),
+        };
+        // A chunk waits in memory until it is whole, so that one that was not flushed leaves nothing in the file.
+        let options = WriteOptions::new()
+            .compression(Some(Compression::Lz4))
+            .library(format!("sextant {}", info.version))
+            .disable_seeking(true);
+        let begun = options.create(NoSeek::new(file)).and_then(|mut file| {
+            file.write_metadata(&about)?;
             file.flush()?;
             Ok(file)
         });
@@ -74,7 +81,6 @@ impl<W: Write> McapWriter<W> {
         Ok(Self {
             path: path.to_owned(),
             file,
-            schemas: BTreeMap::new(),
             channels: BTreeMap::new(),
             metadata: BTreeMap::from([("contract".to_owned(), VERSION.to_string())]),
             messages: 0,
@@ -162,48 +168,46 @@ impl<W: Write> McapWriter<W> {
             self.dropped += 1;
             return Ok(());
         }
-        if is_new {
-            let channel = self.add_channel(topic, encoding);
-            self.channels.insert(topic.to_owned(), channel);
-        }
-        let Some(channel) = self.channels.get_mut(topic) else {
-            return Ok(());
-        };
-        let header = MessageHeader {
-            channel: channel.id,
-            sequence: channel.next,
-            log_ns: times.arrival_ns,
-            publish_ns: times.capture_ns,
-        };
-        channel.next = channel.next.wrapping_add(1);
-        let written = self.file.message(header, data);
+        let written = self.write_message(topic, encoding, data, times);
         written.map_err(|cause| unwritable(&self.path, cause))?;
         self.messages += 1;
         Ok(())
     }
 
-    fn add_channel(&mut self, topic: &str, encoding: Encoding<'_>) -> Channel {
-        let schema = match self.schemas.get(encoding.schema) {
-            Some(schema) => *schema,
+    fn write_message(
+        &mut self,
+        topic: &str,
+        encoding: Encoding<'_>,
+        data: &[u8],
+        times: MessageTimes,
+    ) -> McapResult<()> {
+        let channel = match self.channels.get_mut(topic) {
+            Some(channel) => channel,
             None => {
-                let Encoding {
-                    schema,
-                    schema_encoding,
-                    schema_text,
-                    ..
-                } = encoding;
-                let id = self.file.schema(schema, schema_encoding, schema_text);
-                self.schemas.insert(schema.to_owned(), id);
-                id
+                let channel = self.add_channel(topic, encoding)?;
+                self.channels.entry(topic.to_owned()).or_insert(channel)
             }
         };
-        let id = self.file.channel(&NewChannel {
-            schema,
-            topic,
-            encoding: encoding.message,
-            metadata: &self.metadata,
-        });
-        Channel { id, next: 0 }
+        let header = MessageHeader {
+            channel_id: channel.id,
+            sequence: channel.next,
+            log_time: times.arrival_ns,
+            publish_time: times.capture_ns,
+        };
+        channel.next = channel.next.wrapping_add(1);
+        self.file.write_to_known_channel(&header, data)
+    }
+
+    fn add_channel(&mut self, topic: &str, encoding: Encoding<'_>) -> McapResult<Channel> {
+        let schema = self.file.add_schema(
+            encoding.schema,
+            encoding.schema_encoding,
+            encoding.schema_text,
+        )?;
+        let id = self
+            .file
+            .add_channel(schema, topic, encoding.message, &self.metadata)?;
+        Ok(Channel { id, next: 0 })
     }
 
     /// Completes the chunk: what was written until now outlives this process.
@@ -219,9 +223,10 @@ impl<W: Write> McapWriter<W> {
     ///
     /// # Errors
     /// An I/O error.
-    pub fn finish(self) -> Result<W, RecordingError> {
+    pub fn finish(mut self) -> Result<W, RecordingError> {
         let finished = self.file.finish();
-        finished.map_err(|cause| unwritable(&self.path, cause))
+        finished.map_err(|cause| unwritable(&self.path, cause))?;
+        Ok(self.file.into_inner().into_inner())
     }
 
     /// Messages written, those for viewers included.
@@ -250,7 +255,11 @@ fn capture_ns(message: &AnyMessage) -> Option<u64> {
     }
 }
 
-fn unwritable(path: &Path, source: io::Error) -> RecordingError {
+fn unwritable(path: &Path, cause: McapError) -> RecordingError {
+    let source = match cause {
+        McapError::Io(source) => source,
+        other => io::Error::other(other),
+    };
     let remedy = match source.kind() {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
             "free space or record elsewhere; what was written until now can be replayed"
