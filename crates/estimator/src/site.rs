@@ -173,7 +173,7 @@ impl Site {
                 },
                 lens_sigma: rig
                     .lens_sigma(&camera.id)
-                    .unwrap_or_else(|| LensSigma::usual(&camera.lens)),
+                    .unwrap_or_else(|| usual_lens_sigma(&camera.lens, is_alone)),
                 reach_px: reach_px(camera),
                 shutter: line_delay_s.map(|line_delay_s| RollingShutter {
                     line_delay_s,
@@ -451,6 +451,21 @@ impl Site {
     }
 }
 
+/// Share of the focal length as which that of a lens counts that no other camera will ever check.
+const UNCHECKED_FOCAL_SIGMA: f64 = 0.005;
+
+fn usual_lens_sigma(lens: &Lens, is_alone: bool) -> LensSigma {
+    let usual = LensSigma::usual(lens);
+    LensSigma {
+        focal_px: if is_alone {
+            UNCHECKED_FOCAL_SIGMA * lens.intrinsics().fx
+        } else {
+            usual.focal_px
+        },
+        ..usual
+    }
+}
+
 /// Prior standard deviation of the logarithm of a tag size: printers scale by some tenths of a per cent.
 const USUAL_SIZE_SIGMA: f64 = 0.005;
 
@@ -460,11 +475,12 @@ fn size_sigma(object: &ObjectModel, tag: &ObjectTag) -> f64 {
     stated_m.map_or(USUAL_SIZE_SIGMA, |sigma_m| sigma_m / tag.size_m)
 }
 
-/// Prior variance of the logarithm of the common scale of an object's tags.
+/// Prior variance of the logarithm of the common scale of an object's tags: a stated sigma of a size is about a tag among the others, whose
+/// printer or ruler may be off for all of them. None where everything is exact.
 fn scale_variance(object: &ObjectModel) -> f64 {
-    let tags = object.tags();
-    let variances = tags.iter().map(|tag| size_sigma(object, tag).powi(2));
-    variances.sum::<f64>() / tags.len() as f64
+    let mut tags = object.tags().iter();
+    let is_exact = tags.all(|tag| size_sigma(object, tag) == 0.0);
+    if is_exact { 0.0 } else { USUAL_SIZE_SIGMA.powi(2) }
 }
 
 impl FileCamera {

@@ -1,10 +1,11 @@
-//! Single tags to cut out, and an object file that lists them without poses.
+//! Single tags to cut out, and an object file that lists them; several of them without poses.
 
 use super::PrintJob;
 use super::pdf::Stroke;
 use super::sheet::{MARGIN, Paper, SMALL, Sheet, label_of, length_text, printed_edge};
 use anyhow::{Context, ensure};
 use clap::Args;
+use sextant_geometry::Pose;
 use sextant_site_model::{ObjectModel, ObjectTag, TagId};
 use sextant_tag_families::Family;
 use std::str::FromStr;
@@ -70,10 +71,14 @@ pub fn tags(arguments: &TagsArguments, id: &str, paper: Paper) -> anyhow::Result
         .collect::<anyhow::Result<_>>()?;
     let edge = printed_edge(super::tag_of(arguments.family, 0)?, size);
     let places = places_on(paper, edge)?;
-    let model = ObjectModel::new(
-        id.parse()?,
-        tags.iter().map(|&tag| unplaced(tag, size)).collect(),
-    )?;
+    // A tag by itself is the object; where several are glued on, `sextant learn` finds out.
+    let object_from_tag = (tags.len() == 1).then(Pose::identity);
+    let on_object = |&tag: &TagId| ObjectTag {
+        tag,
+        size_m: size * 1e-3,
+        object_from_tag,
+    };
+    let model = ObjectModel::new(id.parse()?, tags.iter().map(on_object).collect())?;
     let pages = tags.chunks(places.len()).map(|tags| {
         let mut sheet = Sheet::new(paper);
         for (&tag, &centre) in tags.iter().zip(&places) {
@@ -91,14 +96,6 @@ pub fn tags(arguments: &TagsArguments, id: &str, paper: Paper) -> anyhow::Result
         model,
         size,
     })
-}
-
-fn unplaced(tag: TagId, size: f64) -> ObjectTag {
-    ObjectTag {
-        tag,
-        size_m: size * 1e-3,
-        object_from_tag: None,
-    }
 }
 
 /// Centres of the tags of a sheet, from the top left, row by row.

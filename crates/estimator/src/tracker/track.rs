@@ -221,7 +221,8 @@ impl Track {
         next
     }
 
-    /// A track without hypotheses that keeps the noise scales and the clock offsets of a lost object.
+    /// A track without hypotheses that keeps the noise scales and the clock offsets of a lost object, and since when it has been in doubt: stills
+    /// far apart are told of as images in a row are.
     pub(crate) fn forgotten(&self) -> Self {
         let mut timing = self.timing.clone();
         if let Some(best) = self.hypotheses.first().filter(|_| self.trusted) {
@@ -230,6 +231,7 @@ impl Track {
         Self {
             noise: self.noise.clone(),
             timing,
+            doubtful_since_ns: self.doubtful_since_ns,
             ..Self::default()
         }
     }
@@ -240,11 +242,7 @@ impl Track {
         weighted_views: &[WeightedView<'_>],
         options: &FusionOptions,
     ) -> Self {
-        let unborn = Self {
-            doubtful_since_ns: self.doubtful_since_ns,
-            ..self.forgotten()
-        };
-        unborn.with(
+        self.forgotten().with(
             time_ns,
             birth::hypotheses(weighted_views, options),
             weighted_views,
