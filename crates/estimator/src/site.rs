@@ -480,7 +480,11 @@ fn size_sigma(object: &ObjectModel, tag: &ObjectTag) -> f64 {
 fn scale_variance(object: &ObjectModel) -> f64 {
     let mut tags = object.tags().iter();
     let is_exact = tags.all(|tag| size_sigma(object, tag) == 0.0);
-    if is_exact { 0.0 } else { USUAL_SIZE_SIGMA.powi(2) }
+    if is_exact {
+        0.0
+    } else {
+        USUAL_SIZE_SIGMA.powi(2)
+    }
 }
 
 impl FileCamera {
