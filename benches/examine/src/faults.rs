@@ -150,6 +150,12 @@ fn key_of(fault: &Fault) -> String {
         }
         Fault::DuplicateTag { tag, camera } => format!("twice {tag} {camera}"),
         Fault::Untimely { camera, .. } => format!("untimely {camera}"),
+        Fault::HostClockOff { .. } => "host clock".to_owned(),
+        Fault::CameraFrozen { camera, .. } => format!("frozen {camera}"),
+        Fault::LensOff { camera } => format!("lens {camera}"),
+        Fault::ObjectScaled { object, .. } => format!("scaled {object}"),
+        Fault::ObjectContradicted { object, .. } => format!("contradicted {object}"),
+        Fault::ObjectUnplaced { object } => format!("unplaced {object}"),
     }
 }
 

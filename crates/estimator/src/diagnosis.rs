@@ -6,9 +6,11 @@
 //! counted instead ([`misplaced_tags`]). Nothing here edits a track: [`Diagnosis::take`] returns the actions for [`crate::Fusion`] to apply.
 
 pub(crate) mod fault_model;
+pub(crate) mod frozen_cameras;
 pub(crate) mod isolation;
 pub(crate) mod likelihood_ratio;
 pub(crate) mod misplaced_tags;
+pub(crate) mod print_scale;
 pub(crate) mod window;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -263,6 +265,15 @@ impl Diagnosis {
                 or: named.or,
                 is_timely: named.is_timely || is_old,
             })
+        })
+    }
+
+    /// The cameras that bend what they see otherwise than the rig says, by index.
+    pub fn wrong_lenses(&self) -> impl Iterator<Item = usize> {
+        let named = self.isolation.named.keys();
+        named.filter_map(|fault| match fault {
+            FaultHypothesis::Lens(model) => Some(model.camera),
+            _ => None,
         })
     }
 

@@ -10,10 +10,12 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use crate::clocks::offset_search::{Arrival, OffsetSearch};
+use crate::diagnosis::frozen_cameras::FrozenCameras;
+use crate::diagnosis::print_scale::PrintScale;
 use crate::diagnosis::{Action, Diagnosis, Models};
 use crate::fusion::intake::ImageIntake;
 use crate::self_calibration::SelfCalibration;
-use crate::site::{ObjectImage, Site};
+use crate::site::{AssociatedImage, ObjectImage, Site};
 use crate::tracker::finalised_views::{FinalisedInstant, FinalisedView};
 use crate::tracker::timeline::Timeline;
 use crate::{FusionOptions, ModelError, Proposal, Statistics};
@@ -69,6 +71,9 @@ pub struct Fusion {
     timelines: Vec<Timeline>,
     intake: ImageIntake,
     diagnosis: Diagnosis,
+    frozen_cameras: FrozenCameras,
+    /// By object index.
+    print_scales: BTreeMap<usize, PrintScale>,
     offset_search: OffsetSearch,
     self_calibration: SelfCalibration,
     /// Capture time up to which instants were offered to self-calibration, by object index.
@@ -116,6 +121,8 @@ impl Fusion {
             timelines,
             intake,
             diagnosis: Diagnosis::default(),
+            frozen_cameras: FrozenCameras::default(),
+            print_scales: BTreeMap::new(),
             offset_search: OffsetSearch::default(),
             self_calibration: SelfCalibration::default(),
             offered_ns: Vec::new(),
@@ -141,7 +148,7 @@ impl Fusion {
             Input::ClockStep { by_ns } => self.take_clock_step(by_ns),
             Input::Tick => {}
         }
-        self.emit_losses(now_ns);
+        self.emit_losses(self.present_ns());
     }
 
     /// The next output, oldest first.
@@ -151,9 +158,9 @@ impl Fusion {
 
     /// When to call `handle` with [`Input::Tick`] at the latest, if nothing else comes.
     pub fn poll_timeout(&self) -> Option<u64> {
-        (0..self.timelines.len())
-            .filter_map(|object| self.loss_ns(object))
-            .min()
+        let losses = (0..self.timelines.len()).filter_map(|object| self.loss_ns(object));
+        let host_offset_ns = self.offset_search.host_offset_ns();
+        Some(losses.min()?.saturating_add_signed(host_offset_ns))
     }
 
     /// The pose of an object at any time, predicted from the images up to it; `None` where it is unknown or lost by then.
@@ -168,14 +175,24 @@ impl Fusion {
 
     /// Faults of the site.
     pub fn faults(&self) -> Vec<Fault> {
-        let clocks = self.clock_offsets();
-        faults::all(
+        let mut all = faults::all(
             &self.site,
             &self.diagnosis,
-            &clocks,
+            &self.clock_offsets(),
             &self.offset_search,
             self.now_ns,
-        )
+        );
+        all.extend(faults::of_cameras(
+            &self.site,
+            &self.frozen_cameras,
+            &self.diagnosis,
+        ));
+        all.extend(faults::of_objects(
+            &self.site,
+            &self.objects,
+            &self.timelines,
+        ));
+        all
     }
 
     /// Errors of the files of rig and objects, which poses allow for.
@@ -211,15 +228,23 @@ impl Fusion {
         };
         let image = &image;
         self.self_calibrate(image.capture_ns);
-        let Some(associated) = self.intake.admit(now_ns, image, &self.site, &self.options) else {
+        let Some(associated) =
+            self.intake
+                .admit(self.present_ns(), image, &self.site, &self.options)
+        else {
             return;
         };
         let Some((camera_index, _)) = self.site.camera(&image.camera) else {
             return;
         };
+        self.frozen_cameras.record(camera_index, now_ns, image);
+        if self.frozen_cameras.is_left_behind(camera_index) {
+            return;
+        }
         let tags = image.tags.iter().map(|seen| seen.tag);
         self.diagnosis
             .record_duplicates(camera_index, image.capture_ns, tags);
+        let associated = self.check_print_scales(image, associated);
         let mut timely = Arrival::Yes;
         for object in 0..self.timelines.len() {
             match associated.objects.get(&object) {
@@ -234,6 +259,31 @@ impl Fusion {
         self.update_clock_search(camera_index, &associated, timely);
         self.apply_actions();
         self.move_far_offsets();
+    }
+
+    /// Where all tags of an object have been printed at another scale, its sizes are corrected and its track begins anew; returns the image
+    /// by the models in force then.
+    fn check_print_scales(
+        &mut self,
+        image: &ImageObservation,
+        associated: AssociatedImage,
+    ) -> AssociatedImage {
+        let mut found = Vec::new();
+        for (object, seen) in &associated.objects {
+            let print_scale = self.print_scales.entry(*object).or_default();
+            let ratio = print_scale.take(seen, &self.site);
+            found.extend(ratio.map(|ratio| (*object, ratio, seen.camera_index)));
+        }
+        let Some((_, _, camera_index)) = found.first().copied() else {
+            return associated;
+        };
+        for (object, ratio, _) in found {
+            self.site.rescale(object, ratio);
+            self.timelines[object] = Timeline::new(self.objects[object].id().clone());
+        }
+        self.forget_calibration();
+        self.diagnosis.reset();
+        self.site.associate(camera_index, image, &self.options)
     }
 
     fn take_object_image(
@@ -344,6 +394,7 @@ impl Fusion {
             self.outputs.push_back(Output::Refused(error));
             return;
         }
+        self.print_scales.clear();
         self.forget_calibration();
         self.diagnosis.reset();
         self.offset_search.models_changed();
@@ -373,9 +424,16 @@ impl Fusion {
         }
     }
 
-    /// Timestamps before and after the step cannot be compared, and which cameras share the clock is unknown: tracks, windows and clock
-    /// offsets start anew. Objects that were known are lost until they are seen again.
+    /// Timestamps before and after the step cannot be compared, and which cameras share the clock is unknown: clock offsets start anew.
     fn take_clock_step(&mut self, by_ns: i64) {
+        self.forget_times();
+        self.offset_search = OffsetSearch::default();
+        self.intake.clock_stepped(self.now_ns);
+        self.outputs.push_back(Output::ClockStep { by_ns });
+    }
+
+    /// Tracks and windows start anew. Objects that were known are lost until they are seen again.
+    fn forget_times(&mut self) {
         self.catch_up();
         for object in 0..self.timelines.len() {
             if self.loss_ns(object).is_some() {
@@ -383,13 +441,11 @@ impl Fusion {
             }
         }
         self.begin_anew();
-        self.offset_search = OffsetSearch::default();
-        self.intake.clock_stepped(self.now_ns);
+        self.intake.forget_times();
         self.self_calibration.forget_times();
         self.offered_ns.clear();
         self.next_offsets_ns = 0;
         self.emitted.fill(Emitted::default());
-        self.outputs.push_back(Output::ClockStep { by_ns });
     }
 
     /// Processes all late images.
@@ -406,9 +462,9 @@ impl Fusion {
             .then(|| seen_ns.saturating_add((self.options.lost_s * 1e9) as u64))
     }
 
-    fn emit_losses(&mut self, now_ns: u64) {
+    fn emit_losses(&mut self, present_ns: u64) {
         for object in 0..self.timelines.len() {
-            let is_lost = |loss_ns: &u64| now_ns >= *loss_ns;
+            let is_lost = |loss_ns: &u64| present_ns >= *loss_ns;
             if self.loss_ns(object).filter(is_lost).is_none() {
                 continue;
             }

@@ -147,6 +147,8 @@ DiagnosisOptions {
     tag_turn = 0.035 in 0.0 ..= 1.0;
     /// Relative error of a tag's size, worth naming: printers scale by some tenths of a per cent.
     tag_size = 0.01 in 0.0 ..= 1.0;
+    /// Pixels by which a lens misses the corners of the image, worth naming.
+    lens_corner_px = 3.0 in 0.0 ..= 1000.0;
     /// Seconds by which a clock is off, worth naming: 2 mm at 1 m/s.
     clock_offset = 0.002 in 0.0 ..= 1.0;
 }

@@ -25,7 +25,7 @@ impl Proposal {
     ) -> Self {
         let corrected = corrected_rig(rig, corrections, site);
         let changed = |object: &ObjectModel| {
-            let corrected = corrected_object(object, corrections);
+            let corrected = corrected_object(object, corrections, site);
             (corrected != *object).then_some(corrected)
         };
         Self {
@@ -52,11 +52,12 @@ fn corrected_rig(rig: &Rig, corrections: &Corrections, site: &Site) -> Rig {
     corrected
 }
 
-fn corrected_object(object: &ObjectModel, corrections: &Corrections) -> ObjectModel {
+fn corrected_object(object: &ObjectModel, corrections: &Corrections, site: &Site) -> ObjectModel {
     let mut corrected = object.clone();
     for tag in object.tags() {
         if let Some(one) = corrections.tags.get(&tag.tag) {
-            corrected = corrected.with_tag(one.tag(tag), one.sigma);
+            let file = site.placement(&tag.tag).map_or(tag, |place| &place.file);
+            corrected = corrected.with_tag(one.tag(file), one.sigma);
         }
     }
     corrected

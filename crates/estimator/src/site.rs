@@ -96,6 +96,8 @@ pub(crate) struct Site {
     frames: BTreeMap<usize, ObjectFrame>,
     /// Variance of the common scale of the sizes of each object's tags: all are of one printer.
     scales: Vec<f64>,
+    /// Size of the tags of an object over that in its file, where all have been printed at another scale; by object index.
+    print_scales: BTreeMap<usize, f64>,
 }
 
 /// Prior of the clock of a camera, by its image.
@@ -258,6 +260,7 @@ impl Site {
         self.objects = objects.iter().map(|object| object.id().clone()).collect();
         self.places = places;
         self.scales = objects.iter().map(scale_variance).collect();
+        self.print_scales.clear();
         self.frames.clear();
         Ok(())
     }
@@ -322,6 +325,34 @@ impl Site {
             })
         };
         self.frames.get(&object).copied().or_else(alone)
+    }
+
+    /// Size of the tags of an object over that in its file, where all have been printed at another scale.
+    pub fn print_scale(&self, object: usize) -> Option<f64> {
+        self.print_scales.get(&object).copied()
+    }
+
+    /// Takes the tags of an object to be larger by a factor than they have been taken to be so far.
+    pub fn rescale(&mut self, object: usize, factor: f64) {
+        *self.print_scales.entry(object).or_insert(1.0) *= factor;
+        let places = self.places.values_mut();
+        for place in places.filter(|place| place.object == object) {
+            place.file.size_m *= factor;
+            place.tag.size_m *= factor;
+            place.size_prior = place.size_prior.max(PRINT_SCALE_SIGMA);
+        }
+        let variance = &mut self.scales[object];
+        *variance = variance.max(PRINT_SCALE_SIGMA.powi(2));
+    }
+
+    /// Standard deviation of the lens in force of a camera, by its index.
+    pub fn lens_sigma(&self, index: usize) -> LensSigma {
+        let posed = self
+            .cameras
+            .get(index)
+            .and_then(|camera| camera.posed.as_ref());
+        let sigma = posed.and_then(|posed| posed.lens_sigma);
+        sigma.unwrap_or(LensSigma::NONE)
     }
 
     /// Whether a single camera has a pose, so that nothing checks its lens and the sizes of tags.
@@ -469,6 +500,9 @@ fn usual_lens_sigma(lens: &Lens, is_alone: bool) -> LensSigma {
 /// Prior standard deviation of the logarithm of a tag size: printers scale by some tenths of a per cent.
 const USUAL_SIZE_SIGMA: f64 = 0.005;
 
+/// Standard deviation of the logarithm of a print's scale as images show it: tags are off their places.
+const PRINT_SCALE_SIGMA: f64 = 0.03;
+
 /// Prior standard deviation of the logarithm of the size of a tag.
 fn size_sigma(object: &ObjectModel, tag: &ObjectTag) -> f64 {
     let stated_m = object.size_sigma_m(&tag.tag);
@@ -492,11 +526,8 @@ impl FileCamera {
         self.corrected(&CameraCorrection::none(self.sigma, self.lens_sigma))
     }
 
-    /// First coefficient of the distortion that moves the corners of the image by a pixel; 0 where the lens has none.
+    /// First coefficient of the distortion that moves the corners of the image by a pixel.
     pub fn distortion_per_px(&self) -> f64 {
-        if self.lens.distortion().is_empty() {
-            return 0.0;
-        }
         let focal = self.lens.intrinsics().fx;
         (focal * (self.reach_px / focal).powi(3)).recip()
     }

@@ -68,6 +68,42 @@ pub enum Fault {
         /// Which tag.
         tag: TagId,
     },
+    /// The clock of the fusion node's host differs from that of most cameras; poses have the cameras' time.
+    HostClockOff {
+        /// Seconds that it lies after theirs.
+        offset_s: f64,
+    },
+    /// The camera's images have not changed for a while, corner for corner: its capture stands still.
+    CameraFrozen {
+        /// Which camera.
+        camera: CameraId,
+        /// For how long, s.
+        still_s: f64,
+    },
+    /// The camera bends what it sees otherwise than its lens in the rig says.
+    LensOff {
+        /// Which camera.
+        camera: CameraId,
+    },
+    /// All tags of the object are larger or smaller than its model says: printed at another scale.
+    ObjectScaled {
+        /// Which object.
+        object: ObjectId,
+        /// Their true size over the model's.
+        ratio: f64,
+    },
+    /// Most views of the object's tags contradict any pose of it: its model or the cameras' poses are wrong, and it is not tracked.
+    ObjectContradicted {
+        /// Which object.
+        object: ObjectId,
+        /// Share of the views, 0 to 1.
+        share: f64,
+    },
+    /// No tag of the object has a place on it, so that it can't be tracked.
+    ObjectUnplaced {
+        /// Which object.
+        object: ObjectId,
+    },
 }
 
 impl fmt::Display for Fault {
@@ -134,6 +170,38 @@ impl fmt::Display for Fault {
             Self::DuplicateTag { camera, tag } => write!(
                 f,
                 "camera {camera} sees tag {tag} twice: print another id for one of them"
+            ),
+            Self::HostClockOff { offset_s } => write!(
+                f,
+                "the clock of the fusion host is {} {} those of the cameras: set it; poses have the cameras' time",
+                span(offset_s.abs()),
+                if *offset_s > 0.0 {
+                    "ahead of"
+                } else {
+                    "behind"
+                },
+            ),
+            Self::CameraFrozen { camera, still_s } => write!(
+                f,
+                "the picture of camera {camera} has stood still for {still_s:.0} s, corner for corner: restart its capture"
+            ),
+            Self::LensOff { camera } => write!(
+                f,
+                "camera {camera} bends what it sees otherwise than its lens in the rig file says: run `sextant calibrate lens`"
+            ),
+            Self::ObjectScaled { object, ratio } => write!(
+                f,
+                "the tags of object {object} are {:.0} % as large as the model says, all of them: measure one and correct the sizes",
+                ratio * 100.0
+            ),
+            Self::ObjectContradicted { object, share } => write!(
+                f,
+                "{:.0} % of the views of object {object} contradict any pose of it: check which tags are where, their sizes and the cameras' poses, or learn the object again",
+                share * 100.0
+            ),
+            Self::ObjectUnplaced { object } => write!(
+                f,
+                "no tag of object {object} has a place on it, it can't be tracked: run `sextant learn`, or give object_from_tag in its file"
             ),
         }
     }

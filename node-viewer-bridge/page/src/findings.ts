@@ -104,6 +104,23 @@ const FAULTS: Stories = {
   untimely,
   duplicate_tag: (fields) =>
     story(`camera ${String(fields.camera)} sees ${tag(fields.tag)} twice`, "print another id for one of them"),
+  host_clock_off: ({ offset_s }) => {
+    const where = number(offset_s) > 0 ? "ahead of" : "behind";
+    return story(`the clock of the fusion host is ${span(Math.abs(number(offset_s)))} ${where} those of the cameras`, "set it; poses have the cameras' time");
+  },
+  camera_frozen: ({ camera, still_s }) =>
+    story(`the picture of camera ${String(camera)} has stood still for ${fixed(still_s, 0)} s, corner for corner`, "restart its capture"),
+  lens_off: ({ camera }) =>
+    story(`camera ${String(camera)} bends what it sees otherwise than its lens in the rig file says`, "run `sextant calibrate lens`"),
+  object_scaled: ({ object, ratio }) =>
+    story(`the tags of object ${String(object)} are ${fixed(number(ratio) * 100, 0)} % as large as the model says, all of them`, "measure one and correct the sizes"),
+  object_contradicted: ({ object, share }) =>
+    story(
+      `${fixed(number(share) * 100, 0)} % of the views of object ${String(object)} contradict any pose of it`,
+      "check which tags are where, their sizes and the cameras' poses, or learn the object again",
+    ),
+  object_unplaced: ({ object }) =>
+    story(`no tag of object ${String(object)} has a place on it, it cannot be tracked`, "run `sextant learn`, or give object_from_tag in its file"),
 };
 
 const IMPERFECTIONS: Stories = {

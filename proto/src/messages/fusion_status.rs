@@ -155,11 +155,17 @@ fn check_fault(fault: &Fault) -> Result<(), OutOfRange> {
         Fault::TagSize { ratio, .. } => check::amount(*ratio, "faults[].ratio"),
         Fault::ClockOff { offset_s, .. } => check::finite(&[*offset_s], "faults[].offset_s"),
         Fault::Untimely { age_s, .. } => check::finite(&[*age_s], "faults[].age_s"),
+        Fault::HostClockOff { offset_s } => check::finite(&[*offset_s], "faults[].offset_s"),
+        Fault::CameraFrozen { still_s, .. } => check::amount(*still_s, "faults[].still_s"),
+        Fault::ObjectScaled { ratio, .. } => check::amount(*ratio, "faults[].ratio"),
+        Fault::ObjectContradicted { share, .. } => check::amount(*share, "faults[].share"),
         Fault::CameraMoved { .. }
         | Fault::CamerasDisagree { .. }
         | Fault::TagMisplaced { .. }
         | Fault::TagElsewhere { .. }
-        | Fault::DuplicateTag { .. } => Ok(()),
+        | Fault::DuplicateTag { .. }
+        | Fault::LensOff { .. }
+        | Fault::ObjectUnplaced { .. } => Ok(()),
     }
 }
 

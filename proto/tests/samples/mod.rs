@@ -304,6 +304,21 @@ fn faults() -> Vec<Fault> {
             camera: south(),
             tag,
         },
+        Fault::HostClockOff { offset_s: -7200.25 },
+        Fault::CameraFrozen {
+            camera: camera(),
+            still_s: 2.5,
+        },
+        Fault::LensOff { camera: south() },
+        Fault::ObjectScaled {
+            object: object(),
+            ratio: 1.5,
+        },
+        Fault::ObjectContradicted {
+            object: object(),
+            share: 0.75,
+        },
+        Fault::ObjectUnplaced { object: object() },
     ]
 }
 

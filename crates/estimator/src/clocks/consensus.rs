@@ -1,5 +1,7 @@
 //! Consensus of clocks: those that differ from most are wrong.
 
+use std::cmp::Reverse;
+
 use sextant_site_report::ClockOffset;
 
 /// Largest difference of clocks that agree, s: where both are verified, and otherwise, where a filter estimates the rest.
@@ -25,13 +27,25 @@ impl ClockReading {
     }
 }
 
-/// The clocks that are wrong, against one that most agree with: of equals the first verified one.
-pub(crate) fn wrong(readings: &[ClockReading]) -> Vec<(usize, ClockOffset)> {
+/// The clocks that are wrong, against one that most agree with: of equals the first verified one whose images arrive when most others, and
+/// this host, expect them.
+pub(crate) fn wrong(
+    readings: &[ClockReading],
+    is_timely: impl Fn(usize) -> bool,
+) -> Vec<(usize, ClockOffset)> {
     let company = |one: &ClockReading| {
         let together = readings.iter().filter(|other| one.is_together_with(other));
         together.count()
     };
-    let rank = |one: &&ClockReading| (company(one), one.verified, usize::MAX - one.camera_index);
+    let rank = |one: &&ClockReading| {
+        let camera = one.camera_index;
+        (
+            company(one),
+            is_timely(camera),
+            one.verified,
+            Reverse(camera),
+        )
+    };
     let Some(right) = readings.iter().max_by_key(rank) else {
         return Vec::new();
     };
@@ -59,7 +73,7 @@ mod tests {
             verified: verified || camera_index == 0,
         };
         let readings: Vec<ClockReading> = offsets_s.iter().enumerate().map(reading).collect();
-        let wrong = wrong(&readings).into_iter();
+        let wrong = wrong(&readings, |_| true).into_iter();
         wrong.map(|(camera, off)| (camera, off.offset_s)).collect()
     }
 

@@ -138,7 +138,7 @@ impl OffsetQuery {
             .take()
             .unwrap_or_else(|| self.begin_sweep(now_ns));
         let Some((base, base_off, camera)) = self.next_pair(&mut sweep) else {
-            return Some(self.conclude(now_ns, &sweep.readings, &sweep.differ));
+            return Some(self.conclude(now_ns, &sweep.readings, &sweep.differ, latencies));
         };
         match self.compare(base, camera, latencies) {
             MotionMatch::Open => {}
@@ -219,6 +219,7 @@ impl OffsetQuery {
         now_ns: u64,
         readings: &[ClockReading],
         differ: &BTreeSet<usize>,
+        latencies: &ArrivalDelays,
     ) -> Vec<(usize, ClockOffset)> {
         let read = readings.iter().map(|one| one.camera_index);
         let compared: BTreeSet<usize> = read.chain(differ.iter().copied()).collect();
@@ -234,7 +235,11 @@ impl OffsetQuery {
         self.cleared.extend(compared);
         self.read
             .extend(readings.iter().map(|one| one.camera_index));
-        consensus::wrong(readings)
+        let is_timely = |camera: usize| {
+            let majority = latencies.majority();
+            majority.is_none_or(|majority| majority.cameras.contains(&camera))
+        };
+        consensus::wrong(readings, is_timely)
     }
 
     fn compare(&self, base: usize, camera: usize, latencies: &ArrivalDelays) -> MotionMatch {

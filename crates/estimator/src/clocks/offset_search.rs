@@ -39,6 +39,8 @@ const MOST_SHARE: f64 = 0.6;
 #[derive(Debug, Default)]
 pub(crate) struct OffsetSearch {
     latencies: ArrivalDelays,
+    /// When the first image arrived, ns.
+    first_ns: Option<u64>,
     timeliness: BTreeMap<usize, Timeliness>,
     /// Offset that is subtracted from the timestamps, by camera index.
     found: BTreeMap<usize, ClockOffset>,
@@ -104,8 +106,17 @@ impl OffsetSearch {
     /// Records the arrival of an image, its timestamp corrected. Where images of a camera arrive before they were taken, and others do not,
     /// a search begins at once: until it ends all images of the others would be late. Where they arrive later than those of the others it
     /// begins once: the camera may just be slow.
-    pub fn record(&mut self, camera_index: usize, now_ns: u64, stamp_ns: u64) {
-        self.latencies.record(camera_index, now_ns, stamp_ns);
+    pub fn record(
+        &mut self,
+        camera_index: usize,
+        now_ns: u64,
+        stamp_ns: u64,
+        options: &FusionOptions,
+    ) {
+        let together_ns = (options.window_s * 1e9) as i64;
+        self.first_ns.get_or_insert(now_ns);
+        self.latencies
+            .record(camera_index, now_ns, stamp_ns, together_ns);
         let lead_ns = self.latencies.lead_ns(camera_index).unwrap_or(0);
         let age_ns = self.latencies.age_ns(camera_index);
         let is_early = lead_ns > TELLING_NS && age_ns < Some(-TELLING_NS);
@@ -127,15 +138,31 @@ impl OffsetSearch {
         self.latencies.cameras()
     }
 
-    /// Whether images of a camera are kept from the tracks: its timestamps would shut out the others', or are being searched and seem to be
-    /// ahead.
-    pub fn is_set_aside(&self, camera_index: usize, site: &Site, options: &FusionOptions) -> bool {
-        let Some(lead_ns) = self.latencies.lead_ns(camera_index) else {
+    /// Whether images of a camera are kept from the tracks: most clocks, this host's among them, tell another time, or its timestamps are
+    /// being searched and seem to be ahead. While a single camera contradicts the host, others are waited for.
+    pub fn is_set_aside(&self, camera_index: usize, now_ns: u64, site: &Site) -> bool {
+        let Some(majority) = self.latencies.majority() else {
             return false;
         };
-        let shuts_out = lead_ns as f64 * 1e-9 > options.window_s;
+        let is_lone = !majority.has_host && majority.cameras.len() == 1;
+        let is_early = self
+            .first_ns
+            .is_none_or(|first_ns| age_s(first_ns, now_ns) < PATIENCE_S);
+        let awaits_others = is_lone && is_early && !site.has_one_camera();
+        let lead_ns = self.latencies.lead_ns(camera_index).unwrap_or(0);
         let is_ahead = self.is_open_about(camera_index) && lead_ns > TELLING_NS;
-        self.may_lie(camera_index, site) && (shuts_out || is_ahead)
+        awaits_others
+            || !majority.cameras.contains(&camera_index)
+            || (self.may_lie(camera_index, site) && is_ahead)
+    }
+
+    /// How far this host's clock is ahead of that of most cameras, ns: 0 where it agrees with them.
+    pub fn host_offset_ns(&self) -> i64 {
+        let majority = self
+            .latencies
+            .majority()
+            .filter(|majority| !majority.has_host);
+        majority.map_or(0, |majority| majority.age_ns)
     }
 
     /// Whether images of a camera are dropped where they are late: its timestamps are being searched and seem to be behind.

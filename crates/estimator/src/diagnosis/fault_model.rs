@@ -2,6 +2,7 @@
 
 pub(crate) mod camera;
 pub(crate) mod clock;
+pub(crate) mod lens;
 pub(crate) mod tag_pose;
 pub(crate) mod tag_size;
 
@@ -14,14 +15,15 @@ use crate::diagnosis::window::WindowEquations;
 use crate::self_calibration::parameters::Source;
 use camera::CameraPoseFault;
 use clock::ClockFault;
+use lens::LensFault;
 use sextant_site_model::TagId;
 use tag_pose::TagPoseFault;
 use tag_size::TagSizeFault;
 
 /// A kind of fault of one camera or tag.
 pub(crate) trait FaultModel {
-    /// The places of its parameters among the site's errors; `None` where no keyframe shows it.
-    fn places(&self, equations: &WindowEquations) -> Option<Range<usize>>;
+    /// The places among the site's errors that each of its parameters moves; `None` where no keyframe shows it.
+    fn moved(&self, equations: &WindowEquations) -> Option<Vec<Vec<usize>>>;
 
     /// Prior standard deviation of each parameter.
     fn prior(&self) -> &'static [f64];
@@ -45,6 +47,7 @@ pub(crate) trait FaultModel {
 pub(crate) enum FaultHypothesis {
     Clock(ClockFault),
     Camera(CameraPoseFault),
+    Lens(LensFault),
     TagSize(TagSizeFault),
     TagPose(TagPoseFault),
 }
@@ -68,20 +71,19 @@ impl FaultHypothesis {
         match self {
             Self::Clock(model) => model,
             Self::Camera(model) => model,
+            Self::Lens(model) => model,
             Self::TagSize(model) => model,
             Self::TagPose(model) => model,
         }
     }
 
-    /// The camera or tag that is faulty.
-    pub fn source(&self) -> Source {
+    /// The camera whose pose or clock is faulty, if that is the fault.
+    pub fn camera(&self) -> Option<usize> {
         match self {
             Self::Clock(ClockFault { camera }) | Self::Camera(CameraPoseFault { camera }) => {
-                Source::Camera(*camera)
+                Some(*camera)
             }
-            Self::TagSize(TagSizeFault { tag }) | Self::TagPose(TagPoseFault { tag }) => {
-                Source::Tag(*tag)
-            }
+            _ => None,
         }
     }
 
@@ -92,6 +94,11 @@ impl FaultHypothesis {
             _ => None,
         }
     }
+}
+
+/// Consecutive places, each moved by a parameter of its own.
+fn each(places: Range<usize>) -> Vec<Vec<usize>> {
+    places.map(|place| vec![place]).collect()
 }
 
 /// First place of a tag's errors.

@@ -5,16 +5,16 @@
 //! cameras that explain the same contradict each other. Then the fault is taken as known, and the rest is tested for a further one.
 
 use std::collections::BTreeMap;
-use std::ops::Range;
 
 use nalgebra::DVector;
 
 use crate::DiagnosisOptions;
 use crate::diagnosis::fault_model::FaultHypothesis;
 use crate::diagnosis::fault_model::clock::ClockFault;
+use crate::diagnosis::fault_model::lens::LensFault;
 use crate::diagnosis::likelihood_ratio::{Gain, LikelihoodRatio};
 use crate::diagnosis::window::WindowEquations;
-use crate::self_calibration::parameters::{CLASSES, CLOCK, SIZE, Source};
+use crate::self_calibration::parameters::{CLASSES, CLOCK, LENS, SIZE, Source};
 use crate::site::Site;
 use sextant_site_model::PoseSigma;
 
@@ -30,6 +30,8 @@ const LEAST_SIGMA: f64 = 0.03;
 const OPTIMISM: f64 = 1.5;
 /// Standard deviation of the logarithm of a tag's size that is no fault.
 const SIZE_SIGMA: f64 = 0.001;
+/// Standard deviation of a focal length and of the displacement of an image's corners that are no fault, px.
+const LENS_SIGMA_PX: f64 = 0.1;
 /// Standard deviation of a clock offset that is no fault, s.
 const CLOCK_SIGMA_S: f64 = 0.0003;
 /// Share of a moved camera's likelihood ratio that its clock must explain to be a likely cause as well.
@@ -131,7 +133,7 @@ impl Isolation {
     /// Drops the named faults that the window speaks for no more, and frees the others.
     fn confirm(&mut self, test: &mut Test<'_>) {
         let shown: Vec<FaultHypothesis> = self.named.keys().copied().collect();
-        let shown = shown.into_iter().filter(|one| test.places(one).is_some());
+        let shown = shown.into_iter().filter(|one| test.moved(one).is_some());
         let shown: Vec<FaultHypothesis> = shown.collect();
         for hypothesis in &shown {
             let others = test.with_free(shown.iter().filter(|one| *one != hypothesis));
@@ -187,10 +189,7 @@ fn chosen(candidates: Vec<Candidate>, reference: usize) -> Option<(Candidate, Op
     let Some(second) = all.next() else {
         return Some((first, None));
     };
-    let camera = |one: &Candidate| match one.hypothesis.source() {
-        Source::Camera(camera) => Some(camera),
-        Source::Tag(_) => None,
-    };
+    let camera = |one: &Candidate| one.hypothesis.camera();
     let (a, b) = camera(&first).zip(camera(&second))?;
     if all.next().is_some() {
         return None;
@@ -224,6 +223,13 @@ fn known_precision(equations: &WindowEquations, site: &Site) -> DVector<f64> {
         let estimated = equations.clock_sigmas_s.get(camera).copied();
         let sigma_s = estimated.unwrap_or(0.0).max(CLOCK_SIGMA_S);
         layout.set(first + CLOCK, &[sigma_s]);
+        let lens = site.lens_sigma(*camera).times(OPTIMISM);
+        let per_px = equations.distortions_per_px.get(camera).copied();
+        let sigmas = [
+            lens.focal_px.max(LENS_SIGMA_PX),
+            lens.distortion_px.max(LENS_SIGMA_PX) * per_px.unwrap_or(0.0),
+        ];
+        layout.set(first + LENS, &sigmas);
     }
     for (tag, (_, first)) in &equations.layout.tags {
         layout.set_pose(
@@ -239,19 +245,17 @@ fn known_precision(equations: &WindowEquations, site: &Site) -> DVector<f64> {
 }
 
 impl<'a> Test<'a> {
-    fn places(&self, hypothesis: &FaultHypothesis) -> Option<Range<usize>> {
-        hypothesis.model().places(self.equations)
+    fn moved(&self, hypothesis: &FaultHypothesis) -> Option<Vec<Vec<usize>>> {
+        hypothesis.model().moved(self.equations)
     }
 
     /// Takes a fault as known.
     fn free(&mut self, hypothesis: &FaultHypothesis) {
-        for (at, sigma) in self
-            .places(hypothesis)
-            .into_iter()
-            .flatten()
-            .zip(hypothesis.model().prior())
-        {
-            self.precision[at] = sigma.powi(-2);
+        let moved = self.moved(hypothesis).unwrap_or_default();
+        for (places, sigma) in moved.into_iter().zip(hypothesis.model().prior()) {
+            for at in places {
+                self.precision[at] = sigma.powi(-2);
+            }
         }
     }
 
@@ -274,7 +278,7 @@ impl<'a> Test<'a> {
     }
 
     fn gain(&self, ratio: &LikelihoodRatio, hypothesis: &FaultHypothesis) -> Option<Gain> {
-        ratio.gain(self.places(hypothesis)?, hypothesis.model().prior())
+        ratio.gain(&self.moved(hypothesis)?, hypothesis.model().prior())
     }
 
     /// What each camera and tag explains, by its clock or its size alone if that does nearly as well as its pose.
@@ -307,6 +311,21 @@ impl<'a> Test<'a> {
                 is_timely,
             })
         };
-        cameras.chain(tags).filter_map(candidate).collect()
+        let lens = |camera: &usize| {
+            let hypothesis = FaultHypothesis::Lens(LensFault { camera: *camera });
+            let gain = self.gain(ratio, &hypothesis)?;
+            Some(Candidate {
+                score: gain.odds - PER_PARAMETER * gain.parameters.len() as f64,
+                hypothesis,
+                gain,
+                is_timely: true,
+            })
+        };
+        let lenses = layout.cameras.keys().filter_map(lens);
+        cameras
+            .chain(tags)
+            .filter_map(candidate)
+            .chain(lenses)
+            .collect()
     }
 }

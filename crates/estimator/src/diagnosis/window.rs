@@ -33,6 +33,8 @@ pub(crate) struct WindowEquations {
     pub arms: BTreeMap<usize, Vector3<f64>>,
     /// Standard deviation of each camera's clock offset where it is estimated, s; 0 where the clock is taken to be right.
     pub clock_sigmas_s: BTreeMap<usize, f64>,
+    /// As [`LinearisedKeyframe::distortions_per_px`].
+    pub distortions_per_px: BTreeMap<usize, f64>,
 }
 
 impl Window {
@@ -91,6 +93,7 @@ impl Window {
             misfit: 0.0,
             arms: BTreeMap::new(),
             clock_sigmas_s: BTreeMap::new(),
+            distortions_per_px: BTreeMap::new(),
             layout,
         };
         self.0.iter().for_each(|one| equations.add(one));
@@ -132,5 +135,6 @@ impl WindowEquations {
         self.misfit += one.misfit;
         self.arms.extend(&one.arms);
         self.clock_sigmas_s.extend(&one.clock_sigmas_s);
+        self.distortions_per_px.extend(&one.distortions_per_px);
     }
 }

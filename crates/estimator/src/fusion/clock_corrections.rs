@@ -15,6 +15,8 @@ const FAR_S: f64 = 0.03;
 /// Standard deviation that such an offset needs, s, and offset beyond which a filter may have been led astray, s.
 const KNOWN_S: f64 = 0.001;
 const ASTRAY_S: f64 = 0.06;
+/// Change of this host's offset to the cameras' clocks from which on earlier times can't be compared with later ones, ns.
+const MOST_HOST_CHANGE_NS: u64 = 500_000_000;
 /// Time between two evaluations of the estimated offsets, ns.
 const PERIOD_NS: u64 = 100_000_000;
 
@@ -30,21 +32,33 @@ impl Fusion {
             return Some(image);
         };
         self.offset_search.correct(index, &mut image);
-        self.offset_search.record(index, now_ns, image.capture_ns);
+        let host_offset_ns = self.offset_search.host_offset_ns();
+        self.offset_search
+            .record(index, now_ns, image.capture_ns, &self.options);
+        if host_offset_ns.abs_diff(self.offset_search.host_offset_ns()) > MOST_HOST_CHANGE_NS {
+            self.forget_times();
+        }
         let stated_s = image.clock_error_ns as f64 * 1e-9;
         let is_verified = stated_s <= self.options.right_clock_s;
         self.offset_search.note_verified(index, is_verified);
-        let ahead = image.capture_ns > now_ns.saturating_add((self.options.ahead_s * 1e9) as u64);
-        let aside = self
-            .offset_search
-            .is_set_aside(index, &self.site, &self.options);
+        let present_ns = self.present_ns();
+        let ahead =
+            image.capture_ns > present_ns.saturating_add((self.options.ahead_s * 1e9) as u64);
+        let aside = self.offset_search.is_set_aside(index, now_ns, &self.site);
         if !ahead && !aside {
             return Some(image);
         }
         let associated = self.site.associate(index, &image, &self.options);
-        self.intake.count_untimely(&image, now_ns);
+        self.intake.count_untimely(&image, present_ns);
         self.update_clock_search(index, &associated, Arrival::No);
         None
+    }
+
+    /// The present by the clocks of most cameras, ns.
+    pub(crate) fn present_ns(&self) -> u64 {
+        let host_offset_ns = self.offset_search.host_offset_ns();
+        self.now_ns
+            .saturating_add_signed(host_offset_ns.saturating_neg())
     }
 
     /// Updates the search for far clocks with an image.

@@ -3,9 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::clocks::offset_search::OffsetSearch;
+use crate::diagnosis::frozen_cameras::FrozenCameras;
 use crate::diagnosis::{Diagnosis, MovedCamera};
 use crate::site::Site;
-use sextant_site_model::CameraId;
+use crate::tracker::timeline::Timeline;
+use sextant_site_model::{CameraId, ObjectModel};
 use sextant_site_report::{ClockOffset, Fault};
 
 /// Clock offset that is worth naming, s: 2 mm at 1 m/s.
@@ -93,6 +95,10 @@ fn of_clocks(
         .chain(steadily_off)
         .filter_map(camera)
         .collect();
+    let host_offset_ns = search.host_offset_ns();
+    let host = (host_offset_ns != 0).then_some(Fault::HostClockOff {
+        offset_s: host_offset_ns as f64 * 1e-9,
+    });
     let off = clocks
         .iter()
         .filter(|(camera, clock)| steady.contains(*camera) && is_off(clock));
@@ -107,5 +113,54 @@ fn of_clocks(
             age_s,
         })
     });
-    off.chain(untimely).collect()
+    host.into_iter().chain(off).chain(untimely).collect()
+}
+
+/// Cameras whose pictures stand still, then those with other lenses.
+pub(crate) fn of_cameras(
+    site: &Site,
+    frozen_cameras: &FrozenCameras,
+    diagnosis: &Diagnosis,
+) -> Vec<Fault> {
+    let frozen = frozen_cameras.frozen().filter_map(|(index, still_s)| {
+        Some(Fault::CameraFrozen {
+            camera: site.camera_id(index)?,
+            still_s,
+        })
+    });
+    let lenses = diagnosis.wrong_lenses().filter_map(|index| {
+        Some(Fault::LensOff {
+            camera: site.camera_id(index)?,
+        })
+    });
+    frozen.chain(lenses).collect()
+}
+
+/// What keeps an object from being tracked, whatever camera or tag it is due to.
+pub(crate) fn of_objects(
+    site: &Site,
+    objects: &[ObjectModel],
+    timelines: &[Timeline],
+) -> Vec<Fault> {
+    let scaled = objects.iter().enumerate().filter_map(|(index, model)| {
+        Some(Fault::ObjectScaled {
+            object: model.id().clone(),
+            ratio: site.print_scale(index)?,
+        })
+    });
+    let contradicted = timelines.iter().filter_map(|timeline| {
+        Some(Fault::ObjectContradicted {
+            object: timeline.object().clone(),
+            share: timeline.at(u64::MAX).refused_share()?,
+        })
+    });
+    let is_placed = |model: &ObjectModel| {
+        let mut tags = model.tags().iter();
+        tags.any(|tag| tag.object_from_tag.is_some())
+    };
+    let unplaced = objects.iter().filter(|model| !is_placed(model));
+    let unplaced = unplaced.map(|model| Fault::ObjectUnplaced {
+        object: model.id().clone(),
+    });
+    scaled.chain(contradicted).chain(unplaced).collect()
 }

@@ -54,6 +54,10 @@ impl ImageIntake {
     /// The clock was set to `now_ns`: the capture times of former images are by another clock.
     pub fn clock_stepped(&mut self, now_ns: u64) {
         self.stepped_ns = now_ns;
+    }
+
+    /// Times before now can't be compared with those to come.
+    pub fn forget_times(&mut self) {
         self.recent_ns.values_mut().for_each(BTreeSet::clear);
         for counts in self.statistics.cameras.values_mut() {
             counts.last_capture_ns = 0;

@@ -64,6 +64,14 @@ impl CalibratedCamera {
         ])
     }
 
+    /// How a point's pixel would move with the first coefficient of a radial distortion; `None` where the lens has one.
+    fn bend_of_pinhole(&self, in_camera: &Point3<f64>) -> Option<Vector2<f64>> {
+        let normalised = in_camera.coords.xy() / in_camera.z;
+        let focal = Vector2::new(self.lens.intrinsics().fx, self.lens.intrinsics().fy);
+        let bend = focal.component_mul(&normalised) * normalised.norm_squared();
+        self.lens.distortion().is_empty().then_some(bend)
+    }
+
     /// The ray through the middle of a view.
     pub fn ray_to(&self, view: &TagView) -> Option<Ray> {
         let corners = view.corners_in_image.iter();
@@ -162,10 +170,15 @@ impl TagView {
         let Some(object_from_tag) = tag.object_from_tag else {
             return;
         };
-        self.size_m = tag.size_m;
         self.object_from_tag = object_from_tag;
-        self.corners_in_object =
-            tag_corners_in_tag(tag.size_m).map(|corner| object_from_tag * corner);
+        self.set_size(tag.size_m);
+    }
+
+    /// Takes another size of the tag, m.
+    pub fn set_size(&mut self, size_m: f64) {
+        self.size_m = size_m;
+        let in_tag = tag_corners_in_tag(size_m);
+        self.corners_in_object = in_tag.map(|corner| self.object_from_tag * corner);
     }
 
     /// A corner as seen, less a share of the distortion bias, px.
@@ -371,11 +384,12 @@ impl WeightedView<'_> {
             let in_camera = placed.origin_in_camera + self.camera.turn * (placed.turn * in_object);
             let by_lens = self.camera.lens.parameter_jacobian(&in_camera)?;
             let from_centre = placed.turn * (in_object - centre);
+            let bend = self.camera.bend_of_pinhole(&in_camera);
             for axis in 0..2 {
                 let (row, slopes) = (&mut rows[2 * corner + axis], &seen.slopes[axis]);
                 row[..6].copy_from_slice(slopes);
                 row[6] = by_lens[(axis, 0)] + by_lens[(axis, 1)];
-                row[7] = by_lens[(axis, 4)];
+                row[7] = bend.map_or(by_lens[(axis, 4)], |bend| bend[axis]);
                 row[8] = (0..3).map(|n| slopes[n] * from_centre[n]).sum();
                 row[9] = residual[axis];
             }

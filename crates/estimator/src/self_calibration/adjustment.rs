@@ -70,6 +70,8 @@ pub(crate) struct LinearisedKeyframe {
     pub arms: BTreeMap<usize, Vector3<f64>>,
     /// Standard deviation of each camera's clock offset, as [`KeyframeView::clock_sigma_s`].
     pub clock_sigmas_s: BTreeMap<usize, f64>,
+    /// First coefficient of each camera's distortion that moves the corners of its image by a pixel.
+    pub distortions_per_px: BTreeMap<usize, f64>,
 }
 
 /// Whitened squares of the views.
@@ -185,7 +187,10 @@ impl Adjustment {
         };
         let clock_sigmas = keyframe.views.iter();
         let clock_sigmas = clock_sigmas.map(|one| (one.camera_index, one.clock_sigma_s));
+        let distortion =
+            |camera: &usize| Some((*camera, site.file_camera(*camera)?.distortion_per_px()));
         LinearisedKeyframe {
+            distortions_per_px: cameras.keys().filter_map(distortion).collect(),
             time_ns: keyframe.time_ns,
             arms: cameras.iter().map(arm).collect(),
             clock_sigmas_s: clock_sigmas.collect(),
@@ -482,10 +487,7 @@ impl Adjustment {
             one.lens_sigma = if layout.is_open(first + LENS) || layout.is_open(first + LENS + 1) {
                 LensSigma {
                     focal_px: variance(first + LENS).sqrt(),
-                    distortion_px: match file.distortion_per_px() {
-                        per_px if per_px > 0.0 => variance(first + LENS + 1).sqrt() / per_px,
-                        _ => 0.0,
-                    },
+                    distortion_px: variance(first + LENS + 1).sqrt() / file.distortion_per_px(),
                 }
             } else {
                 file.lens_sigma.times(of_lenses)

@@ -4,10 +4,12 @@ use nalgebra::{Matrix6, Vector6};
 use sextant_geometry::{Pose, se3};
 
 use crate::FusionOptions;
+use crate::fading_counter::FadingCounter;
 use crate::filter::covariance::white_acceleration;
 use crate::filter::state::ObjectState;
 use crate::kinematics::configuration::Configuration;
 use crate::measurement::corners::{TagView, WeightedView};
+use crate::measurement::planar_poses::area;
 use crate::site::{ObjectImage, Site};
 use crate::time::seconds;
 use crate::tracker::clock_knowledge::ClockKnowledge;
@@ -40,9 +42,17 @@ pub(crate) struct Track {
     pub(crate) took_part: bool,
     /// When a view of each camera last took part, by camera index, ns.
     pub(crate) participation: Vec<(usize, u64)>,
+    /// Views of the last second, and those of them that contradict its pose; fading.
+    pub(crate) views: FadingCounter,
     /// What the images of this instant contributed.
     pub(crate) summary: InstantSummary,
 }
+
+/// Residual of a tag's corners over its edge from which on it contradicts, however noisy its camera is taken to be; less than a pixel never does.
+const MOST_OFF: f64 = 0.06;
+/// Views, fading, from which on the share of the refused ones means something, and the share from which on the images contradict the track.
+const FEWEST_VIEWS: f64 = 4.0;
+const MOST_REFUSED: f64 = 0.6;
 
 /// Share of its square by which the step of a corrected model counts as a variance of the pose.
 const UNCERTAIN_MOTION: f64 = 0.25;
@@ -232,6 +242,7 @@ impl Track {
             noise: self.noise.clone(),
             timing,
             doubtful_since_ns: self.doubtful_since_ns,
+            views: self.views,
             ..Self::default()
         }
     }
@@ -266,11 +277,17 @@ impl Track {
             trusted: self.trusted,
             timing: self.timing.clone(),
             participation: self.participation.clone(),
+            views: self.views,
             ..Self::default()
         };
         if let Some(best) = next.hypotheses.first() {
             let summary = InstantSummary::of(&best.outcomes, weighted_views);
             next.took_part = summary.tags > 0;
+            for (weighted, outcome) in weighted_views.iter().zip(&best.outcomes) {
+                let most_square_px = 8.0 * (MOST_OFF.powi(2) * area(weighted)).max(1.0);
+                let agrees = outcome.part && outcome.square_px <= most_square_px;
+                next.views.add(time_ns, !agrees);
+            }
             let pairs = weighted_views.iter().zip(&best.outcomes);
             let part = pairs.filter(|(_, outcome)| outcome.part);
             let cameras: Vec<usize> = part.map(|(weighted, _)| weighted.camera_index).collect();
@@ -316,6 +333,12 @@ impl Track {
             || self
                 .contradicted_since_ns
                 .is_some_and(|since| seconds(since, self.time_ns) >= options.contradiction_s)
+    }
+
+    /// Share of the object's views in the last second that contradict its pose, where these are most; then nothing is known for certain.
+    pub fn refused_share(&self) -> Option<f64> {
+        let share = self.views.share();
+        (self.views.total >= FEWEST_VIEWS && share > MOST_REFUSED).then_some(share)
     }
 
     /// Clocks may have jumped, by a standard deviation of `sigma_s`.

@@ -1,11 +1,9 @@
 //! A camera that is not where the rig file has it.
 
-use std::ops::Range;
-
 use nalgebra::DVector;
 
 use crate::DiagnosisOptions;
-use crate::diagnosis::fault_model::FaultModel;
+use crate::diagnosis::fault_model::{FaultModel, each};
 use crate::diagnosis::window::WindowEquations;
 
 /// Displacement (dt, dr) of the camera about its centre, world axes, m and rad.
@@ -16,9 +14,9 @@ pub(crate) struct CameraPoseFault {
 }
 
 impl FaultModel for CameraPoseFault {
-    fn places(&self, equations: &WindowEquations) -> Option<Range<usize>> {
+    fn moved(&self, equations: &WindowEquations) -> Option<Vec<Vec<usize>>> {
         let first = *equations.layout.cameras.get(&self.camera)?;
-        Some(first..first + 6)
+        Some(each(first..first + 6))
     }
 
     fn prior(&self) -> &'static [f64] {

@@ -1,7 +1,5 @@
 //! A camera whose timestamps are offset.
 
-use std::ops::Range;
-
 use nalgebra::DVector;
 
 use crate::DiagnosisOptions;
@@ -17,9 +15,9 @@ pub(crate) struct ClockFault {
 }
 
 impl FaultModel for ClockFault {
-    fn places(&self, equations: &WindowEquations) -> Option<Range<usize>> {
+    fn moved(&self, equations: &WindowEquations) -> Option<Vec<Vec<usize>>> {
         let first = equations.layout.cameras.get(&self.camera)? + CLOCK;
-        Some(first..first + 1)
+        Some(vec![vec![first]])
     }
 
     fn prior(&self) -> &'static [f64] {

@@ -1,11 +1,9 @@
 //! A tag that is not where the object file has it.
 
-use std::ops::Range;
-
 use nalgebra::DVector;
 
 use crate::DiagnosisOptions;
-use crate::diagnosis::fault_model::{FaultModel, first_of_tag};
+use crate::diagnosis::fault_model::{FaultModel, each, first_of_tag};
 use crate::diagnosis::window::WindowEquations;
 use sextant_site_model::TagId;
 
@@ -16,9 +14,9 @@ pub(crate) struct TagPoseFault {
 }
 
 impl FaultModel for TagPoseFault {
-    fn places(&self, equations: &WindowEquations) -> Option<Range<usize>> {
+    fn moved(&self, equations: &WindowEquations) -> Option<Vec<Vec<usize>>> {
         let first = first_of_tag(&self.tag, equations)?;
-        Some(first..first + 6)
+        Some(each(first..first + 6))
     }
 
     fn prior(&self) -> &'static [f64] {

@@ -1,7 +1,5 @@
 //! A tag whose size is not that in the object file.
 
-use std::ops::Range;
-
 use nalgebra::DVector;
 
 use crate::DiagnosisOptions;
@@ -17,9 +15,9 @@ pub(crate) struct TagSizeFault {
 }
 
 impl FaultModel for TagSizeFault {
-    fn places(&self, equations: &WindowEquations) -> Option<Range<usize>> {
+    fn moved(&self, equations: &WindowEquations) -> Option<Vec<Vec<usize>>> {
         let first = first_of_tag(&self.tag, equations)? + SIZE;
-        Some(first..first + 1)
+        Some(vec![vec![first]])
     }
 
     fn prior(&self) -> &'static [f64] {
