@@ -1,14 +1,15 @@
 //! The newest frame of each slot, and the outboxes of the connected clients.
 //!
 //! Each kind of slot has room for so many ids, and all frames together for so many bytes. Drop rule: what finds no room is
-//! refused and counted; a slot without news for [`EXPIRY`] is forgotten.
+//! refused and counted; a slot without news for [`FORGOTTEN_NS`] is forgotten.
 
 use crate::outbox::Outbox;
 use axum::extract::ws;
-use sextant_zenoh_bus::{BoundedMap, Full};
+use sextant_process::monotonic_ns;
+use sextant_site_mirror::limits::FORGOTTEN_NS;
+use sextant_site_mirror::{BoundedMap, Full};
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
 
 /// One WebSocket frame, shared by all clients without a copy.
 pub(crate) type Frame = ws::Message;
@@ -57,8 +58,6 @@ const ROOM: [usize; 18] = [
 ];
 /// Bytes of all frames that are kept.
 const MAX_BYTES: usize = 32 << 20;
-/// How long a slot without news is kept.
-const EXPIRY: Duration = Duration::from_secs(300);
 /// Clients at one time.
 const MAX_CLIENTS: usize = 64;
 
@@ -120,7 +119,7 @@ struct State {
 impl Default for State {
     fn default() -> Self {
         Self {
-            newest: ROOM.map(|room| BoundedMap::new(room, EXPIRY)),
+            newest: ROOM.map(|room| BoundedMap::new(room, FORGOTTEN_NS)),
             bytes: 0,
             clients: Vec::new(),
             replaced_before: 0,
@@ -132,7 +131,7 @@ impl Hub {
     /// Hands a frame to every client and keeps it for later ones.
     pub(crate) fn publish(&self, slot: &Slot, frame: Frame) -> Result<(), Full> {
         let mut state = self.lock();
-        state.keep(Instant::now(), slot, &frame, slot.lasts())?;
+        state.keep(monotonic_ns(), slot, &frame, slot.lasts())?;
         state.hand_out(slot, &frame);
         Ok(())
     }
@@ -140,7 +139,7 @@ impl Hub {
     /// As [`Self::publish`], of a frame that holds until the next of its slot.
     pub(crate) fn publish_lasting(&self, slot: &Slot, frame: Frame) -> Result<(), Full> {
         let mut state = self.lock();
-        state.keep(Instant::now(), slot, &frame, true)?;
+        state.keep(monotonic_ns(), slot, &frame, true)?;
         state.hand_out(slot, &frame);
         Ok(())
     }
@@ -151,12 +150,12 @@ impl Hub {
             Slot::Object(id) => objects.contains(id.split('.').next().unwrap_or(id)),
             _ => false,
         };
-        self.lock().newest[Slot::Object(String::new()).kind()].touch_where(Instant::now(), is_one);
+        self.lock().newest[Slot::Object(String::new()).kind()].touch_where(monotonic_ns(), is_one);
     }
 
     /// Forgets slots without news.
-    pub(crate) fn expire(&self, now: Instant) {
-        self.lock().expire(now);
+    pub(crate) fn expire(&self, now_ns: u64) {
+        self.lock().expire(now_ns);
     }
 
     /// The ids under which clients know an object and its links: its own, and those that go on with a dot.
@@ -242,7 +241,7 @@ impl State {
 
     fn keep(
         &mut self,
-        now: Instant,
+        now_ns: u64,
         slot: &Slot,
         frame: &Frame,
         is_lasting: bool,
@@ -253,8 +252,8 @@ impl State {
         }
         let kind = &mut self.newest[slot.kind()];
         let gave_way = match is_lasting {
-            true => kind.insert_lasting(now, slot.clone(), frame.clone())?,
-            false => kind.insert(now, slot.clone(), frame.clone())?,
+            true => kind.insert_lasting(now_ns, slot.clone(), frame.clone())?,
+            false => kind.insert(now_ns, slot.clone(), frame.clone())?,
         };
         self.bytes = self.bytes + length(frame) - gave_way.as_ref().map_or(0, length);
         Ok(())
@@ -266,10 +265,11 @@ impl State {
         removed.is_some()
     }
 
-    fn expire(&mut self, now: Instant) {
+    fn expire(&mut self, now_ns: u64) {
         for kind in &mut self.newest {
-            let expired: usize = kind.expire(now).iter().map(length).sum();
-            self.bytes -= expired;
+            let expired = kind.expire(now_ns);
+            let bytes: usize = expired.iter().map(|(_, frame)| length(frame)).sum();
+            self.bytes -= bytes;
         }
     }
 
@@ -380,13 +380,13 @@ mod tests {
         }
         let node = Slot::Alive("fusion".to_owned(), "main".to_owned());
         hub.publish_lasting(&node, text("up")).unwrap();
-        let published = Instant::now();
+        let published = monotonic_ns();
         for id in ["arm", "arm.upper"] {
             hub.publish(&object(id), text("x")).unwrap();
         }
-        while Instant::now() == published {}
+        while monotonic_ns() == published {}
         hub.confirm_objects(&BTreeSet::from(["arm"]));
-        hub.expire(published + EXPIRY);
+        hub.expire(published + FORGOTTEN_NS);
         let state = hub.lock();
         let kept: Vec<&Slot> = state.newest().map(|(slot, _)| slot).collect();
         assert_eq!(

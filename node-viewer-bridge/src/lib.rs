@@ -16,7 +16,6 @@ mod forwarder;
 mod guard;
 mod http_client;
 mod hub;
-mod inventory;
 mod last_seconds;
 mod link_frames;
 mod message;
@@ -26,7 +25,6 @@ mod outbox;
 #[cfg(test)]
 mod panic_tests;
 mod protection;
-mod rejections;
 mod server;
 mod session;
 mod socket;

@@ -251,6 +251,21 @@ impl SiteMirror {
         self.rig()?.cameras.iter().find(|camera| camera.id == *id)
     }
 
+    /// Width and height of a camera's images, pixels: of the newest one, else as in the rig.
+    #[must_use]
+    pub fn resolution(&self, camera: &CameraId) -> Option<[u32; 2]> {
+        let newest = self.camera(camera).and_then(|known| known.resolution);
+        newest.or_else(|| Some(self.camera_config(camera)?.resolution))
+    }
+
+    /// The model of an object that the site has.
+    #[must_use]
+    pub fn object_model(&self, id: &ObjectId) -> Option<ObjectModel> {
+        let config = self.object(id)?.config.as_ref()?;
+        // It was checked when it was taken in.
+        ObjectModel::try_from(config).ok()
+    }
+
     /// The object that has a tag and the edge of its black square, m. Of two objects that claim a tag the first by name has it.
     #[must_use]
     pub fn tag(&self, tag: TagId) -> Option<(&ObjectId, f64)> {

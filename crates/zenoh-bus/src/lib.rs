@@ -4,7 +4,6 @@
 //! Invariant: a zenoh callback only copies into a bounded queue (or answers a query from a stored value); no caller's
 //! code that may block runs on a zenoh thread.
 
-mod bounded_map;
 mod bus;
 mod compiled;
 mod config;
@@ -23,7 +22,6 @@ mod runtime;
 mod security;
 mod subscription;
 
-pub use bounded_map::{BoundedMap, Full};
 pub use bus::Bus;
 pub use control_probe::ControlProbe;
 pub use error::{BusError, SecurityError};
