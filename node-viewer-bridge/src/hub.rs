@@ -3,9 +3,9 @@
 //! Each kind of slot has room for so many ids, and all frames together for so many bytes. Drop rule: what finds no room is
 //! refused and counted; a slot without news for [`FORGOTTEN_NS`] is forgotten.
 
-use crate::outbox::Outbox;
 use axum::extract::ws;
 use sextant_process::monotonic_ns;
+use sextant_queue::{DropRule, Queue, StreamBounds};
 use sextant_site_mirror::limits::FORGOTTEN_NS;
 use sextant_site_mirror::{BoundedMap, Full};
 use std::collections::BTreeSet;
@@ -13,6 +13,13 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// One WebSocket frame, shared by all clients without a copy.
 pub(crate) type Frame = ws::Message;
+
+/// What waits for one client: the newest frame of each slot. For a client that has fallen behind for good everything is dropped and the
+/// connection is to be closed; a page then connects anew and gets the newest of everything.
+pub(crate) type Outbox = Queue<Frame, Slot>;
+
+/// What waits for a client at most: the newest of everything that the hub keeps, and some farewells.
+const WAITING: StreamBounds = StreamBounds::new(8192, 48 << 20);
 
 /// Bytes of a frame.
 pub(crate) fn length(frame: &Frame) -> usize {
@@ -127,6 +134,12 @@ impl Default for State {
     }
 }
 
+/// Frames that a client was not sent.
+fn skipped(outbox: &Outbox) -> u64 {
+    let counts = outbox.counts();
+    counts.replaced + counts.dropped
+}
+
 impl Hub {
     /// Hands a frame to every client and keeps it for later ones.
     pub(crate) fn publish(&self, slot: &Slot, frame: Frame) -> Result<(), Full> {
@@ -196,9 +209,9 @@ impl Hub {
         if state.clients.len() >= MAX_CLIENTS {
             return None;
         }
-        let outbox = Arc::new(Outbox::default());
+        let outbox = Arc::new(Outbox::new(WAITING, DropRule::All));
         for (slot, frame) in state.newest() {
-            outbox.put(slot, frame.clone());
+            outbox.put(slot.clone(), frame.clone(), length(frame));
         }
         state.clients.push(Arc::clone(&outbox));
         Some(outbox)
@@ -208,7 +221,7 @@ impl Hub {
     pub(crate) fn leave(&self, outbox: &Arc<Outbox>) {
         let mut state = self.lock();
         state.clients.retain(|client| !Arc::ptr_eq(client, outbox));
-        state.replaced_before += outbox.replaced();
+        state.replaced_before += skipped(outbox);
     }
 
     /// The newest text of every slot.
@@ -224,7 +237,7 @@ impl Hub {
     /// Present clients, and frames that clients have ever skipped.
     pub(crate) fn counts(&self) -> (usize, u64) {
         let state = self.lock();
-        let replaced: u64 = state.clients.iter().map(|client| client.replaced()).sum();
+        let replaced: u64 = state.clients.iter().map(|client| skipped(client)).sum();
         (state.clients.len(), state.replaced_before + replaced)
     }
 
@@ -275,7 +288,7 @@ impl State {
 
     fn hand_out(&self, slot: &Slot, frame: &Frame) {
         for client in &self.clients {
-            client.put(slot, frame.clone());
+            client.put(slot.clone(), frame.clone(), length(frame));
         }
     }
 }
@@ -292,9 +305,9 @@ mod tests {
         hub.publish(&pose, text("pose 2")).unwrap();
         hub.publish(&Slot::Rig, text("rig")).unwrap();
         let outbox = hub.join().unwrap();
-        assert_eq!(outbox.take(), Some(text("rig")));
-        assert_eq!(outbox.take(), Some(text("pose 2")));
-        assert_eq!(outbox.take(), None);
+        assert_eq!(outbox.try_pop(), Some(text("rig")));
+        assert_eq!(outbox.try_pop(), Some(text("pose 2")));
+        assert_eq!(outbox.try_pop(), None);
     }
 
     #[test]
@@ -308,8 +321,11 @@ mod tests {
             .unwrap();
         hub.forget_object("cube", &text("gone"));
         let late = hub.join().unwrap();
-        assert_eq!([late.take(), late.take()], [Some(text("other")), None]);
-        let heard: Vec<_> = std::iter::from_fn(|| present.take()).collect();
+        assert_eq!(
+            [late.try_pop(), late.try_pop()],
+            [Some(text("other")), None]
+        );
+        let heard: Vec<_> = std::iter::from_fn(|| present.try_pop()).collect();
         assert!(heard.contains(&text("gone")) && !heard.contains(&text("pose")));
     }
 
@@ -410,7 +426,7 @@ mod tests {
                 .unwrap();
             hub.forget_object(&id, &text("gone"));
         }
-        assert!(client.has_overflowed());
+        assert!(client.is_closed());
         assert_eq!((client.len(), bytes_kept(&hub)), (0, 0));
     }
 

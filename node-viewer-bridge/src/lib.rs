@@ -21,7 +21,6 @@ mod link_frames;
 mod message;
 mod metrics;
 mod network;
-mod outbox;
 #[cfg(test)]
 mod panic_tests;
 mod protection;

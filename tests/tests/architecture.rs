@@ -23,6 +23,7 @@ const FLOORS: &[&[&str]] = &[
     &["sextant-site-report", "sextant-simulator"],
     &["sextant-estimator", "sextant-proto", "sextant-calibrator"],
     &["sextant-site-mirror"],
+    &["sextant-queue"],
     &[
         "sextant-iceoryx-images",
         "sextant-zenoh-bus",

@@ -1,7 +1,7 @@
 //! A site that this program is connected to: subscriptions, and poses now, at a time and relative to one another.
 
 use crate::history::History;
-use crate::messages::Queue;
+use crate::messages::Inbox;
 use crate::{Error, Messages, Pose, SiteOptions, Transform};
 use sextant_proto::{AnyMessage, Keys, Kind, Message, ObjectPose, Observations};
 use sextant_site_mirror::SiteMirror;
@@ -187,13 +187,13 @@ impl Site {
         key: &str,
         read: impl Fn(&Item) -> Option<T> + Send + Sync + 'static,
     ) -> Result<Messages<T>, Error> {
-        let queue = Queue::new();
-        let intake = Arc::clone(&queue);
+        let inbox = Inbox::new();
+        let intake = Arc::clone(&inbox);
         let most = Kind::Observations.max_bytes();
         let subscription = self
             .bus
             .subscribe_with(key, most, move |item| intake.push(read(&item)))?;
-        Ok(Messages::new(queue, subscription, Arc::clone(&self.bus)))
+        Ok(Messages::new(inbox, subscription, Arc::clone(&self.bus)))
     }
 
     /// The history of an object, which begins with the first request.

@@ -17,7 +17,6 @@ mod probe;
 mod publisher;
 mod qos;
 mod query;
-mod queue;
 mod runtime;
 mod security;
 mod subscription;
@@ -32,8 +31,8 @@ pub use options::{BusOptions, Mode};
 pub use probe::why_no_router;
 pub use publisher::{Latest, Publisher, RawLatest, RawPublisher};
 pub use qos::Qos;
-pub use queue::{DropRule, QueueCounts, StreamBounds};
 pub use security::{
     Identity, KeyFiles, Member, Members, NodeKeys, Profile, Role, Security, SecurityOptions,
 };
+pub use sextant_queue::{DropRule, QueueCounts, StreamBounds};
 pub use subscription::{CallbackSubscription, Item, Payload, Subscription};

@@ -4,10 +4,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use sextant_proto::{DecodeError, Message, decode};
+use sextant_queue::{Queue, QueueCounts};
 use zenoh::bytes::ZBytes;
 use zenoh::sample::{Sample, SampleKind};
-
-use crate::queue::{Queue, QueueCounts};
 
 /// The bytes of a message.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -3,13 +3,20 @@
 use super::*;
 use crate::forwarder::tests::status;
 use sextant_proto::{
-    CameraClock, CameraConfig, CameraControls, CameraIntake, CameraStatus, ClockQuality,
-    ClockReport, FusionStatus, KeyRef, LensConfig, Message, NodeId, NodeKind, ObjectConfig,
-    ObjectPose, ObjectTagConfig, Rejections, RigConfig, TagObservation, Timing, encode,
+    CameraClock, CameraConfig, CameraIntake, CameraStatus, ClockReport, FusionStatus, KeyRef,
+    LensConfig, Message, NodeId, NodeKind, ObjectConfig, ObjectPose, ObjectTagConfig, Rejections,
+    RigConfig, TagObservation, Timing, encode,
 };
 use sextant_site_mirror::limits::{CAMERAS, OBJECTS, SILENCE_NS};
-use sextant_site_report::{Fault, State};
+use sextant_site_report::Fault;
 use sextant_tag_families::Family;
+
+/// The message of a golden file of the contract.
+macro_rules! golden {
+    ($name:literal) => {
+        serde_json::from_str(include_str!(concat!("../../../proto/golden/", $name))).unwrap()
+    };
+}
 
 const CAPTURE_NS: u64 = 1_800_000_000_000_000_000;
 const MS: u64 = 1_000_000;
@@ -39,17 +46,14 @@ fn image(id: &str, tags: &[u32]) -> Observations {
     };
     Observations {
         camera: camera(id),
-        sequence: 1,
         capture_ns: CAPTURE_NS,
-        exposure_ns: 0,
-        clock: ClockQuality::default(),
-        resolution: [640, 480],
         timing: Timing {
             received_ns: CAPTURE_NS + 10 * MS,
             detected_ns: CAPTURE_NS + 14 * MS,
             published_ns: CAPTURE_NS + 14 * MS,
         },
         tags: tags.iter().map(tag).collect(),
+        ..golden!("observations.json")
     }
 }
 
@@ -58,18 +62,10 @@ fn pose() -> ObjectPose {
     covariance[7] = 4e-6;
     ObjectPose {
         object: cube(),
-        epoch: 1,
-        sequence: 1,
         capture_ns: CAPTURE_NS,
         published_ns: CAPTURE_NS + 30 * MS,
-        state: State::Tracking,
-        position: [0.0; 3],
-        orientation: [0.0, 0.0, 0.0, 1.0],
         covariance,
-        twist: [0.0; 6],
-        cameras: 2,
-        tags: 3,
-        rms_px: 0.25,
+        ..golden!("object_pose.json")
     }
 }
 
@@ -135,20 +131,10 @@ fn fusion_status() -> FusionStatus {
 fn camera_status() -> CameraStatus {
     CameraStatus {
         camera: camera("north"),
-        version: "0.1.0".to_owned(),
         host: "a \"board\"".to_owned(),
         captured: 100,
-        detected: 90,
-        dropped: 10,
-        rate_hz: 30.0,
         detect_ms: [4.0, 8.0],
-        clock: ClockQuality::default(),
-        uptime_s: 60,
-        published: 90,
-        fallbacks: 0,
-        brightness: 100.0,
-        controls: CameraControls::default(),
-        notices: Vec::new(),
+        ..golden!("camera_status.json")
     }
 }
 

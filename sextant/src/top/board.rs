@@ -182,6 +182,13 @@ pub mod tests {
     use sextant_tag_families::Family;
     use sextant_zenoh_bus::Payload;
 
+    /// The message of a golden file of the contract.
+    macro_rules! golden {
+        ($name:literal) => {
+            serde_json::from_str(include_str!(concat!("../../../proto/golden/", $name))).unwrap()
+        };
+    }
+
     pub const NOW_NS: u64 = 1_800_000_000_000_000_000;
 
     fn item<M: Message>(key: String, message: &M) -> Item {
@@ -213,8 +220,6 @@ pub mod tests {
         };
         FusionStatus {
             node: NodeId::new("fusion").unwrap(),
-            version: "0.1.0".into(),
-            uptime_s: 60,
             epoch: Some(1),
             cameras: vec![north],
             foreign: Rejections::default(),
@@ -223,24 +228,20 @@ pub mod tests {
             faults_left_out: 0,
             imperfections: vec![],
             notices: vec![],
+            ..golden!("fusion_status.json")
         }
     }
 
     fn pose(object: &str) -> ObjectPose {
         ObjectPose {
             object: ObjectId::new(object).unwrap(),
-            epoch: 1,
-            sequence: 7,
             capture_ns: NOW_NS - 30_000_000,
             published_ns: NOW_NS - 9_500_000,
-            state: State::Tracking,
             position: [0.1, -0.2, 0.3],
-            orientation: [0.0, 0.0, 0.0, 1.0],
             covariance: std::array::from_fn(|k| if k % 7 == 0 { 1e-8 } else { 0.0 }),
-            twist: [0.0; 6],
             cameras: 3,
             tags: 5,
-            rms_px: 0.1,
+            ..golden!("object_pose.json")
         }
     }
 
@@ -254,10 +255,6 @@ pub mod tests {
         let mut board = Board::new(keys.clone());
         let status = CameraStatus {
             camera: north.clone(),
-            version: "0.1.0".into(),
-            host: "board".into(),
-            captured: 310,
-            detected: 300,
             dropped: 10,
             rate_hz: 29.9,
             detect_ms: [3.25, 4.5],
@@ -265,12 +262,8 @@ pub mod tests {
                 source: ClockSource::Ntp,
                 error_ns: 250_000,
             },
-            uptime_s: 10,
-            published: 300,
-            fallbacks: 0,
-            brightness: 0.0,
-            controls: sextant_proto::CameraControls::default(),
             notices: vec![],
+            ..golden!("camera_status.json")
         };
         board.take(&item(keys.camera_status(&north), &status), NOW_NS);
         let moved = Fault::CameraMoved {
