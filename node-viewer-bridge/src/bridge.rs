@@ -16,7 +16,7 @@ use crate::zones::ZoneService;
 use anyhow::{Context, anyhow};
 use sextant_process::{Exit, Shutdown, WithExit, memory, monotonic_ns, now_ns};
 use sextant_site_files::{FileError, read_toml};
-use sextant_site_mirror::{Rejection, Rejections, SiteMirror};
+use sextant_site_mirror::SiteMirror;
 use sextant_site_model::ObjectId;
 use std::io::ErrorKind;
 use std::net::{SocketAddr, TcpListener};
@@ -48,7 +48,6 @@ pub(crate) struct Shared {
     pub(crate) connected: AtomicBool,
     /// When the network's thread last worked, ms after `started`.
     network_turn_ms: AtomicU64,
-    rejections: Mutex<Rejections>,
 }
 
 impl Shared {
@@ -78,7 +77,6 @@ impl Shared {
             started: Instant::now(),
             connected: AtomicBool::new(false),
             network_turn_ms: AtomicU64::new(0),
-            rejections: Mutex::default(),
         };
         shared.zones.show(&shared.hub);
         Ok(shared)
@@ -121,23 +119,6 @@ impl Shared {
             let farewell = frame_of(&Message::ObjectGone { id: &id });
             self.hub.forget_object(&id, &farewell);
         }
-    }
-
-    /// A payload was not shown.
-    pub(crate) fn count(&self, why: &Rejection) {
-        let mut rejections = self
-            .rejections
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
-        rejections.count(why);
-    }
-
-    /// What was not shown until now.
-    pub(crate) fn rejections(&self) -> Rejections {
-        self.rejections
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .clone()
     }
 
     #[cfg(test)]

@@ -38,7 +38,6 @@ impl Forwarder {
         self.shared.last_seconds.take(&key, item, now_ns());
         if let Err(why) = self.try_take(&key, item) {
             tracing::debug!(key = item.key, ?why, "payload not shown");
-            self.shared.count(&why);
         }
     }
 
@@ -93,6 +92,9 @@ impl Forwarder {
         drop(site);
         let Update { message, gone } = update;
         let shown = self.show_message(key, message);
+        if let Err(why) = &shown {
+            self.shared.mirror().count(why);
+        }
         gone.iter().for_each(|object| self.shared.forget(object));
         shown
     }
@@ -311,7 +313,7 @@ pub(crate) mod tests {
         let texts = shared.hub.newest_texts();
         let others = texts.iter().filter(|text| !own.contains(text));
         let texts = others.map(ToString::to_string).collect();
-        let counted = serde_json::to_value(shared.rejections()).unwrap();
+        let counted = serde_json::to_value(shared.mirror().rejections()).unwrap();
         (texts, counted)
     }
 

@@ -366,7 +366,7 @@ async fn figures(State(context): State<Context>) -> Response<Body> {
         uptime_s: shared.started.elapsed().as_secs_f64(),
         clients,
         replaced,
-        rejected: serde_json::to_value(shared.rejections()).unwrap_or_default(),
+        rejected: serde_json::to_value(shared.mirror().rejections()).unwrap_or_default(),
     };
     let text = shared
         .metrics
@@ -409,7 +409,7 @@ async fn tell_status(shared: Arc<Shared>) {
             network: shared.connected.load(Ordering::Relaxed),
             clients,
             replaced,
-            rejected: shared.rejections(),
+            rejected: *shared.mirror().rejections(),
             webhook: shared.webhook.as_ref().map(Webhook::counts),
         };
         // One slot: fails only when other frames fill the hub.

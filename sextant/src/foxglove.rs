@@ -10,7 +10,7 @@ use crate::site::{RouterWatch, Site, SiteArguments, is_request};
 use clap::Args;
 use hub::{Hub, Lifetime};
 use sextant_process::now_ns;
-use sextant_proto::{AnyMessage, Keys, ObjectConfig, RigConfig, limits};
+use sextant_proto::{AnyMessage, Keys, limits};
 use sextant_recordings::foxglove::layout::layout;
 use sextant_site_mirror::{Rejection, SiteMirror};
 use sextant_zenoh_bus::{CallbackSubscription, Item};
@@ -77,15 +77,11 @@ pub fn run(arguments: &FoxgloveArguments, format: Format) -> anyhow::Result<()> 
 }
 
 fn print_layout(site: Site) -> anyhow::Result<()> {
-    let latest = |key: &str| site.bus.latest(key, limits::MAX_PAYLOAD_BYTES, ANSWER);
-    let rigs = latest(&site.keys.config_rig())?;
-    let rigs = rigs.iter().filter_map(|item| item.decode().ok());
-    let cameras = rigs.flat_map(|rig: RigConfig| rig.cameras);
-    let cameras: Vec<_> = cameras.map(|camera| camera.id).collect();
-    let objects = latest(&site.keys.all_config_objects())?;
-    let objects = objects.iter().filter_map(|item| item.decode().ok());
-    let objects = objects.filter(|object: &ObjectConfig| !object.is_removal());
-    let objects: Vec<_> = objects.map(|object| object.id).collect();
+    let keys = [site.keys.config_rig(), site.keys.all_config_objects()];
+    let mirror = site.mirror(&keys)?;
+    let cameras = mirror.rig().into_iter().flat_map(|rig| &rig.cameras);
+    let cameras: Vec<_> = cameras.map(|camera| camera.id.clone()).collect();
+    let objects: Vec<_> = mirror.configs().map(|object| object.id.clone()).collect();
     print_line(&serde_json::to_string_pretty(&layout(&cameras, &objects))?)?;
     site.bus.close();
     Ok(())

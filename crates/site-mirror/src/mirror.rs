@@ -166,6 +166,11 @@ impl SiteMirror {
         gone
     }
 
+    /// Counts a payload that was taken in and then had no effect for this cause.
+    pub fn count(&mut self, why: &Rejection) {
+        self.rejections.count(why);
+    }
+
     /// Counts of refused payloads.
     #[must_use]
     pub fn rejections(&self) -> &Rejections {

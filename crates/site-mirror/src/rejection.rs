@@ -38,7 +38,7 @@ pub struct Rejections {
 
 impl Rejections {
     /// Counts a refused payload under its cause.
-    pub fn count(&mut self, why: &Rejection) {
+    pub(crate) fn count(&mut self, why: &Rejection) {
         let counter = match why {
             Rejection::Undecodable(cause) => return self.undecodable.count(cause),
             Rejection::WrongId => &mut self.wrong_id,

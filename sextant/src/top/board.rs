@@ -262,6 +262,8 @@ pub mod tests {
                 source: ClockSource::Ntp,
                 error_ns: 250_000,
             },
+            fallbacks: 0,
+            controls: sextant_proto::CameraControls::default(),
             notices: vec![],
             ..golden!("camera_status.json")
         };
