@@ -7,7 +7,6 @@ mod inspection;
 mod models;
 mod observe;
 mod outbound;
-mod sizes;
 mod statistics;
 mod unread;
 

@@ -8,6 +8,7 @@ use sextant_process::ClockQuality;
 use sextant_proto::{
     CameraIntake, ClockSource, InputSource, KeyRef, Keys, Notice, Observations, Rejections, decode,
 };
+use sextant_site_mirror::limits::SILENCE_NS;
 use sextant_site_model::{CameraId, ImageObservation};
 use std::collections::BTreeMap;
 
@@ -73,7 +74,7 @@ pub struct Counts {
 }
 
 /// A camera that is silent for so long while others send is reported, s.
-const SILENCE_S: f64 = 3.0;
+const SILENCE_S: f64 = SILENCE_NS as f64 * 1e-9;
 
 impl Intake {
     /// An intake for the cameras of a rig; observations may be older than usual by `max_age_s` seconds.

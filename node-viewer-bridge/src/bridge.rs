@@ -1,25 +1,28 @@
 //! The process: bind first (a taken port is said at once), then network and server side by side until asked to stop.
 
 use crate::config::ViewerConfig;
+use crate::forwarder::frame_of;
 use crate::guard::HostRule;
 use crate::hub::Hub;
 use crate::last_seconds::LastSeconds;
+use crate::message::Message;
 use crate::metrics::Metrics;
 use crate::network;
 use crate::protection::Protection;
-use crate::rejections::{Rejection, Rejections};
 use crate::server;
 use crate::webhook::Webhook;
 use crate::wizard::{self, WizardService};
 use crate::zones::ZoneService;
 use anyhow::{Context, anyhow};
-use sextant_process::{Exit, Shutdown, WithExit, memory, now_ns};
+use sextant_process::{Exit, Shutdown, WithExit, memory, monotonic_ns, now_ns};
 use sextant_site_files::{FileError, read_toml};
+use sextant_site_mirror::SiteMirror;
+use sextant_site_model::ObjectId;
 use std::io::ErrorKind;
 use std::net::{SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 /// The network's thread has hung when it needs longer than this for one iteration; it may wait for answers and for the end of a session.
@@ -31,6 +34,8 @@ pub(crate) struct Shared {
     pub(crate) hosts: HostRule,
     pub(crate) protection: Protection,
     pub(crate) hub: Hub,
+    /// The site as heard; times are of the monotonic clock.
+    mirror: Mutex<SiteMirror>,
     pub(crate) metrics: Metrics,
     /// What can be saved as a recording.
     pub(crate) last_seconds: LastSeconds,
@@ -43,7 +48,6 @@ pub(crate) struct Shared {
     pub(crate) connected: AtomicBool,
     /// When the network's thread last worked, ms after `started`.
     network_turn_ms: AtomicU64,
-    rejections: Mutex<Rejections>,
 }
 
 impl Shared {
@@ -67,12 +71,12 @@ impl Shared {
             config,
             protection,
             hub: Hub::default(),
+            mirror: Mutex::default(),
             metrics: Metrics::default(),
             last_seconds: LastSeconds::default(),
             started: Instant::now(),
             connected: AtomicBool::new(false),
             network_turn_ms: AtomicU64::new(0),
-            rejections: Mutex::default(),
         };
         shared.zones.show(&shared.hub);
         Ok(shared)
@@ -94,21 +98,27 @@ impl Shared {
         self.elapsed_ms().saturating_sub(last_ms) < LONGEST_TURN_MS
     }
 
-    /// A payload was not shown.
-    pub(crate) fn count(&self, why: &Rejection) {
-        let mut rejections = self
-            .rejections
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
-        rejections.count(why);
+    /// The site as heard; held for a moment only, since the network's threads wait for it.
+    pub(crate) fn mirror(&self) -> MutexGuard<'_, SiteMirror> {
+        // Nothing under the lock panics half way, so a poisoned mirror is a whole one.
+        self.mirror.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// What was not shown until now.
-    pub(crate) fn rejections(&self) -> Rejections {
-        self.rejections
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .clone()
+    /// Forgets what nothing was heard of for long.
+    pub(crate) fn expire(&self) {
+        let gone = self.mirror().expire(monotonic_ns());
+        gone.iter().for_each(|object| self.forget(object));
+        self.metrics.keep_known(&self.mirror());
+        self.hub.expire(monotonic_ns());
+    }
+
+    /// The site has this object and its links no more.
+    pub(crate) fn forget(&self, object: &ObjectId) {
+        self.zones.forget_object(object, &self.hub);
+        for id in self.hub.parts_of(object.as_str()) {
+            let farewell = frame_of(&Message::ObjectGone { id: &id });
+            self.hub.forget_object(&id, &farewell);
+        }
     }
 
     #[cfg(test)]

@@ -1,43 +1,32 @@
-//! Payloads of the site's keys into the hub. Runs on the network's threads: decodes, writes JSON, never waits.
+//! Payloads of the site's keys into the mirror of the site and the hub. Runs on the network's threads: decodes, writes JSON, never waits.
 
 use crate::bridge::Shared;
 use crate::hub::{Frame, Slot};
-use crate::inventory::Inventory;
 use crate::link_frames::Part;
 use crate::message::{Message, Models};
 use crate::metrics::Moment;
-use crate::rejections::Rejection;
 use crate::wizard::Offer;
 use crate::{link_frames, translate};
-use sextant_process::{fail_point, now_ns};
-use sextant_proto::{ANNOUNCED, DecodeError, EpochFilter, KeyRef, Keys, NodeKind};
+use sextant_process::{fail_point, monotonic_ns, now_ns};
+use sextant_proto::{AnyMessage, KeyRef, Keys, NodeKind};
 use sextant_proto::{
-    CameraStatus, ClockReport, ConfigAnswer, DetectionReport, FusionStatus, NodeId, ObjectConfig,
-    ObjectLinks, ObjectPose, ObjectTruth, Observations, Preview, Proposal, RigConfig, decode,
+    FusionStatus, NodeId, ObjectConfig, ObjectLinks, ObjectPose, Observations, Proposal,
 };
-use sextant_site_model::{ImageObservation, ObjectId, ObjectModel, Rig};
-use sextant_zenoh_bus::{Item, Payload, Presence};
+use sextant_site_mirror::{Rejection, Update};
+use sextant_site_model::ImageObservation;
+use sextant_zenoh_bus::{Item, Presence};
 use std::collections::BTreeSet;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Instant;
+use std::sync::Arc;
 
-/// Decodes messages and forwards them to the hub and the wizards; counts those that it cannot show.
+/// Hands messages to the mirror of the site, and what they bring to the hub and the wizards; counts those that it cannot show.
 pub(crate) struct Forwarder {
     keys: Keys,
     shared: Arc<Shared>,
-    inventory: Mutex<Inventory>,
-    /// Of poses and links, which have the same epochs.
-    epochs: Mutex<EpochFilter>,
 }
 
 impl Forwarder {
     pub(crate) fn new(keys: Keys, shared: Arc<Shared>) -> Self {
-        Self {
-            keys,
-            shared,
-            inventory: Mutex::default(),
-            epochs: Mutex::default(),
-        }
+        Self { keys, shared }
     }
 
     /// A message of the network. Keys below the site that mean nothing to us belong to others and are passed over.
@@ -49,7 +38,6 @@ impl Forwarder {
         self.shared.last_seconds.take(&key, item, now_ns());
         if let Err(why) = self.try_take(&key, item) {
             tracing::debug!(key = item.key, ?why, "payload not shown");
-            self.shared.count(&why);
         }
     }
 
@@ -67,16 +55,18 @@ impl Forwarder {
             id: &id,
             up,
         };
-        if kind == NodeKind::Fusion {
-            if !up {
-                self.forget_offers(&id);
-            }
-            self.shared.wizard.fusion_node(&id, up);
+        if kind == NodeKind::Fusion && !up {
+            self.forget_offers(&id);
         }
-        self.shared.metrics.presence(kind, &id, up, moment());
+        let mut site = self.shared.mirror();
+        match up {
+            // A flood of tokens is bounded like everything else, and there is no payload to blame.
+            true => drop(site.handle_joined(monotonic_ns(), kind, &id)),
+            false => site.handle_left(monotonic_ns(), kind, &id),
+        }
+        drop(site);
         let slot = Slot::Alive(kind.as_str().to_owned(), id.to_string());
         let (hub, frame) = (&self.shared.hub, frame_of(&message));
-        // A flood of tokens is bounded like everything else, and there is no payload to blame.
         let _ = match up {
             true => hub.publish_lasting(&slot, frame),
             false => hub.publish(&slot, frame),
@@ -85,106 +75,82 @@ impl Forwarder {
     }
 
     fn try_take(&self, key: &KeyRef, item: &Item) -> Result<(), Rejection> {
-        let bytes = match &item.payload {
-            Payload::Bytes(bytes) => bytes,
-            Payload::TooLong(length) => {
-                return Err(Rejection::Undecodable(DecodeError::TooLong(*length)));
-            }
+        // Liveliness has its own way in; inputs are for recordings, heartbeats among fusion nodes.
+        if matches!(
+            key,
+            KeyRef::Alive(..) | KeyRef::Inputs(_) | KeyRef::Heartbeat(_)
+        ) {
+            return Ok(());
+        }
+        let now = Moment {
+            at_ns: monotonic_ns(),
+            wall_ns: now_ns(),
         };
-        match key {
-            KeyRef::Observations(camera) => {
-                let message: Observations = read(bytes, camera, |m: &Observations| &m.camera)?;
-                self.offer(&message);
-                self.shared.metrics.observations(&message, moment());
-                let slot = Slot::Observations(camera.to_string());
-                self.show(slot, &translate::observations(&message))
-            }
-            KeyRef::Preview(camera) => {
-                let message: Preview = read(bytes, camera, |m: &Preview| &m.camera)?;
+        let mut site = self.shared.mirror();
+        let update = site.handle(now.at_ns, key, item.sender.as_deref(), item.try_bytes())?;
+        self.shared.metrics.count(&update.message, &site, now);
+        drop(site);
+        let Update { message, gone } = update;
+        let shown = self.show_message(key, message);
+        if let Err(why) = &shown {
+            self.shared.mirror().count(why);
+        }
+        gone.iter().for_each(|object| self.shared.forget(object));
+        shown
+    }
+
+    fn show_message(&self, key: &KeyRef, message: AnyMessage) -> Result<(), Rejection> {
+        match message {
+            AnyMessage::Observations(message) => self.show_image(&message),
+            AnyMessage::Preview(message) => {
                 let frame = Frame::Binary(translate::preview(&message).into());
-                self.publish(Slot::Preview(camera.to_string()), frame)
+                self.publish(Slot::Preview(message.camera.to_string()), frame)
             }
-            KeyRef::CameraStatus(camera) => {
-                let message: CameraStatus = read(bytes, camera, |m: &CameraStatus| &m.camera)?;
-                self.shared.metrics.camera_status(&message, moment());
-                let slot = Slot::CameraStatus(camera.to_string());
+            AnyMessage::CameraStatus(message) => {
+                let slot = Slot::CameraStatus(message.camera.to_string());
                 self.show(slot, &Message::CameraStatus(&message))
             }
-            KeyRef::DetectionReport(camera) => {
-                let message = read(bytes, camera, |m: &DetectionReport| &m.camera)?;
-                let slot = Slot::DetectionReport(camera.to_string());
+            AnyMessage::DetectionReport(message) => {
+                let slot = Slot::DetectionReport(message.camera.to_string());
                 self.show(slot, &Message::DetectionReport(&message))
             }
-            KeyRef::Pose(object) => {
-                let message: ObjectPose = read(bytes, object, |m: &ObjectPose| &m.object)?;
-                if !self.is_current(object, message.epoch) {
-                    return Ok(());
-                }
-                self.shared.metrics.pose(&message, moment());
-                self.shared.zones.take_pose(&message, &self.shared.hub);
-                self.show(Slot::Pose(object.to_string()), &translate::pose(&message))
+            AnyMessage::ObjectPose(message) => self.show_pose(&message),
+            AnyMessage::ObjectTruth(message) => {
+                let slot = Slot::Truth(message.object.to_string());
+                self.show(slot, &translate::truth(&message))
             }
-            KeyRef::Truth(object) => {
-                let message: ObjectTruth = read(bytes, object, |m: &ObjectTruth| &m.object)?;
-                self.show(Slot::Truth(object.to_string()), &translate::truth(&message))
+            AnyMessage::ObjectLinks(message) => self.show_links(&message),
+            AnyMessage::FusionStatus(message) => self.show_status(&message),
+            AnyMessage::ClockReport(message) => {
+                let slot = Slot::Clocks(message.node.to_string());
+                self.show(slot, &Message::Clocks(&message))
             }
-            KeyRef::FusionStatus(node) => {
-                self.take_status(&read(bytes, node, |m: &FusionStatus| &m.node)?)
-            }
-            KeyRef::Clocks(node) => {
-                let message: ClockReport = read(bytes, node, |m: &ClockReport| &m.node)?;
-                self.shared.metrics.clocks(&message, moment());
-                self.show(Slot::Clocks(node.to_string()), &Message::Clocks(&message))
-            }
-            KeyRef::ConfigRig => {
-                let message: RigConfig = decode(bytes).map_err(Rejection::Undecodable)?;
-                self.shared.metrics.rig(&message);
-                if let Ok(rig) = Rig::try_from(&message) {
-                    self.shared.wizard.take_rig(rig);
-                }
+            AnyMessage::RigConfig(message) if *key == KeyRef::ConfigRig => {
                 self.show(Slot::Rig, &translate::rig(&message))
             }
-            KeyRef::ConfigObject(object) => {
-                let message: ObjectConfig = read(bytes, object, |m: &ObjectConfig| &m.id)?;
-                self.shared.metrics.object(&message);
-                self.take_object(&message, item.sender.as_deref().unwrap_or_default())
+            AnyMessage::ObjectConfig(message) if matches!(key, KeyRef::ConfigObject(_)) => {
+                self.show_object(&message)
             }
-            KeyRef::Links(object) => {
-                let message: ObjectLinks = read(bytes, object, |m: &ObjectLinks| &m.object)?;
-                match self.is_current(object, message.epoch) {
-                    true => self.show_links(&message),
-                    false => Ok(()),
-                }
-            }
-            // The camera's status says what became of them.
-            KeyRef::ConfigCamera(_) => Ok(()),
-            // Liveliness has its own way in; a payload there is somebody's mistake, without effect.
-            KeyRef::Alive(..) => Ok(()),
-            KeyRef::ConfigAnswer(node) => {
-                let answer = read(bytes, node, |m: &ConfigAnswer| &m.node)?;
+            AnyMessage::ConfigAnswer(answer) => {
                 self.shared.wizard.take_answer(&answer);
                 Ok(())
             }
-            KeyRef::Proposal(node) => {
-                let proposal = read(bytes, node, |m: &Proposal| &m.node)?;
-                self.take_offer(Offer::Refinement, proposal)
-            }
-            KeyRef::Former(node) => {
-                let proposal = read(bytes, node, |m: &Proposal| &m.node)?;
-                self.take_offer(Offer::Former, proposal)
-            }
-            // The page reverts by the proposal under `former`.
-            KeyRef::FormerRig(_) | KeyRef::FormerObject(..) => Ok(()),
-            // For recordings.
-            KeyRef::Inputs(_) => Ok(()),
-            // Among fusion nodes.
-            KeyRef::Heartbeat(_) => Ok(()),
+            AnyMessage::Proposal(proposal) => match key {
+                KeyRef::Proposal(_) => self.take_offer(Offer::Refinement, proposal),
+                _ => self.take_offer(Offer::Former, proposal),
+            },
+            // The page reverts by the proposal under `former`, and the camera's status says what became of its settings.
+            AnyMessage::RigConfig(_)
+            | AnyMessage::ObjectConfig(_)
+            | AnyMessage::CameraSettings(_)
+            | AnyMessage::FusionInputs(_)
+            | AnyMessage::Heartbeat(_) => Ok(()),
         }
     }
 
     /// What a fusion node offers to be put in force.
     fn take_offer(&self, offer: Offer, proposal: Proposal) -> Result<(), Rejection> {
-        let objects = proposal.object_configs().map_err(Rejection::Undecodable)?;
+        let objects = proposal.object_configs()?;
         let models = Models {
             node: &proposal.node,
             t_ns: proposal.t_ns,
@@ -209,45 +175,26 @@ impl Forwarder {
             // There was room for it, or it was never shown.
             let _ = self.take_offer(offer, Proposal::none(node.clone(), 0));
         }
+        self.shared.wizard.forget_offers(node);
     }
 
-    /// Objects that a fusion node has no more leave the page.
-    fn take_status(&self, status: &FusionStatus) -> Result<(), Rejection> {
-        self.shared.metrics.fusion_status(status, moment());
+    fn show_status(&self, status: &FusionStatus) -> Result<(), Rejection> {
         let slot = Slot::FusionStatus(status.node.to_string());
         self.show(slot, &Message::FusionStatus(status))?;
         let objects = status.objects.iter().map(|object| object.object.as_str());
         let objects: BTreeSet<&str> = objects.collect();
         self.shared.hub.confirm_objects(&objects);
-        self.shared.wizard.confirm_objects(&objects);
-        let gone = self.inventory().take(Instant::now(), status);
-        gone.iter().for_each(|object| self.forget(object));
         Ok(())
     }
 
-    /// Whether a pose is of the fusion node that publishes now; late messages of a former one are dropped.
-    fn is_current(&self, object: &ObjectId, epoch: u64) -> bool {
-        let mut epochs = self.epochs.lock().unwrap_or_else(PoisonError::into_inner);
-        epochs.admits(object, epoch, now_ns())
+    fn show_pose(&self, pose: &ObjectPose) -> Result<(), Rejection> {
+        self.shared.zones.take_pose(pose, &self.shared.hub);
+        self.show(Slot::Pose(pose.object.to_string()), &translate::pose(pose))
     }
 
-    fn inventory(&self) -> MutexGuard<'_, Inventory> {
-        self.inventory
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// A removal counts when a fusion node announces it. Where somebody else asks for one, the fusion nodes' statuses show whether the
-    /// object is gone.
-    fn take_object(&self, object: &ObjectConfig, sender: &str) -> Result<(), Rejection> {
+    fn show_object(&self, object: &ObjectConfig) -> Result<(), Rejection> {
         if object.is_removal() {
-            if sender.starts_with(ANNOUNCED) {
-                self.forget(&object.id);
-            }
             return Ok(());
-        }
-        if let Ok(model) = ObjectModel::try_from(object) {
-            self.shared.wizard.take_object(model);
         }
         if object.links.is_empty() {
             let slot = Slot::Object(object.id.to_string());
@@ -280,22 +227,12 @@ impl Forwarder {
         })
     }
 
-    /// The object and its links.
-    fn forget(&self, object: &ObjectId) {
-        self.shared.wizard.forget_object(object);
-        self.shared.zones.forget_object(object, &self.shared.hub);
-        for id in self.shared.hub.parts_of(object.as_str()) {
-            let farewell = frame_of(&Message::ObjectGone { id: &id });
-            self.shared.hub.forget_object(&id, &farewell);
-        }
-    }
-
-    /// To the wizard that may be at work.
-    fn offer(&self, message: &Observations) {
-        let resolution = message.resolution.map(u32::from);
+    /// To the clients, and to the wizard that may be at work.
+    fn show_image(&self, message: &Observations) -> Result<(), Rejection> {
         let service = &self.shared.wizard;
-        service.take_resolution(&message.camera, resolution);
         service.offer(|| with_real_tags(ImageObservation::from(message)));
+        let slot = Slot::Observations(message.camera.to_string());
+        self.show(slot, &translate::observations(message))
     }
 
     fn show(&self, slot: Slot, message: &Message<'_>) -> Result<(), Rejection> {
@@ -303,10 +240,7 @@ impl Forwarder {
     }
 
     fn publish(&self, slot: Slot, frame: Frame) -> Result<(), Rejection> {
-        self.shared
-            .hub
-            .publish(&slot, frame)
-            .map_err(|_| Rejection::TooMany)
+        Ok(self.shared.hub.publish(&slot, frame)?)
     }
 }
 
@@ -318,38 +252,40 @@ fn with_real_tags(mut image: ImageObservation) -> ImageObservation {
     image
 }
 
-/// Now.
-fn moment() -> Moment {
-    Moment {
-        at: Instant::now(),
-        ns: now_ns(),
-    }
-}
-
 /// A message as a text frame.
 pub(crate) fn frame_of(message: &Message<'_>) -> Frame {
     // Plain data with string keys: writing it into memory cannot fail.
     Frame::Text(serde_json::to_string(message).unwrap_or_default().into())
 }
 
-/// Decodes a message that must name the id of its key.
-fn read<M: sextant_proto::Message, Id: PartialEq>(
-    bytes: &[u8],
-    expected: &Id,
-    id_of: impl Fn(&M) -> &Id,
-) -> Result<M, Rejection> {
-    let message: M = decode(bytes).map_err(Rejection::Undecodable)?;
-    if id_of(&message) == expected {
-        Ok(message)
-    } else {
-        Err(Rejection::WrongId)
-    }
-}
-
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
-    use sextant_proto::{ObjectTagConfig, encode};
+    use sextant_proto::{ObjectHealth, ObjectTagConfig, ObjectTruth, Rejections, encode};
+    use sextant_site_model::ObjectId;
+    use sextant_site_report::State;
+    use sextant_zenoh_bus::Payload;
+
+    pub(crate) fn status(node: &str, objects: &[&str]) -> FusionStatus {
+        let health = |id: &&str| ObjectHealth {
+            object: ObjectId::new(id).unwrap(),
+            state: State::Tracking,
+            rate_hz: 30.0,
+        };
+        FusionStatus {
+            node: NodeId::new(node).unwrap(),
+            version: String::new(),
+            uptime_s: 1,
+            epoch: Some(1),
+            cameras: vec![],
+            foreign: Rejections::default(),
+            objects: objects.iter().map(health).collect(),
+            faults: vec![],
+            faults_left_out: 0,
+            imperfections: vec![],
+            notices: vec![],
+        }
+    }
 
     fn truth() -> ObjectTruth {
         ObjectTruth {
@@ -377,7 +313,7 @@ mod tests {
         let texts = shared.hub.newest_texts();
         let others = texts.iter().filter(|text| !own.contains(text));
         let texts = others.map(ToString::to_string).collect();
-        let counted = serde_json::to_value(shared.rejections()).unwrap();
+        let counted = serde_json::to_value(shared.mirror().rejections()).unwrap();
         (texts, counted)
     }
 
@@ -395,7 +331,7 @@ mod tests {
     #[test]
     fn an_object_is_gone_when_its_fusion_node_lacks_it() {
         let status = |objects: &[&str]| {
-            let status = crate::inventory::samples::status("f", objects);
+            let status = status("f", objects);
             Payload::Bytes(encode(&status).unwrap())
         };
         let key = "fusion/f/status";

@@ -1,17 +1,25 @@
 //! The newest frame of each slot, and the outboxes of the connected clients.
 //!
 //! Each kind of slot has room for so many ids, and all frames together for so many bytes. Drop rule: what finds no room is
-//! refused and counted; a slot without news for [`EXPIRY`] is forgotten.
+//! refused and counted; a slot without news for [`FORGOTTEN_NS`] is forgotten.
 
-use crate::outbox::Outbox;
 use axum::extract::ws;
-use sextant_zenoh_bus::{BoundedMap, Full};
+use sextant_process::monotonic_ns;
+use sextant_queue::{DropRule, Queue, StreamBounds};
+use sextant_site_mirror::limits::FORGOTTEN_NS;
+use sextant_site_mirror::{BoundedMap, Full};
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
 
 /// One WebSocket frame, shared by all clients without a copy.
 pub(crate) type Frame = ws::Message;
+
+/// What waits for one client: the newest frame of each slot. For a client that has fallen behind for good everything is dropped and the
+/// connection is to be closed; a page then connects anew and gets the newest of everything.
+pub(crate) type Outbox = Queue<Frame, Slot>;
+
+/// What waits for a client at most: the newest of everything that the hub keeps, and some farewells.
+const WAITING: StreamBounds = StreamBounds::new(8192, 48 << 20);
 
 /// Bytes of a frame.
 pub(crate) fn length(frame: &Frame) -> usize {
@@ -57,8 +65,6 @@ const ROOM: [usize; 18] = [
 ];
 /// Bytes of all frames that are kept.
 const MAX_BYTES: usize = 32 << 20;
-/// How long a slot without news is kept.
-const EXPIRY: Duration = Duration::from_secs(300);
 /// Clients at one time.
 const MAX_CLIENTS: usize = 64;
 
@@ -120,7 +126,7 @@ struct State {
 impl Default for State {
     fn default() -> Self {
         Self {
-            newest: ROOM.map(|room| BoundedMap::new(room, EXPIRY)),
+            newest: ROOM.map(|room| BoundedMap::new(room, FORGOTTEN_NS)),
             bytes: 0,
             clients: Vec::new(),
             replaced_before: 0,
@@ -128,11 +134,17 @@ impl Default for State {
     }
 }
 
+/// Frames that a client was not sent.
+fn skipped(outbox: &Outbox) -> u64 {
+    let counts = outbox.counts();
+    counts.replaced + counts.dropped
+}
+
 impl Hub {
     /// Hands a frame to every client and keeps it for later ones.
     pub(crate) fn publish(&self, slot: &Slot, frame: Frame) -> Result<(), Full> {
         let mut state = self.lock();
-        state.keep(Instant::now(), slot, &frame, slot.lasts())?;
+        state.keep(monotonic_ns(), slot, &frame, slot.lasts())?;
         state.hand_out(slot, &frame);
         Ok(())
     }
@@ -140,7 +152,7 @@ impl Hub {
     /// As [`Self::publish`], of a frame that holds until the next of its slot.
     pub(crate) fn publish_lasting(&self, slot: &Slot, frame: Frame) -> Result<(), Full> {
         let mut state = self.lock();
-        state.keep(Instant::now(), slot, &frame, true)?;
+        state.keep(monotonic_ns(), slot, &frame, true)?;
         state.hand_out(slot, &frame);
         Ok(())
     }
@@ -151,12 +163,12 @@ impl Hub {
             Slot::Object(id) => objects.contains(id.split('.').next().unwrap_or(id)),
             _ => false,
         };
-        self.lock().newest[Slot::Object(String::new()).kind()].touch_where(Instant::now(), is_one);
+        self.lock().newest[Slot::Object(String::new()).kind()].touch_where(monotonic_ns(), is_one);
     }
 
     /// Forgets slots without news.
-    pub(crate) fn expire(&self, now: Instant) {
-        self.lock().expire(now);
+    pub(crate) fn expire(&self, now_ns: u64) {
+        self.lock().expire(now_ns);
     }
 
     /// The ids under which clients know an object and its links: its own, and those that go on with a dot.
@@ -197,9 +209,9 @@ impl Hub {
         if state.clients.len() >= MAX_CLIENTS {
             return None;
         }
-        let outbox = Arc::new(Outbox::default());
+        let outbox = Arc::new(Outbox::new(WAITING, DropRule::All));
         for (slot, frame) in state.newest() {
-            outbox.put(slot, frame.clone());
+            outbox.put(slot.clone(), frame.clone(), length(frame));
         }
         state.clients.push(Arc::clone(&outbox));
         Some(outbox)
@@ -209,7 +221,7 @@ impl Hub {
     pub(crate) fn leave(&self, outbox: &Arc<Outbox>) {
         let mut state = self.lock();
         state.clients.retain(|client| !Arc::ptr_eq(client, outbox));
-        state.replaced_before += outbox.replaced();
+        state.replaced_before += skipped(outbox);
     }
 
     /// The newest text of every slot.
@@ -225,7 +237,7 @@ impl Hub {
     /// Present clients, and frames that clients have ever skipped.
     pub(crate) fn counts(&self) -> (usize, u64) {
         let state = self.lock();
-        let replaced: u64 = state.clients.iter().map(|client| client.replaced()).sum();
+        let replaced: u64 = state.clients.iter().map(|client| skipped(client)).sum();
         (state.clients.len(), state.replaced_before + replaced)
     }
 
@@ -242,7 +254,7 @@ impl State {
 
     fn keep(
         &mut self,
-        now: Instant,
+        now_ns: u64,
         slot: &Slot,
         frame: &Frame,
         is_lasting: bool,
@@ -253,8 +265,8 @@ impl State {
         }
         let kind = &mut self.newest[slot.kind()];
         let gave_way = match is_lasting {
-            true => kind.insert_lasting(now, slot.clone(), frame.clone())?,
-            false => kind.insert(now, slot.clone(), frame.clone())?,
+            true => kind.insert_lasting(now_ns, slot.clone(), frame.clone())?,
+            false => kind.insert(now_ns, slot.clone(), frame.clone())?,
         };
         self.bytes = self.bytes + length(frame) - gave_way.as_ref().map_or(0, length);
         Ok(())
@@ -266,16 +278,17 @@ impl State {
         removed.is_some()
     }
 
-    fn expire(&mut self, now: Instant) {
+    fn expire(&mut self, now_ns: u64) {
         for kind in &mut self.newest {
-            let expired: usize = kind.expire(now).iter().map(length).sum();
-            self.bytes -= expired;
+            let expired = kind.expire(now_ns);
+            let bytes: usize = expired.iter().map(|(_, frame)| length(frame)).sum();
+            self.bytes -= bytes;
         }
     }
 
     fn hand_out(&self, slot: &Slot, frame: &Frame) {
         for client in &self.clients {
-            client.put(slot, frame.clone());
+            client.put(slot.clone(), frame.clone(), length(frame));
         }
     }
 }
@@ -292,9 +305,9 @@ mod tests {
         hub.publish(&pose, text("pose 2")).unwrap();
         hub.publish(&Slot::Rig, text("rig")).unwrap();
         let outbox = hub.join().unwrap();
-        assert_eq!(outbox.take(), Some(text("rig")));
-        assert_eq!(outbox.take(), Some(text("pose 2")));
-        assert_eq!(outbox.take(), None);
+        assert_eq!(outbox.try_pop(), Some(text("rig")));
+        assert_eq!(outbox.try_pop(), Some(text("pose 2")));
+        assert_eq!(outbox.try_pop(), None);
     }
 
     #[test]
@@ -308,8 +321,11 @@ mod tests {
             .unwrap();
         hub.forget_object("cube", &text("gone"));
         let late = hub.join().unwrap();
-        assert_eq!([late.take(), late.take()], [Some(text("other")), None]);
-        let heard: Vec<_> = std::iter::from_fn(|| present.take()).collect();
+        assert_eq!(
+            [late.try_pop(), late.try_pop()],
+            [Some(text("other")), None]
+        );
+        let heard: Vec<_> = std::iter::from_fn(|| present.try_pop()).collect();
         assert!(heard.contains(&text("gone")) && !heard.contains(&text("pose")));
     }
 
@@ -380,13 +396,13 @@ mod tests {
         }
         let node = Slot::Alive("fusion".to_owned(), "main".to_owned());
         hub.publish_lasting(&node, text("up")).unwrap();
-        let published = Instant::now();
+        let published = monotonic_ns();
         for id in ["arm", "arm.upper"] {
             hub.publish(&object(id), text("x")).unwrap();
         }
-        while Instant::now() == published {}
+        while monotonic_ns() == published {}
         hub.confirm_objects(&BTreeSet::from(["arm"]));
-        hub.expire(published + EXPIRY);
+        hub.expire(published + FORGOTTEN_NS);
         let state = hub.lock();
         let kept: Vec<&Slot> = state.newest().map(|(slot, _)| slot).collect();
         assert_eq!(
@@ -410,7 +426,7 @@ mod tests {
                 .unwrap();
             hub.forget_object(&id, &text("gone"));
         }
-        assert!(client.has_overflowed());
+        assert!(client.is_closed());
         assert_eq!((client.len(), bytes_kept(&hub)), (0, 0));
     }
 

@@ -16,17 +16,14 @@ mod forwarder;
 mod guard;
 mod http_client;
 mod hub;
-mod inventory;
 mod last_seconds;
 mod link_frames;
 mod message;
 mod metrics;
 mod network;
-mod outbox;
 #[cfg(test)]
 mod panic_tests;
 mod protection;
-mod rejections;
 mod server;
 mod session;
 mod socket;

@@ -4,12 +4,12 @@ use serde::Serialize;
 use sextant_proto::{
     CameraStatus, ClockReport, DetectionReport, FusionStatus, NodeId, PoseConfig, SiteId,
 };
+use sextant_site_mirror::Rejections;
 use sextant_site_model::{CameraId, JointId, ObjectId};
 use sextant_site_report::State;
 use sextant_tag_families::Family;
 
 use crate::access::PageRole;
-use crate::rejections::Rejections;
 use crate::webhook::WebhookCounts;
 use crate::wizard::WizardState;
 use crate::zones::{EventsReport, ZonesReport};

@@ -1,184 +1,102 @@
-//! What an operator watches: counts, rates, latencies and states of the whole site, from the messages that the bridge takes in anyway;
+//! What an operator watches: counts, rates, latencies and states of the whole site, from the mirror of the site and what is counted here;
 //! as metrics of Prometheus ([`text`]) and as a verdict on the site's health ([`health`]).
-//!
-//! Ids come from the network: each map is bounded, and what nothing is heard of is forgotten.
 
+mod figures;
 mod health;
 mod histogram;
-mod record;
 mod samples;
 mod text;
 
 pub(crate) use health::Ailment;
 pub(crate) use samples::{BridgeFigures, CONTENT_TYPE};
 
-use record::{CameraRecord, FusionRecord, ObjectRecord};
-use sextant_proto::{
-    CameraStatus, ClockReport, FusionStatus, NodeId, NodeKind, ObjectConfig, ObjectPose,
-    Observations, RigConfig,
-};
-use sextant_site_model::{CameraId, ObjectId};
-use sextant_tag_families::Family;
-use sextant_zenoh_bus::BoundedMap;
+use figures::{CameraFigures, ObjectFigures};
+use sextant_proto::{AnyMessage, Observations};
+use sextant_site_mirror::SiteMirror;
+use sextant_site_model::{CameraId, ObjectId, TagId};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
-
-/// Ids that are kept.
-const MAX_CAMERAS: usize = 256;
-const MAX_OBJECTS: usize = 1024;
-const MAX_FUSION_NODES: usize = 64;
-const MAX_NODES: usize = 512;
-/// Tags whose objects are known.
-const MAX_TAGS: usize = 16_384;
-/// How long an id without news is kept.
-const EXPIRY: Duration = Duration::from_secs(300);
 
 /// When something happened, by both clocks.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Moment {
-    /// For periods on this machine.
-    pub(crate) at: Instant,
+    /// For periods on this machine: ns of the monotonic clock.
+    pub(crate) at_ns: u64,
     /// For latencies: ns since the Unix epoch.
-    pub(crate) ns: u64,
+    pub(crate) wall_ns: u64,
 }
 
-/// A tag: its family and number.
-type Tag = (Family, u32);
-
 /// The figures of the site.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Metrics {
     figures: Mutex<Figures>,
 }
 
-#[derive(Debug)]
+/// What is counted of cameras and objects. There are only those that the mirror keeps, or kept until [`Metrics::keep_known`].
+#[derive(Debug, Default)]
 struct Figures {
-    cameras: BoundedMap<CameraId, CameraRecord>,
-    objects: BoundedMap<ObjectId, ObjectRecord>,
-    fusion: BoundedMap<NodeId, FusionRecord>,
-    /// Living nodes, and since when.
-    alive: BoundedMap<(NodeKind, NodeId), Instant>,
-    rig: BTreeSet<CameraId>,
-    object_of_tag: BTreeMap<Tag, ObjectId>,
+    cameras: BTreeMap<CameraId, CameraFigures>,
+    objects: BTreeMap<ObjectId, ObjectFigures>,
 }
 
-impl Default for Metrics {
-    fn default() -> Self {
-        Self {
-            figures: Mutex::new(Figures {
-                cameras: BoundedMap::new(MAX_CAMERAS, EXPIRY),
-                objects: BoundedMap::new(MAX_OBJECTS, EXPIRY),
-                fusion: BoundedMap::new(MAX_FUSION_NODES, EXPIRY),
-                alive: BoundedMap::new(MAX_NODES, EXPIRY),
-                rig: BTreeSet::new(),
-                object_of_tag: BTreeMap::new(),
-            }),
-        }
-    }
-}
-
-/// Changes a record, a new one if need be; a new id beyond the bound is ignored.
-fn update<K: Ord + Clone, V: Default>(
-    map: &mut BoundedMap<K, V>,
-    now: Instant,
-    key: &K,
-    change: impl FnOnce(&mut V),
-) {
-    let mut record = map.remove(key).unwrap_or_default();
-    change(&mut record);
-    let _ = map.insert(now, key.clone(), record);
+/// Everything that metrics are made of.
+struct View<'a> {
+    site: &'a SiteMirror,
+    figures: &'a Figures,
 }
 
 impl Metrics {
-    pub(crate) fn observations(&self, message: &Observations, now: Moment) {
-        let mut figures = self.lock();
-        update(&mut figures.cameras, now.at, &message.camera, |camera| {
-            camera.take_image(message, now);
-        });
-        let tags = message.tags.iter().map(|tag| (tag.family, tag.id));
-        let seen = tags.filter_map(|tag| figures.object_of_tag.get(&tag).cloned());
-        let seen: BTreeSet<ObjectId> = seen.collect();
-        for object in &seen {
-            update(&mut figures.objects, now.at, object, |object| {
-                object.is_seen(now.at);
-            });
-        }
-    }
-
-    pub(crate) fn camera_status(&self, status: &CameraStatus, now: Moment) {
-        update(&mut self.lock().cameras, now.at, &status.camera, |camera| {
-            camera.status = Some(status.clone());
-        });
-    }
-
-    pub(crate) fn pose(&self, pose: &ObjectPose, now: Moment) {
-        update(&mut self.lock().objects, now.at, &pose.object, |object| {
-            object.take_pose(pose, now);
-        });
-    }
-
-    pub(crate) fn fusion_status(&self, status: &FusionStatus, now: Moment) {
-        update(&mut self.lock().fusion, now.at, &status.node, |node| {
-            node.status = Some((status.clone(), now.at));
-        });
-    }
-
-    pub(crate) fn clocks(&self, report: &ClockReport, now: Moment) {
-        update(&mut self.lock().fusion, now.at, &report.node, |node| {
-            node.clocks = report.cameras.clone();
-        });
-    }
-
-    pub(crate) fn rig(&self, rig: &RigConfig) {
-        self.lock().rig = rig.cameras.iter().map(|camera| camera.id.clone()).collect();
-    }
-
-    /// A new model of an object, or its removal.
-    pub(crate) fn object(&self, object: &ObjectConfig) {
-        let mut figures = self.lock();
-        figures.object_of_tag.retain(|_, owner| *owner != object.id);
-        if object.is_removal() {
-            figures.objects.remove(&object.id);
-        }
-        for tag in &object.tags {
-            if figures.object_of_tag.len() < MAX_TAGS {
-                let tag = (tag.family, tag.id);
-                figures.object_of_tag.insert(tag, object.id.clone());
+    /// Counts a message that the mirror of the site has taken in.
+    pub(crate) fn count(&self, message: &AnyMessage, site: &SiteMirror, now: Moment) {
+        match message {
+            AnyMessage::Observations(image) => self.lock().count_image(image, site, now),
+            AnyMessage::ObjectPose(pose) => {
+                let mut figures = self.lock();
+                let object = figures.objects.entry(pose.object.clone()).or_default();
+                object.count_pose(pose, now);
             }
+            _ => {}
         }
     }
 
-    pub(crate) fn presence(&self, kind: NodeKind, node: &NodeId, up: bool, now: Moment) {
-        let (mut figures, key) = (self.lock(), (kind, node.clone()));
-        if up {
-            let _ = figures.alive.insert_lasting(now.at, key, now.at);
-        } else {
-            figures.alive.remove(&key);
-        }
-    }
-
-    /// Forgets what nothing is heard of.
-    pub(crate) fn expire(&self, now: Instant) {
+    /// Forgets what the site has no more.
+    pub(crate) fn keep_known(&self, site: &SiteMirror) {
         let mut figures = self.lock();
-        figures.cameras.expire(now);
-        figures.objects.expire(now);
-        figures.fusion.expire(now);
+        figures.cameras.retain(|id, _| site.camera(id).is_some());
+        let is_there = |id: &ObjectId| site.object(id).is_some_and(|o| o.gone_ns.is_none());
+        figures.objects.retain(|id, _| is_there(id));
     }
 
     /// What keeps the site from working; nothing if it works.
-    pub(crate) fn ailments(&self, now: Instant) -> Vec<Ailment> {
-        self.lock().ailments(now)
+    pub(crate) fn ailments(&self, site: &SiteMirror, now_ns: u64) -> Vec<Ailment> {
+        let figures = &self.lock();
+        View { site, figures }.ailments(now_ns)
     }
 
     /// All metrics, in the text format of Prometheus.
-    pub(crate) fn text(&self, bridge: &BridgeFigures, now: Instant) -> String {
-        self.lock().text(bridge, now)
+    pub(crate) fn text(&self, site: &SiteMirror, bridge: &BridgeFigures, now_ns: u64) -> String {
+        let figures = &self.lock();
+        View { site, figures }.text(bridge, now_ns)
     }
 
     fn lock(&self) -> MutexGuard<'_, Figures> {
         // Nothing under the lock panics half way, so poisoned figures are whole ones.
         self.figures.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Figures {
+    fn count_image(&mut self, image: &Observations, site: &SiteMirror, now: Moment) {
+        let camera = self.cameras.entry(image.camera.clone()).or_default();
+        camera.count_image(image, now);
+        let objects = image.tags.iter().filter_map(|seen| {
+            let (family, id) = (seen.family, seen.id);
+            Some(site.tag(TagId { family, id })?.0)
+        });
+        for object in objects.collect::<BTreeSet<&ObjectId>>() {
+            let object = self.objects.entry(object.clone()).or_default();
+            object.is_seen(now.at_ns);
+        }
     }
 }
 

@@ -22,7 +22,7 @@ use axum::http::{HeaderMap, HeaderValue, Response, StatusCode, Uri, header};
 use axum::middleware::{self, Next};
 use axum::routing::{get, post};
 use futures_util::stream;
-use sextant_process::{Shutdown, fail_point, now_ns, watchdog};
+use sextant_process::{Shutdown, fail_point, monotonic_ns, now_ns, watchdog};
 use std::convert::Infallible;
 use std::net::{IpAddr, Ipv4Addr, TcpListener};
 use std::sync::Arc;
@@ -263,7 +263,8 @@ async fn wizard(
     let shared = context.shared;
     let obey = move || {
         let command = wizard::Command::parse(&body)?;
-        shared.wizard.command(&command)
+        let site = shared.mirror().clone();
+        shared.wizard.command(&command, &site)
     };
     answer_command(role, &headers, obey).await
 }
@@ -331,7 +332,7 @@ fn refused(refusal: &Refusal) -> Response<Body> {
 async fn health(State(context): State<Context>, request: Request) -> Response<Body> {
     let shared = &context.shared;
     let ailments = match shared.connected.load(Ordering::Relaxed) {
-        true => shared.metrics.ailments(Instant::now()),
+        true => shared.metrics.ailments(&shared.mirror(), monotonic_ns()),
         false => vec![Ailment::no_network()],
     };
     let (status, word) = match ailments.is_empty() {
@@ -365,9 +366,11 @@ async fn figures(State(context): State<Context>) -> Response<Body> {
         uptime_s: shared.started.elapsed().as_secs_f64(),
         clients,
         replaced,
-        rejected: serde_json::to_value(shared.rejections()).unwrap_or_default(),
+        rejected: serde_json::to_value(shared.mirror().rejections()).unwrap_or_default(),
     };
-    let text = shared.metrics.text(&bridge, Instant::now());
+    let text = shared
+        .metrics
+        .text(&shared.mirror(), &bridge, monotonic_ns());
     let mut response = Response::new(Body::from(text));
     let kind = HeaderValue::from_static(metrics::CONTENT_TYPE);
     response.headers_mut().insert(header::CONTENT_TYPE, kind);
@@ -398,8 +401,7 @@ async fn tell_status(shared: Arc<Shared>) {
     loop {
         due.tick().await;
         fail_point!("server");
-        shared.hub.expire(Instant::now());
-        shared.metrics.expire(Instant::now());
+        shared.expire();
         let (clients, replaced) = shared.hub.counts();
         let status = Message::BridgeStatus {
             now_ns: now_ns(),
@@ -407,7 +409,7 @@ async fn tell_status(shared: Arc<Shared>) {
             network: shared.connected.load(Ordering::Relaxed),
             clients,
             replaced,
-            rejected: shared.rejections(),
+            rejected: *shared.mirror().rejections(),
             webhook: shared.webhook.as_ref().map(Webhook::counts),
         };
         // One slot: fails only when other frames fill the hub.

@@ -5,12 +5,13 @@ use crate::access::PageRole;
 use crate::assets;
 use crate::bridge::Shared;
 use crate::forwarder::frame_of;
-use crate::outbox::Outbox;
+use crate::hub::Outbox;
 use crate::server::{self, Context};
 use axum::body::Body;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade, close_code};
 use axum::extract::{Extension, State};
 use axum::http::{Response, StatusCode, Uri};
+use std::future::poll_fn;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::watch;
@@ -101,7 +102,7 @@ async fn converse(
     loop {
         let round = async {
             sleep_until(due).await;
-            seat.outbox.filled().await;
+            poll_fn(|context| seat.outbox.poll_ready(context)).await;
         };
         tokio::select! {
             () = stop(&mut stopping) => return close(socket).await,
@@ -126,11 +127,11 @@ async fn stop(stopping: &mut watch::Receiver<bool>) {
 
 /// Writes as many frames as wait now: what comes meanwhile belongs to the next round.
 async fn empty(socket: &mut WebSocket, outbox: &Outbox) -> Result<(), Gone> {
-    if outbox.has_overflowed() {
+    if outbox.is_closed() {
         return Err(Gone);
     }
     for _ in 0..outbox.len() {
-        if let Some(frame) = outbox.take() {
+        if let Some(frame) = outbox.try_pop() {
             send(socket, frame).await?;
         }
     }

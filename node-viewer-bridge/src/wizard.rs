@@ -5,7 +5,6 @@
 //! nor the page waits for either. The procedures are `sextant_calibrator`'s, as on the command line.
 
 mod command;
-mod known;
 mod machine;
 mod offers;
 mod plan;

@@ -52,7 +52,15 @@ impl AnyMessage {
             return Err(DecodeError::TooLong(payload.len()));
         }
         let (kind, _) = open(payload)?;
-        Ok(match Kind::from_byte(kind).ok_or(DecodeError::Damaged)? {
+        Self::decode_as(Kind::from_byte(kind).ok_or(DecodeError::Damaged)?, payload)
+    }
+
+    /// The message of a payload of this kind.
+    ///
+    /// # Errors
+    /// As [`decode`].
+    pub fn decode_as(kind: Kind, payload: &[u8]) -> Result<Self, DecodeError> {
+        Ok(match kind {
             Kind::Observations => Self::Observations(decode(payload)?),
             Kind::Preview => Self::Preview(decode(payload)?),
             Kind::CameraStatus => Self::CameraStatus(decode(payload)?),

@@ -13,6 +13,7 @@ use pose_text::PoseFormat;
 use serde::Serialize;
 use sextant_process::{Exit, Failure, now_ns};
 use sextant_proto::{AnyMessage, limits};
+use sextant_site_mirror::limits::SILENCE_NS;
 use sextant_zenoh_bus::{DropRule, Item, Payload};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -22,7 +23,7 @@ const QUEUE: usize = 1024;
 /// Longest delay until Ctrl-C has an effect.
 const GLANCE: Duration = Duration::from_millis(100);
 /// Silence after which a notice is printed.
-const SILENCE: Duration = Duration::from_secs(2);
+const SILENCE: Duration = Duration::from_nanos(SILENCE_NS);
 /// Timeout of queries for last values.
 const ANSWER: Duration = Duration::from_millis(500);
 
@@ -111,7 +112,10 @@ pub fn run(arguments: &EchoArguments, format: Format) -> anyhow::Result<()> {
         router.say(&site.bus);
         if hint_due.is_some_and(|due| Instant::now() >= due) {
             if site.bus.is_connected() {
-                let silence = if heard { "for 2 s" } else { "so far" };
+                let silence = match heard {
+                    true => format!("for {} s", SILENCE.as_secs()),
+                    false => "so far".to_owned(),
+                };
                 let objects = site.objects_in_words();
                 eprintln!(
                     "nothing on {expression} {silence}; {objects} (`sextant list` shows more)"

@@ -10,8 +10,9 @@ use crate::site::{RouterWatch, Site, SiteArguments, is_request};
 use clap::Args;
 use hub::{Hub, Lifetime};
 use sextant_process::now_ns;
-use sextant_proto::{AnyMessage, EpochFilter, Keys, ObjectConfig, RigConfig, limits};
+use sextant_proto::{AnyMessage, Keys, limits};
 use sextant_recordings::foxglove::layout::layout;
+use sextant_site_mirror::{Rejection, SiteMirror};
 use sextant_zenoh_bus::{CallbackSubscription, Item};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -61,7 +62,7 @@ pub fn run(arguments: &FoxgloveArguments, format: Format) -> anyhow::Result<()> 
     let intake = Intake {
         keys: site.keys.clone(),
         hub: Arc::clone(&hub),
-        epochs: Mutex::default(),
+        mirror: Mutex::default(),
     };
     let relayed = Relay::start(&site, Arc::new(intake))?.run();
     runtime.shutdown_background();
@@ -76,15 +77,11 @@ pub fn run(arguments: &FoxgloveArguments, format: Format) -> anyhow::Result<()> 
 }
 
 fn print_layout(site: Site) -> anyhow::Result<()> {
-    let latest = |key: &str| site.bus.latest(key, limits::MAX_PAYLOAD_BYTES, ANSWER);
-    let rigs = latest(&site.keys.config_rig())?;
-    let rigs = rigs.iter().filter_map(|item| item.decode().ok());
-    let cameras = rigs.flat_map(|rig: RigConfig| rig.cameras);
-    let cameras: Vec<_> = cameras.map(|camera| camera.id).collect();
-    let objects = latest(&site.keys.all_config_objects())?;
-    let objects = objects.iter().filter_map(|item| item.decode().ok());
-    let objects = objects.filter(|object: &ObjectConfig| !object.is_removal());
-    let objects: Vec<_> = objects.map(|object| object.id).collect();
+    let keys = [site.keys.config_rig(), site.keys.all_config_objects()];
+    let mirror = site.mirror(&keys)?;
+    let cameras = mirror.rig().into_iter().flat_map(|rig| &rig.cameras);
+    let cameras: Vec<_> = cameras.map(|camera| camera.id.clone()).collect();
+    let objects: Vec<_> = mirror.configs().map(|object| object.id.clone()).collect();
     print_line(&serde_json::to_string_pretty(&layout(&cameras, &objects))?)?;
     site.bus.close();
     Ok(())
@@ -177,37 +174,32 @@ fn subscribe(site: &Site, intake: &Arc<Intake>, key: &str) -> anyhow::Result<Cal
 struct Intake {
     keys: Keys,
     hub: Arc<Hub>,
-    epochs: Mutex<EpochFilter>,
+    mirror: Mutex<SiteMirror>,
 }
 
 impl Intake {
     fn take(&self, item: &Item) {
-        let message = item.bytes().map(AnyMessage::decode).and_then(Result::ok);
-        let kind = self.keys.parse(&item.key).and_then(|key| key.kind());
-        let Some(message) = message.filter(|message| Some(message.kind()) == kind) else {
+        let Some(key) = self.keys.parse(&item.key) else {
             return self.hub.count_invalid();
         };
-        let now = now_ns();
+        let (now, sender) = (now_ns(), item.sender.as_deref());
+        let mut mirror = self.mirror.lock().unwrap_or_else(PoisonError::into_inner);
+        let update = mirror.handle(now, &key, sender, item.try_bytes());
+        drop(mirror);
+        let message = match update {
+            Ok(update) => update.message,
+            // Of a fusion node that another has taken over from.
+            Err(Rejection::Superseded) => return,
+            Err(_) => return self.hub.count_invalid(),
+        };
         let lifetime = match message {
             AnyMessage::RigConfig(_) | AnyMessage::ObjectConfig(_) => Lifetime::UntilReplaced,
             _ => Lifetime::Passing,
         };
-        let is_wanted = lifetime == Lifetime::UntilReplaced || self.hub.is_watched();
-        if is_wanted && self.is_current(&message, now) {
+        if lifetime == Lifetime::UntilReplaced || self.hub.is_watched() {
             for shown in sextant_recordings::foxglove::messages(&message, now) {
                 self.hub.publish(&shown, now, lifetime);
             }
         }
-    }
-
-    /// Not of a fusion node that another has taken over from.
-    fn is_current(&self, message: &AnyMessage, now_ns: u64) -> bool {
-        let (object, epoch) = match message {
-            AnyMessage::ObjectPose(pose) => (&pose.object, pose.epoch),
-            AnyMessage::ObjectLinks(links) => (&links.object, links.epoch),
-            _ => return true,
-        };
-        let mut epochs = self.epochs.lock().unwrap_or_else(PoisonError::into_inner);
-        epochs.admits(object, epoch, now_ns)
     }
 }

@@ -1,20 +1,13 @@
 //! `sextant list`: nodes, cameras and objects of a site.
 
 use crate::output::{Format, print_line};
-use crate::site::{Site, SiteArguments};
+use crate::site::SiteArguments;
 use crate::words;
 use clap::Args;
 use serde::Serialize;
-use sextant_proto::{
-    CameraStatus, FusionStatus, KeyRef, Message, NodeId, NodeKind, ObjectConfig, SiteId, decode,
-    limits,
-};
+use sextant_proto::{CameraStatus, FusionStatus, NodeId, NodeKind, SiteId};
+use sextant_site_mirror::SiteMirror;
 use sextant_site_model::ObjectId;
-use std::collections::{BTreeMap, BTreeSet};
-use std::time::Duration;
-
-/// Timeout of queries for last values.
-const ANSWER: Duration = Duration::from_secs(1);
 
 /// Arguments of `sextant list`.
 #[derive(Args, Debug)]
@@ -33,10 +26,19 @@ pub struct ListArguments {
 /// No router.
 pub fn run(arguments: &ListArguments, format: Format) -> anyhow::Result<()> {
     let site = arguments.site.open()?;
-    let inventory = Inventory::take(&site)?;
+    let keys = &site.keys;
+    let mirror = site.mirror(&[
+        keys.all_camera_statuses(),
+        keys.all_fusion_statuses(),
+        keys.all_config_objects(),
+    ])?;
+    let listing = Listing {
+        site: keys.site(),
+        mirror: &mirror,
+    };
     match format {
-        Format::Json => print_line(&inventory.json(&site))?,
-        Format::Text => print_line(&inventory.text(&site))?,
+        Format::Json => print_line(&listing.json())?,
+        Format::Text => print_line(&listing.text())?,
     }
     site.bus.close();
     Ok(())
@@ -46,8 +48,8 @@ pub fn run(arguments: &ListArguments, format: Format) -> anyhow::Result<()> {
 struct Line<'a> {
     site: &'a SiteId,
     nodes: Vec<Node<'a>>,
-    cameras: &'a [CameraStatus],
-    fusion: &'a [FusionStatus],
+    cameras: Vec<&'a CameraStatus>,
+    fusion: Vec<&'a FusionStatus>,
     objects: Vec<Object<'a>>,
     skew: Vec<Skew<'a>>,
 }
@@ -73,71 +75,63 @@ struct Skew<'a> {
     expected: &'a str,
 }
 
-struct Inventory {
-    nodes: BTreeSet<(NodeKind, NodeId)>,
-    cameras: Vec<CameraStatus>,
-    fusion: Vec<FusionStatus>,
-    objects: Vec<ObjectConfig>,
+struct Listing<'a> {
+    site: &'a SiteId,
+    mirror: &'a SiteMirror,
 }
 
-impl Inventory {
-    fn take(site: &Site) -> anyhow::Result<Self> {
-        Ok(Self {
-            nodes: nodes(site)?,
-            cameras: latest(site, &site.keys.all_camera_statuses())?,
-            fusion: latest(site, &site.keys.all_fusion_statuses())?,
-            objects: latest(site, &site.keys.all_config_objects())?,
-        })
-    }
-
-    fn json(&self, site: &Site) -> String {
-        let nodes = self.nodes.iter();
-        let objects = self.objects.iter();
+impl Listing<'_> {
+    fn json(&self) -> String {
+        let nodes = self.mirror.nodes();
+        let (cameras, fusion) = (self.cameras(), self.fusion());
+        let objects = self.mirror.configs();
         let line = Line {
-            site: site.keys.site(),
+            site: self.site,
             nodes: nodes
-                .map(|(kind, id)| Node {
+                .map(|(kind, id, _)| Node {
                     kind: kind.as_str(),
                     id,
                 })
                 .collect(),
-            cameras: &self.cameras,
-            fusion: &self.fusion,
+            skew: skew(&cameras, &fusion),
+            cameras,
+            fusion,
             objects: objects
                 .map(|object| Object {
                     id: &object.id,
                     tags: object.tags.len(),
                 })
                 .collect(),
-            skew: skew(&self.cameras, &self.fusion),
         };
         // Numbers, names and enums: there is nothing that JSON could refuse.
         serde_json::to_string(&line).unwrap_or_default()
     }
 
-    fn text(&self, site: &Site) -> String {
-        let mut lines = vec![format!(
-            "site {}: {} nodes",
-            site.keys.site(),
-            self.nodes.len()
-        )];
-        for (kind, id) in &self.nodes {
+    fn cameras(&self) -> Vec<&CameraStatus> {
+        let statuses = self.mirror.cameras().map(|(_, camera)| &camera.status);
+        statuses.flatten().map(|status| &status.message).collect()
+    }
+
+    fn fusion(&self) -> Vec<&FusionStatus> {
+        self.mirror.statuses().collect()
+    }
+
+    fn text(&self) -> String {
+        let (cameras, fusion) = (self.cameras(), self.fusion());
+        let n_nodes = self.mirror.nodes().count();
+        let mut lines = vec![format!("site {}: {n_nodes} nodes", self.site)];
+        for (kind, id, _) in self.mirror.nodes() {
             lines.push(match kind {
-                NodeKind::Camera => format!("  camera {id:<16} {}", self.camera(id)),
-                NodeKind::Fusion => format!("  fusion {id:<16} {}", self.fusion(id)),
+                NodeKind::Camera => format!("  camera {id:<16} {}", camera_words(&cameras, id)),
+                NodeKind::Fusion => format!("  fusion {id:<16} {}", fusion_words(&fusion, id)),
                 NodeKind::Viewer => format!("  viewer {id}"),
             });
         }
-        // Those that stand by have the same objects: the one that publishes an object counts.
-        let publishers = self.fusion.iter().filter(|status| status.epoch.is_some());
-        let healths = publishers.flat_map(|status| &status.objects);
-        let mut healths: Vec<_> = healths.collect();
-        healths.sort_by(|one, other| one.rate_hz.total_cmp(&other.rate_hz));
-        let healths = healths.into_iter().map(|health| (&health.object, health));
-        for (id, health) in healths.collect::<BTreeMap<_, _>>() {
-            let tags = self.objects.iter().find(|object| object.id == *id);
-            let tags = tags.map_or_else(String::new, |object| {
-                words::count(object.tags.len(), "tag") + ", "
+        for (id, health) in self.mirror.healths() {
+            let object = self.mirror.object(id);
+            let config = object.and_then(|object| object.config.as_ref());
+            let tags = config.map_or_else(String::new, |config| {
+                words::count(config.tags.len(), "tag") + ", "
             });
             let state = words::state(health.state);
             let rate_hz = health.rate_hz;
@@ -150,7 +144,7 @@ impl Inventory {
             id,
             version,
             expected,
-        } in skew(&self.cameras, &self.fusion)
+        } in skew(&cameras, &fusion)
         {
             let version = words::plain(version);
             let expected = words::plain(expected);
@@ -160,45 +154,42 @@ impl Inventory {
         }
         lines.join("\n")
     }
+}
 
-    fn camera(&self, id: &NodeId) -> String {
-        let status = self
-            .cameras
-            .iter()
-            .find(|s| s.camera.as_str() == id.as_str());
-        status.map_or_else(
-            || "no status yet".into(),
-            |status| {
-                format!(
-                    "{} on {}, {:.1} images/s, {} dropped",
-                    words::plain(&status.version),
-                    words::plain(&status.host),
-                    status.rate_hz,
-                    status.dropped
-                )
-            },
-        )
-    }
+fn camera_words(cameras: &[&CameraStatus], id: &NodeId) -> String {
+    let status = cameras.iter().find(|s| s.camera.as_str() == id.as_str());
+    status.map_or_else(
+        || "no status yet".into(),
+        |status| {
+            format!(
+                "{} on {}, {:.1} images/s, {} dropped",
+                words::plain(&status.version),
+                words::plain(&status.host),
+                status.rate_hz,
+                status.dropped
+            )
+        },
+    )
+}
 
-    fn fusion(&self, id: &NodeId) -> String {
-        let status = self.fusion.iter().find(|s| s.node == *id);
-        status.map_or_else(
-            || "no status yet".into(),
-            |status| {
-                let duty = status.epoch.map_or(", stands by", |_| "");
-                format!(
-                    "{}, {} cameras, {} objects{duty}",
-                    words::plain(&status.version),
-                    status.cameras.len(),
-                    status.objects.len()
-                )
-            },
-        )
-    }
+fn fusion_words(fusion: &[&FusionStatus], id: &NodeId) -> String {
+    let status = fusion.iter().find(|s| s.node == *id);
+    status.map_or_else(
+        || "no status yet".into(),
+        |status| {
+            let duty = status.epoch.map_or(", stands by", |_| "");
+            format!(
+                "{}, {} cameras, {} objects{duty}",
+                words::plain(&status.version),
+                status.cameras.len(),
+                status.objects.len()
+            )
+        },
+    )
 }
 
 /// Versions are compared with that of the first fusion node.
-fn skew<'a>(cameras: &'a [CameraStatus], fusion: &'a [FusionStatus]) -> Vec<Skew<'a>> {
+fn skew<'a>(cameras: &[&'a CameraStatus], fusion: &[&'a FusionStatus]) -> Vec<Skew<'a>> {
     let Some(expected) = fusion.first().map(|status| status.version.as_str()) else {
         return Vec::new();
     };
@@ -218,26 +209,6 @@ fn skew<'a>(cameras: &'a [CameraStatus], fusion: &'a [FusionStatus]) -> Vec<Skew
         expected,
     };
     others.map(skew).collect()
-}
-
-fn nodes(site: &Site) -> anyhow::Result<BTreeSet<(NodeKind, NodeId)>> {
-    let tokens = site.bus.alive_keys(&site.keys.all_alive())?;
-    let nodes = tokens.iter().filter_map(|key| match site.keys.parse(key)? {
-        KeyRef::Alive(kind, id) => Some((kind, id)),
-        _ => None,
-    });
-    Ok(nodes.collect())
-}
-
-/// Valid last values; `echo` and the status of the fusion node show the invalid ones.
-fn latest<M: Message>(site: &Site, expression: &str) -> anyhow::Result<Vec<M>> {
-    let items = site
-        .bus
-        .latest(expression, limits::MAX_PAYLOAD_BYTES, ANSWER)?;
-    Ok(items
-        .iter()
-        .filter_map(|item| decode(item.bytes()?).ok())
-        .collect())
 }
 
 #[cfg(test)]
@@ -266,9 +237,9 @@ mod tests {
     #[test]
     fn nodes_of_another_version_than_the_fusion_node_are_named() {
         let cameras = [camera("north", "0.1.0"), camera("south", "0.0.9")];
-        assert_eq!(skew(&cameras, &[]), []);
+        assert_eq!(skew(&cameras.each_ref(), &[]), []);
         let fusion = [fusion("0.1.0")];
-        let found = skew(&cameras, &fusion);
+        let found = skew(&cameras.each_ref(), &fusion.each_ref());
         let south = Skew {
             kind: "camera",
             id: "south",

@@ -1,13 +1,15 @@
 //! The poses of a running site, one after the other, to a receiver: shared by the commands that hand poses on.
 
-use crate::site::{RouterWatch, SiteArguments};
+use crate::site::{RouterWatch, SiteArguments, take};
 use anyhow::Context;
 use clap::Args;
 use serde::Serialize;
 use sextant_process::now_ns;
-use sextant_proto::{EpochFilter, KeyRef, ObjectPose, limits};
+use sextant_proto::{AnyMessage, ObjectPose, limits};
+use sextant_site_mirror::SiteMirror;
+use sextant_site_mirror::limits::SILENCE_NS;
 use sextant_site_model::ObjectId;
-use sextant_zenoh_bus::{DropRule, Item};
+use sextant_zenoh_bus::DropRule;
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
@@ -15,8 +17,6 @@ use std::time::{Duration, Instant};
 const QUEUE: usize = 1024;
 /// Longest delay until Ctrl-C has an effect.
 const GLANCE: Duration = Duration::from_millis(50);
-/// Silence after which a notice is printed.
-const SILENCE: Duration = Duration::from_secs(2);
 
 /// Which site, and for how long.
 #[derive(Args, Debug)]
@@ -62,7 +62,7 @@ pub struct FeedCounts {
     pub refused: u64,
     /// Poses of a fusion node that another one has replaced.
     pub superseded: u64,
-    /// Poses that gave way because the receiver was too slow.
+    /// Poses that gave way because the receiver was too slow, and those of more objects than are kept.
     pub dropped: u64,
 }
 
@@ -91,23 +91,19 @@ pub fn run(
         .map(|duration| Instant::now().checked_add(duration).context("--duration"))
         .transpose()?;
     let is_over = || end.is_some_and(|end| Instant::now() >= end);
-    let (mut counts, mut epochs) = (FeedCounts::default(), EpochFilter::default());
+    let (mut counts, mut mirror) = (FeedCounts::default(), SiteMirror::default());
     let mut router = RouterWatch::default();
-    let mut hint_due = Some(Instant::now() + SILENCE);
+    let mut hint_due = Some(Instant::now() + Duration::from_nanos(SILENCE_NS));
     let mut next = Next::More;
     while next == Next::More && !site.shutdown.is_requested() && !is_over() {
         if let Some(item) = messages.recv_timeout(GLANCE) {
-            match pose_of(&site.keys, &item) {
-                Some(pose) if !epochs.admits(&pose.object, pose.epoch, now_ns()) => {
-                    counts.superseded += 1;
-                }
-                Some(pose) if objects.is_empty() || objects.contains(&pose.object) => {
-                    counts.poses += 1;
-                    hint_due = None;
-                    next = receiver.take(&pose)?;
-                }
-                Some(_) => {}
-                None => counts.refused += 1,
+            let update = take(&site.keys, &mut mirror, &item, now_ns());
+            if let Some(AnyMessage::ObjectPose(pose)) = update.map(|update| update.message)
+                && (objects.is_empty() || objects.contains(&pose.object))
+            {
+                counts.poses += 1;
+                hint_due = None;
+                next = receiver.take(&pose)?;
             }
         }
         receiver.tick();
@@ -118,15 +114,12 @@ pub fn run(
             hint_due = None;
         }
     }
-    counts.dropped = messages.counts().dropped;
+    let rejections = mirror.rejections();
+    counts.refused = rejections.invalid();
+    counts.superseded = rejections.superseded();
+    counts.dropped = messages.counts().dropped + rejections.too_many();
     site.bus.close();
     Ok(counts)
-}
-
-/// The pose in a message that is one of its key's object.
-fn pose_of(keys: &sextant_proto::Keys, item: &Item) -> Option<ObjectPose> {
-    let pose: ObjectPose = item.decode().ok()?;
-    (keys.parse(&item.key) == Some(KeyRef::Pose(pose.object.clone()))).then_some(pose)
 }
 
 /// Lets an object's poses through at most so often, evenly.

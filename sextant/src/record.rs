@@ -10,7 +10,7 @@ use crate::site::{RouterWatch, Site, SiteArguments, is_request};
 use anyhow::Context;
 use clap::Args;
 use images::ImageReaders;
-use inbox::{Content, Entry, Inbox};
+use inbox::{Content, Entry, Inbox, inbox};
 use node_camera::CameraNodeConfig;
 use node_viewer_bridge::download_last_seconds;
 use progress::{Figures, ProgressLine};
@@ -203,7 +203,7 @@ impl<'a> Recorder<'a> {
         file: BufWriter<CountedFile>,
         format: Format,
     ) -> anyhow::Result<Self> {
-        let inbox: Arc<Inbox> = Arc::default();
+        let inbox = Arc::new(inbox());
         let info = RecordingInfo {
             site: site.keys.site().to_string(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -240,7 +240,7 @@ impl<'a> Recorder<'a> {
         let mut flush_due = Instant::now() + FLUSH_PERIOD;
         let is_over = |begun: Instant| duration.is_some_and(|duration| begun.elapsed() >= duration);
         while !self.site.shutdown.is_requested() && !is_over(self.begun) {
-            if let Some(entry) = self.inbox.pop(GLANCE) {
+            if let Some(entry) = self.inbox.pop_timeout(GLANCE) {
                 self.write(entry)?;
             }
             if Instant::now() >= flush_due {
@@ -261,7 +261,7 @@ impl<'a> Recorder<'a> {
         self.images = None;
         self.previews.clear();
         self.subscriptions.clear();
-        while let Some(entry) = self.inbox.pop(Duration::ZERO) {
+        while let Some(entry) = self.inbox.try_pop() {
             self.write(entry)?;
         }
         let mut figures = Figures {
@@ -288,7 +288,7 @@ impl<'a> Recorder<'a> {
             messages: self.writer.messages(),
             images: count(|counts| &counts.received),
             bytes: self.written.load(Ordering::Relaxed),
-            dropped: self.inbox.dropped() + self.writer.dropped(),
+            dropped: self.inbox.counts().dropped + self.writer.dropped(),
             missed_images: count(|counts| &counts.missed),
         }
     }
@@ -368,12 +368,13 @@ fn subscribe(site: &Site, key: &str, inbox: &Arc<Inbox>) -> anyhow::Result<Callb
 
 fn push(inbox: &Inbox, item: Item) {
     if let sextant_zenoh_bus::Payload::Bytes(bytes) = item.payload {
-        inbox.push(Entry {
+        let entry = Entry {
             arrival_ns: now_ns(),
             content: Content::Payload {
                 key: item.key,
                 bytes,
             },
-        });
+        };
+        entry.push_to(inbox);
     }
 }

@@ -192,10 +192,8 @@ impl Relay {
         let (Some(key), now) = (site.keys.parse(&item.key), now_ns()) else {
             return Ok(());
         };
-        // A payload that is too long is no message: none of its bytes are here.
-        let outgoing = self
-            .bridge
-            .handle(now, &key, item.bytes().unwrap_or_default());
+        let sender = item.sender.as_deref();
+        let outgoing = self.bridge.handle(now, &key, sender, item.try_bytes());
         outgoing
             .into_iter()
             .try_for_each(|message| self.publishers.put(now, message))

@@ -3,15 +3,16 @@
 use anyhow::bail;
 use clap::Args;
 use sextant_process::{Exit, Failure, Shutdown, WithExit, now_ns};
-use sextant_proto::{ANNOUNCED, KeyRef, Keys, ObjectConfig, SiteId, limits};
-use sextant_zenoh_bus::{Bus, BusError, BusOptions, Item, Role, Security, why_no_router};
+use sextant_proto::{ANNOUNCED, KeyRef, Keys, SiteId, limits};
+use sextant_site_mirror::{SiteMirror, Update};
+use sextant_zenoh_bus::{Bus, BusError, BusOptions, Item, Presence, Role, Security, why_no_router};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// How long a router may take to answer.
 const PATIENCE: Duration = Duration::from_secs(3);
-/// Timeout of the query for objects.
-const ANSWER: Duration = Duration::from_millis(500);
+/// Timeout of a query for last values.
+const ANSWER: Duration = Duration::from_secs(1);
 /// Most names in a sentence.
 const MOST_NAMES: usize = 10;
 
@@ -183,14 +184,32 @@ impl Site {
         }
     }
 
-    /// The objects that the site has, for a person who waits for messages of another one. Takes up to half a second.
+    /// The site as its nodes answer: their tokens, and their last messages under these keys. Waits for a second at most a key.
+    ///
+    /// # Errors
+    /// A session that is closed.
+    pub fn mirror(&self, keys: &[String]) -> anyhow::Result<SiteMirror> {
+        let mut mirror = SiteMirror::default();
+        for token in self.bus.alive_keys(&self.keys.all_alive())? {
+            take_token(&self.keys, &mut mirror, &Presence::Joined(token), now_ns());
+        }
+        for key in keys {
+            let items = self.bus.latest(key, limits::MAX_PAYLOAD_BYTES, ANSWER)?;
+            for item in &items {
+                take(&self.keys, &mut mirror, item, now_ns());
+            }
+        }
+        Ok(mirror)
+    }
+
+    /// The objects that the site has, for a person who waits for messages of another one. Takes up to two seconds.
     pub fn objects_in_words(&self) -> String {
-        let key = self.keys.all_config_objects();
-        let items = self.bus.latest(&key, limits::MAX_PAYLOAD_BYTES, ANSWER);
-        let items = items.unwrap_or_default();
-        let objects = items.iter().filter_map(|item| item.decode().ok());
-        let objects = objects.filter(|object: &ObjectConfig| !object.is_removal());
-        let names: Vec<String> = objects.map(|object| object.id.to_string()).collect();
+        let mirror = self.mirror(&[self.keys.all_config_objects()]);
+        let mirror = mirror.unwrap_or_default();
+        let names: Vec<String> = mirror
+            .configs()
+            .map(|object| object.id.to_string())
+            .collect();
         match names.as_slice() {
             [] => "the site has no objects".to_owned(),
             [one] => format!("the site has the object {one}"),
@@ -207,6 +226,27 @@ impl Site {
     /// camera, object or node, which selects all of its keys.
     pub fn expression(&self, said: &str) -> String {
         expression(&self.keys, said)
+    }
+}
+
+/// Hands a message that arrived at `now_ns` to a mirror of its site; returns what it brought. Refused ones change nothing: `echo` and the
+/// statuses of the fusion nodes show them.
+pub fn take(keys: &Keys, mirror: &mut SiteMirror, item: &Item, now_ns: u64) -> Option<Update> {
+    let key = keys.parse(&item.key)?;
+    let update = mirror.handle(now_ns, &key, item.sender.as_deref(), item.try_bytes());
+    update.ok()
+}
+
+/// Hands a change of liveliness to a mirror of its site.
+pub fn take_token(keys: &Keys, mirror: &mut SiteMirror, presence: &Presence, now_ns: u64) {
+    let (Presence::Joined(key) | Presence::Left(key)) = presence;
+    let Some(KeyRef::Alive(kind, id)) = keys.parse(key) else {
+        return;
+    };
+    match presence {
+        // Beyond the limit it is left out.
+        Presence::Joined(_) => drop(mirror.handle_joined(now_ns, kind, &id)),
+        Presence::Left(_) => mirror.handle_left(now_ns, kind, &id),
     }
 }
 

@@ -1,7 +1,6 @@
 //! `sextant top`: live state of the cameras and objects of a site, and its faults.
 
 mod board;
-mod departures;
 mod json;
 mod rows;
 mod screen;
@@ -128,7 +127,7 @@ impl<'a> View<'a> {
                 self.board.presence(&presence, now_ns());
             }
         }
-        self.board.see_off(now_ns());
+        self.board.expire(now_ns());
         self.board.disconnected_s = self.router.silent_s(&self.site.bus);
     }
 

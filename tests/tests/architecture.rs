@@ -22,6 +22,8 @@ const FLOORS: &[&[&str]] = &[
     &["sextant-apriltag", "sextant-site-model"],
     &["sextant-site-report", "sextant-simulator"],
     &["sextant-estimator", "sextant-proto", "sextant-calibrator"],
+    &["sextant-site-mirror"],
+    &["sextant-queue"],
     &[
         "sextant-iceoryx-images",
         "sextant-zenoh-bus",
@@ -61,6 +63,7 @@ const IGNORANT_OF: &[(&str, &[&str])] = &[
     ("sextant-simulator", TRANSPORT),
     ("sextant-proto", TRANSPORT),
     ("sextant-calibrator", TRANSPORT),
+    ("sextant-site-mirror", TRANSPORT),
     ("sextant-election", TRANSPORT),
 ];
 const TRANSPORT: &[&str] = &["zenoh", "iceoryx2", "tokio", "axum", "tracing", "libc"];

@@ -3,11 +3,11 @@
 use crate::site::{camera_id, object_id};
 use crate::{Error, Site, State};
 use sextant_proto::{
-    CameraConfig, CameraStatus, FusionStatus, KeyRef, Message, NodeKind, ObjectConfig, RigConfig,
-    limits,
+    CameraConfig, CameraStatus, FusionStatus, KeyRef, NodeKind, ObjectConfig, limits,
 };
+use sextant_site_mirror::SiteMirror;
 use sextant_site_model::{CameraId, ObjectId};
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
 /// How long nodes may take to answer what they published last.
@@ -56,24 +56,19 @@ impl Site {
     /// # Errors
     /// A session that is closed.
     pub fn objects(&self) -> Result<Vec<Object>, Error> {
-        let mut statuses = self.statuses()?;
-        // Nodes that stand by publish no poses: what an object's publisher reports comes last and counts.
-        statuses.sort_by_key(|status| status.epoch);
-        let healths = statuses.iter().flat_map(|status| &status.objects);
-        let mut healths: Vec<_> = healths.collect();
-        healths.sort_by(|one, other| one.rate_hz.total_cmp(&other.rate_hz));
-        let healths = healths.into_iter().map(|health| (&health.object, health));
-        let healths: BTreeMap<_, _> = healths.collect();
-        let configs: Vec<ObjectConfig> = self.latest(&self.keys.all_config_objects())?;
-        // Without tags it is an object that was removed.
-        let configs = configs.into_iter().filter(|config| !config.tags.is_empty());
-        let described = configs.map(|config| {
+        let keys = [
+            self.keys.all_fusion_statuses(),
+            self.keys.all_config_objects(),
+        ];
+        let mirror = self.mirror(&keys)?;
+        let healths = mirror.healths();
+        let described = mirror.configs().map(|config| {
             let health = healths.get(&config.id);
             Object {
                 id: config.id.to_string(),
                 state: health.map(|health| health.state),
                 rate_hz: health.map_or(0.0, |health| health.rate_hz),
-                config,
+                config: config.clone(),
             }
         });
         Ok(described.collect())
@@ -84,34 +79,28 @@ impl Site {
     /// # Errors
     /// A session that is closed.
     pub fn cameras(&self) -> Result<Vec<Camera>, Error> {
-        let mut cameras: BTreeMap<String, Camera> = BTreeMap::new();
-        let mut entry = |id: &str, change: &mut dyn FnMut(&mut Camera)| {
-            let unknown = || Camera {
-                id: id.to_owned(),
-                is_alive: false,
-                config: None,
-                status: None,
-            };
-            change(cameras.entry(id.to_owned()).or_insert_with(unknown));
+        let keys = [self.keys.config_rig(), self.keys.all_camera_statuses()];
+        let mirror = self.mirror(&keys)?;
+        let nodes = self.nodes()?.into_iter();
+        let alive = nodes.filter(|node| node.kind == NodeKind::Camera);
+        let alive: BTreeSet<String> = alive.map(|node| node.id).collect();
+        let rig = mirror.rig().into_iter().flat_map(|rig| &rig.cameras);
+        let rig = rig.map(|camera| camera.id.to_string());
+        let heard = mirror.cameras().map(|(id, _)| id.to_string());
+        let ids: BTreeSet<String> = rig.chain(heard).chain(alive.iter().cloned()).collect();
+        let camera = |id: String| {
+            let known = CameraId::new(&id).ok();
+            let config = known.as_ref().and_then(|id| mirror.camera_config(id));
+            let camera = known.as_ref().and_then(|id| mirror.camera(id));
+            let status = camera.and_then(|camera| camera.status.as_ref());
+            Camera {
+                is_alive: alive.contains(&id),
+                config: config.cloned(),
+                status: status.map(|status| status.message.clone()),
+                id,
+            }
         };
-        for rig in self.latest::<RigConfig>(&self.keys.config_rig())? {
-            for config in rig.cameras {
-                entry(config.id.as_str(), &mut |camera| {
-                    camera.config = Some(config.clone())
-                });
-            }
-        }
-        for status in self.latest::<CameraStatus>(&self.keys.all_camera_statuses())? {
-            entry(status.camera.as_str(), &mut |camera| {
-                camera.status = Some(status.clone())
-            });
-        }
-        for node in self.nodes()? {
-            if node.kind == NodeKind::Camera {
-                entry(&node.id, &mut |camera| camera.is_alive = true);
-            }
-        }
-        Ok(cameras.into_values().collect())
+        Ok(ids.into_iter().map(camera).collect())
     }
 
     /// The processes that run. Blocks for a second at most.
@@ -138,7 +127,8 @@ impl Site {
     /// # Errors
     /// A session that is closed.
     pub fn statuses(&self) -> Result<Vec<FusionStatus>, Error> {
-        self.latest(&self.keys.all_fusion_statuses())
+        let mirror = self.mirror(&[self.keys.all_fusion_statuses()])?;
+        Ok(mirror.statuses().cloned().collect())
     }
 
     /// The object of that name. While no fusion node runs, this waits for one: it may still start.
@@ -146,8 +136,8 @@ impl Site {
         let id = object_id(object)?;
         let deadline = Instant::now() + self.timeout;
         loop {
-            let known: Vec<ObjectConfig> = self.latest(&self.keys.config_object(&id))?;
-            if known.iter().any(|config| !config.tags.is_empty()) {
+            let known = self.mirror(&[self.keys.config_object(&id)])?;
+            if known.configs().next().is_some() {
                 return Ok(id);
             }
             let known = self.objects()?;
@@ -206,13 +196,18 @@ impl Site {
         sites
     }
 
-    /// Valid last values, one a key.
-    fn latest<M: Message>(&self, expression: &str) -> Result<Vec<M>, Error> {
-        let items = self
-            .bus
-            .latest(expression, limits::MAX_PAYLOAD_BYTES, ANSWER)?;
-        let messages = items.iter().filter_map(|item| item.decode().ok());
-        Ok(messages.collect())
+    /// The site as its nodes answer: their last messages under these keys. Those that break the contract are left out.
+    fn mirror(&self, keys: &[String]) -> Result<SiteMirror, Error> {
+        let mut mirror = SiteMirror::default();
+        for key in keys {
+            let items = self.bus.latest(key, limits::MAX_PAYLOAD_BYTES, ANSWER)?;
+            for item in &items {
+                if let Some(key) = self.keys.parse(&item.key) {
+                    let _ = mirror.handle(0, &key, item.sender.as_deref(), item.try_bytes());
+                }
+            }
+        }
+        Ok(mirror)
     }
 }
 

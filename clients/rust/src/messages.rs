@@ -1,11 +1,12 @@
 //! Messages as they come: an iterator that blocks, or a stream; behind both one bounded queue that drops the oldest and counts.
 
+use sextant_queue::{DropRule, Queue, StreamBounds};
 use sextant_zenoh_bus::{Bus, CallbackSubscription};
-use std::collections::VecDeque;
 use std::pin::Pin;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::task::{Context, Poll, Waker};
-use std::time::{Duration, Instant};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::task::{Context, Poll};
+use std::time::Duration;
 
 /// Messages that wait for a slow reader.
 const CAPACITY: usize = 256;
@@ -25,7 +26,7 @@ pub struct Counts {
 /// the subscription.
 #[derive(Debug)]
 pub struct Messages<T> {
-    queue: Arc<Queue<T>>,
+    inbox: Arc<Inbox<T>>,
     _subscription: CallbackSubscription,
     /// Keeps the session open.
     _bus: Arc<Bus>,
@@ -35,97 +36,48 @@ pub struct Messages<T> {
 #[derive(Debug)]
 pub struct MessageStream<T>(Messages<T>);
 
-/// A bounded queue with a waker.
+/// What waits, and how many payloads were no message.
 #[derive(Debug)]
-pub(crate) struct Queue<T> {
-    state: Mutex<State<T>>,
-    arrival: Condvar,
+pub(crate) struct Inbox<T> {
+    queue: Queue<T>,
+    refused: AtomicU64,
 }
 
-#[derive(Debug)]
-struct State<T> {
-    items: VecDeque<T>,
-    counts: Counts,
-    waker: Option<Waker>,
-}
-
-impl<T> Queue<T> {
+impl<T> Inbox<T> {
     pub(crate) fn new() -> Arc<Self> {
-        let state = State {
-            items: VecDeque::new(),
-            counts: Counts::default(),
-            waker: None,
-        };
+        let bounds = StreamBounds::new(CAPACITY, usize::MAX);
         Arc::new(Self {
-            state: Mutex::new(state),
-            arrival: Condvar::new(),
+            queue: Queue::new(bounds, DropRule::Oldest),
+            refused: AtomicU64::new(0),
         })
     }
 
     /// Takes in what a payload held; none where it held no message.
     pub(crate) fn push(&self, item: Option<T>) {
-        let mut state = self.lock();
-        state.counts.received += 1;
-        let Some(item) = item else {
-            state.counts.refused += 1;
-            return;
-        };
-        if state.items.len() == CAPACITY {
-            state.items.pop_front();
-            state.counts.dropped += 1;
-        }
-        state.items.push_back(item);
-        let waker = state.waker.take();
-        drop(state);
-        self.arrival.notify_one();
-        if let Some(waker) = waker {
-            waker.wake();
+        match item {
+            Some(item) => drop(self.queue.push(item, 0)),
+            None => drop(self.refused.fetch_add(1, Ordering::Relaxed)),
         }
     }
 
-    fn pop_until(&self, deadline: Option<Instant>) -> Option<T> {
-        let mut state = self.lock();
-        loop {
-            if let Some(item) = state.items.pop_front() {
-                return Some(item);
-            }
-            state = match deadline.map(|end| end.saturating_duration_since(Instant::now())) {
-                None => self
-                    .arrival
-                    .wait(state)
-                    .unwrap_or_else(PoisonError::into_inner),
-                Some(Duration::ZERO) => return None,
-                Some(left) => {
-                    let waited = self.arrival.wait_timeout(state, left);
-                    waited.unwrap_or_else(PoisonError::into_inner).0
-                }
-            };
+    fn counts(&self) -> Counts {
+        let (counts, refused) = (self.queue.counts(), self.refused.load(Ordering::Relaxed));
+        Counts {
+            received: counts.received + refused,
+            dropped: counts.dropped,
+            refused,
         }
-    }
-
-    fn poll(&self, context: &Context<'_>) -> Poll<Option<T>> {
-        let mut state = self.lock();
-        if let Some(item) = state.items.pop_front() {
-            return Poll::Ready(Some(item));
-        }
-        state.waker = Some(context.waker().clone());
-        Poll::Pending
-    }
-
-    fn lock(&self) -> MutexGuard<'_, State<T>> {
-        // No code of a caller runs under the lock, so a poisoned state is a whole one.
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl<T> Messages<T> {
     pub(crate) fn new(
-        queue: Arc<Queue<T>>,
+        inbox: Arc<Inbox<T>>,
         subscription: CallbackSubscription,
         bus: Arc<Bus>,
     ) -> Self {
         Self {
-            queue,
+            inbox,
             _subscription: subscription,
             _bus: bus,
         }
@@ -133,19 +85,18 @@ impl<T> Messages<T> {
 
     /// The next message, waiting for it for at most `timeout`.
     pub fn next_within(&mut self, timeout: Duration) -> Option<T> {
-        // A deadline beyond the range of the clock is no deadline.
-        self.queue.pop_until(Instant::now().checked_add(timeout))
+        self.inbox.queue.pop_timeout(timeout)
     }
 
     /// The next message, if one is there.
     pub fn try_next(&mut self) -> Option<T> {
-        self.next_within(Duration::ZERO)
+        self.inbox.queue.try_pop()
     }
 
     /// What became of the messages so far.
     #[must_use]
     pub fn counts(&self) -> Counts {
-        self.queue.lock().counts
+        self.inbox.counts()
     }
 
     /// For asynchronous programs.
@@ -159,7 +110,12 @@ impl<T> Iterator for Messages<T> {
     type Item = T;
 
     fn next(&mut self) -> Option<T> {
-        self.queue.pop_until(None)
+        loop {
+            let next = self.inbox.queue.pop_timeout(Duration::MAX);
+            if next.is_some() {
+                return next;
+            }
+        }
     }
 }
 
@@ -175,7 +131,8 @@ impl<T> futures_core::Stream for MessageStream<T> {
     type Item = T;
 
     fn poll_next(self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Option<T>> {
-        self.0.queue.poll(context)
+        let queue = &self.0.inbox.queue;
+        queue.poll_ready(context).map(|()| queue.try_pop())
     }
 }
 
@@ -185,52 +142,16 @@ mod tests {
 
     #[test]
     fn a_flood_leaves_the_newest_and_is_counted() {
-        let queue = Queue::new();
-        (0..10 * CAPACITY).for_each(|item| queue.push(Some(item)));
-        queue.push(None);
-        let soon = Some(Instant::now());
-        let left: Vec<_> = std::iter::from_fn(|| queue.pop_until(soon)).collect();
+        let inbox = Inbox::new();
+        (0..10 * CAPACITY).for_each(|item| inbox.push(Some(item)));
+        inbox.push(None);
+        let left: Vec<_> = std::iter::from_fn(|| inbox.queue.try_pop()).collect();
         assert_eq!(left, (9 * CAPACITY..10 * CAPACITY).collect::<Vec<_>>());
         let counts = Counts {
             received: 10 * CAPACITY as u64 + 1,
             dropped: 9 * CAPACITY as u64,
             refused: 1,
         };
-        assert_eq!(queue.lock().counts, counts);
-    }
-
-    #[test]
-    fn an_arrival_ends_the_wait() {
-        let queue = Queue::new();
-        let waiter = std::thread::spawn({
-            let queue = Arc::clone(&queue);
-            move || queue.pop_until(None)
-        });
-        queue.push(Some(7));
-        assert_eq!(waiter.join().unwrap(), Some(7));
-    }
-
-    #[test]
-    fn an_arrival_wakes_the_task() {
-        let queue = Queue::new();
-        let first = std::future::poll_fn({
-            let queue = Arc::clone(&queue);
-            move |context| queue.poll(context)
-        });
-        let pusher = std::thread::spawn({
-            let queue = Arc::clone(&queue);
-            move || {
-                while queue.lock().waker.is_none() {
-                    std::thread::yield_now();
-                }
-                queue.push(Some(7));
-            }
-        });
-        let runtime = tokio::runtime::Builder::new_multi_thread()
-            .worker_threads(1)
-            .build()
-            .unwrap();
-        assert_eq!(runtime.block_on(first), Some(7));
-        pusher.join().unwrap();
+        assert_eq!(inbox.counts(), counts);
     }
 }

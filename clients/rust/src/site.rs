@@ -1,9 +1,10 @@
 //! A site that this program is connected to: subscriptions, and poses now, at a time and relative to one another.
 
 use crate::history::History;
-use crate::messages::Queue;
+use crate::messages::Inbox;
 use crate::{Error, Messages, Pose, SiteOptions, Transform};
-use sextant_proto::{EpochFilter, Keys, Kind, Message, ObjectPose, Observations};
+use sextant_proto::{AnyMessage, Keys, Kind, Message, ObjectPose, Observations};
+use sextant_site_mirror::SiteMirror;
 use sextant_site_model::{CameraId, ObjectId};
 use sextant_zenoh_bus::{Bus, CallbackSubscription, Item};
 use std::collections::BTreeMap;
@@ -103,9 +104,10 @@ impl Site {
     pub fn observations(&self, camera: &str) -> Result<Messages<Observations>, Error> {
         let camera = self.known_camera(camera)?;
         let key = self.keys.observations(&camera);
-        self.subscribe(&key, move |item| {
-            let observations: Observations = item.decode().ok()?;
-            (observations.camera == camera).then_some(observations)
+        let read = messages(self.keys.clone());
+        self.subscribe(&key, move |item| match read(item)? {
+            AnyMessage::Observations(observations) => Some(observations),
+            _ => None,
         })
     }
 
@@ -185,13 +187,13 @@ impl Site {
         key: &str,
         read: impl Fn(&Item) -> Option<T> + Send + Sync + 'static,
     ) -> Result<Messages<T>, Error> {
-        let queue = Queue::new();
-        let intake = Arc::clone(&queue);
+        let inbox = Inbox::new();
+        let intake = Arc::clone(&inbox);
         let most = Kind::Observations.max_bytes();
         let subscription = self
             .bus
             .subscribe_with(key, most, move |item| intake.push(read(&item)))?;
-        Ok(Messages::new(queue, subscription, Arc::clone(&self.bus)))
+        Ok(Messages::new(inbox, subscription, Arc::clone(&self.bus)))
     }
 
     /// The history of an object, which begins with the first request.
@@ -225,15 +227,23 @@ impl Site {
     }
 }
 
-/// Reads poses of their key's object, by the fusion node that publishes now: none of older epochs.
-fn poses(keys: Keys) -> impl Fn(&Item) -> Option<Pose> + Send + Sync + 'static {
-    let (epochs, begun) = (Mutex::new(EpochFilter::default()), Instant::now());
+/// Reads valid messages of their key's camera or object; poses by the fusion node that publishes now, none of older epochs.
+fn messages(keys: Keys) -> impl Fn(&Item) -> Option<AnyMessage> + Send + Sync + 'static {
+    let (mirror, begun) = (Mutex::new(SiteMirror::default()), Instant::now());
     move |item| {
-        let pose: ObjectPose = item.decode().ok()?;
-        let mut epochs = epochs.lock().unwrap_or_else(PoisonError::into_inner);
+        let key = keys.parse(&item.key)?;
         let now_ns = begun.elapsed().as_nanos() as u64;
-        (keys.pose(&pose.object) == item.key && epochs.admits(&pose.object, pose.epoch, now_ns))
-            .then(|| pose.into())
+        let mut mirror = mirror.lock().unwrap_or_else(PoisonError::into_inner);
+        let update = mirror.handle(now_ns, &key, item.sender.as_deref(), item.try_bytes());
+        Some(update.ok()?.message)
+    }
+}
+
+fn poses(keys: Keys) -> impl Fn(&Item) -> Option<Pose> + Send + Sync + 'static {
+    let read = messages(keys);
+    move |item| match read(item)? {
+        AnyMessage::ObjectPose(pose) => Some((*pose).into()),
+        _ => None,
     }
 }
 

@@ -15,6 +15,6 @@ pub mod terminal;
 pub mod watchdog;
 pub mod whole_lines;
 
-pub use clock::{ClockQuality, Reading, SteadyClock, now_ns};
+pub use clock::{ClockQuality, Reading, SteadyClock, monotonic_ns, now_ns};
 pub use exit::{Exit, Failure, WithExit, report};
 pub use shutdown::Shutdown;

@@ -1,4 +1,4 @@
-//! Translates the messages of a site to ROS messages: the state of the site, and when each topic is published.
+//! Translates the messages of a site to ROS messages: when each topic is published, and under whose name.
 
 mod claims;
 mod health;
@@ -6,14 +6,13 @@ mod health;
 use std::collections::BTreeMap;
 
 use sextant_proto::{
-    CameraConfig, CameraStatus, EpochFilter, FusionStatus, KeyRef, Message, ObjectConfig,
-    ObjectLinks, ObjectPose, Observations, Preview, RigConfig, decode, limits,
+    AnyMessage, CameraConfig, DecodeError, KeyRef, ObjectLinks, ObjectPose, Observations, Preview,
 };
+use sextant_site_mirror::SiteMirror;
 use sextant_site_model::{CameraId, ObjectId};
 use sextant_site_report::State;
 
 use self::claims::{Claims, Owner};
-use self::health::Health;
 use crate::convert;
 use crate::description::{RosMessage, encode};
 use crate::messages::{TFMessage, TransformStamped};
@@ -58,13 +57,10 @@ pub struct BridgeCounts {
 #[derive(Debug)]
 pub struct Bridge {
     options: BridgeOptions,
-    cameras: BTreeMap<CameraId, CameraConfig>,
-    objects: BTreeMap<ObjectId, ObjectConfig>,
+    mirror: SiteMirror,
     streams: BTreeMap<StreamId, Stream>,
-    /// Of poses and links, which have the same epochs.
-    epochs: EpochFilter,
     claims: Claims,
-    health: Health,
+    /// Without those that the mirror counts.
     counts: BridgeCounts,
 }
 
@@ -84,12 +80,9 @@ impl Bridge {
         let claims = Claims::with_frame(&options.world);
         Self {
             options,
-            cameras: BTreeMap::new(),
-            objects: BTreeMap::new(),
+            mirror: SiteMirror::default(),
             streams: BTreeMap::new(),
-            epochs: EpochFilter::default(),
             claims,
-            health: Health::default(),
             counts: BridgeCounts::default(),
         }
     }
@@ -97,74 +90,54 @@ impl Bridge {
     /// Messages of the site that were not published.
     #[must_use]
     pub fn counts(&self) -> BridgeCounts {
-        self.counts
+        let refused = self.mirror.rejections();
+        BridgeCounts {
+            invalid: self.counts.invalid + refused.invalid(),
+            over_rate: self.counts.over_rate,
+            superseded: self.counts.superseded + refused.superseded(),
+            name_taken: self.counts.name_taken + refused.too_many(),
+        }
     }
 
-    /// The ROS messages of a message of the site, in the order in which they are to be published. Keys that nothing is made of are
-    /// ignored.
-    pub fn handle(&mut self, now_ns: u64, key: &KeyRef, payload: &[u8]) -> Vec<Outgoing> {
-        match key {
-            KeyRef::Pose(object) => self
-                .read(payload, |pose: &ObjectPose| pose.object == *object)
-                .filter(|pose| self.is_current(object, pose.epoch, now_ns))
-                .map_or_else(Vec::new, |pose| self.pose(&pose)),
-            KeyRef::Links(object) => self
-                .read(payload, |links: &ObjectLinks| links.object == *object)
-                .filter(|links| self.is_current(object, links.epoch, now_ns))
-                .map_or_else(Vec::new, |links| self.links(&links)),
-            KeyRef::Observations(camera) => self
-                .read(payload, |image: &Observations| image.camera == *camera)
-                .map_or_else(Vec::new, |image| self.detections(&image)),
-            KeyRef::Preview(camera) => self
-                .read(payload, |preview: &Preview| preview.camera == *camera)
-                .map_or_else(Vec::new, |preview| self.picture(&preview)),
-            KeyRef::ConfigRig => self
-                .read(payload, |_: &RigConfig| true)
-                .map_or_else(Vec::new, |rig| self.rig(now_ns, rig)),
-            KeyRef::ConfigObject(object) => self
-                .read(payload, |config: &ObjectConfig| config.id == *object)
-                .map_or_else(Vec::new, |config| self.object(now_ns, config)),
-            KeyRef::CameraStatus(camera) => {
-                let status = self.read(payload, |status: &CameraStatus| status.camera == *camera);
-                let state = status.as_ref().map(convert::camera_status);
-                self.health.keep(now_ns, state);
-                Vec::new()
-            }
-            KeyRef::FusionStatus(node) => {
-                let status = self.read(payload, |status: &FusionStatus| status.node == *node);
-                let state = status.as_ref().map(convert::fusion_status);
-                self.health.keep(now_ns, state);
-                Vec::new()
-            }
+    /// The ROS messages of a message of the site and its sender's signature, in the order in which they are to be published. Keys that
+    /// nothing is made of are ignored.
+    pub fn handle(
+        &mut self,
+        now_ns: u64,
+        key: &KeyRef,
+        sender: Option<&str>,
+        payload: Result<&[u8], DecodeError>,
+    ) -> Vec<Outgoing> {
+        if !is_used(key) {
+            return Vec::new();
+        }
+        let Ok(update) = self.mirror.handle(now_ns, key, sender, payload) else {
+            return Vec::new();
+        };
+        match update.message {
+            AnyMessage::ObjectPose(pose) => self.pose(&pose),
+            AnyMessage::ObjectLinks(links) => self.links(&links),
+            AnyMessage::Observations(image) => self.detections(&image),
+            AnyMessage::Preview(preview) => self.picture(&preview),
+            AnyMessage::RigConfig(rig) => self.rig(now_ns, &rig.cameras),
+            AnyMessage::ObjectConfig(_) => vec![self.static_transforms(now_ns)],
+            _ if !update.gone.is_empty() => vec![self.static_transforms(now_ns)],
             _ => Vec::new(),
         }
     }
 
-    /// Whether a pose is of the fusion node that publishes now.
-    fn is_current(&mut self, object: &ObjectId, epoch: u64, now_ns: u64) -> bool {
-        let is_current = self.epochs.admits(object, epoch, now_ns);
-        self.counts.superseded += u64::from(!is_current);
-        is_current
-    }
-
     /// The state of the nodes, for about once a second, with values of the bridge's own.
     pub fn diagnostics(&mut self, now_ns: u64, own: &[(&str, u64)]) -> Outgoing {
-        let counts = self.counts;
+        self.mirror.expire(now_ns);
+        let counts = self.counts();
         let own = own.iter().copied().chain([
             ("messages invalid", counts.invalid),
             ("messages over the rate", counts.over_rate),
             ("messages superseded", counts.superseded),
             ("messages without a name", counts.name_taken),
         ]);
-        let message = self.health.report(now_ns, own);
+        let message = health::report(&self.mirror, now_ns, own);
         outgoing("/diagnostics".to_owned(), TopicKind::Diagnostics, &message)
-    }
-
-    /// A message that keeps its contract and belongs under its key.
-    fn read<M: Message>(&mut self, payload: &[u8], belongs: impl Fn(&M) -> bool) -> Option<M> {
-        let message = decode(payload).ok().filter(belongs);
-        self.counts.invalid += u64::from(message.is_none());
-        message
     }
 
     /// Poses are published while they mean something: with their covariance from the first on, as transforms, which have none, once
@@ -219,7 +192,7 @@ impl Bridge {
         if !self.may_pass(stream, preview.capture_ns) {
             return Vec::new();
         }
-        let camera = self.cameras.get(&preview.camera);
+        let camera = self.mirror.camera_config(&preview.camera);
         let info = camera.and_then(|camera| convert::picture_info(camera, preview));
         let info =
             info.and_then(|info| self.of_camera(&preview.camera, TopicKind::PictureInfo, &info));
@@ -228,38 +201,20 @@ impl Bridge {
         info.into_iter().chain(picture).collect()
     }
 
-    fn rig(&mut self, now_ns: u64, rig: RigConfig) -> Vec<Outgoing> {
-        let cameras = rig.cameras.into_iter();
-        self.cameras = cameras.map(|camera| (camera.id.clone(), camera)).collect();
-        let infos: Vec<_> = self
-            .cameras
-            .values()
-            .map(|camera| (camera.id.clone(), convert::camera_info(camera, now_ns)))
-            .collect();
-        let infos = infos
-            .iter()
-            .filter_map(|(camera, info)| self.of_camera(camera, TopicKind::CameraInfo, info));
+    fn rig(&mut self, now_ns: u64, cameras: &[CameraConfig]) -> Vec<Outgoing> {
+        let infos = cameras.iter().filter_map(|camera| {
+            let info = convert::camera_info(camera, now_ns);
+            self.of_camera(&camera.id, TopicKind::CameraInfo, &info)
+        });
         let mut all: Vec<Outgoing> = infos.collect();
         all.push(self.static_transforms(now_ns));
         all
     }
 
-    fn object(&mut self, now_ns: u64, config: ObjectConfig) -> Vec<Outgoing> {
-        if config.is_removal() {
-            self.objects.remove(&config.id);
-        } else if self.objects.len() < limits::MAX_OBJECTS || self.objects.contains_key(&config.id)
-        {
-            self.objects.insert(config.id.clone(), config);
-        } else {
-            self.counts.name_taken += 1;
-            return Vec::new();
-        }
-        vec![self.static_transforms(now_ns)]
-    }
-
     /// All of them: a late subscriber gets the last message only.
     fn static_transforms(&self, now_ns: u64) -> Outgoing {
-        let (cameras, objects) = (self.cameras.values(), self.objects.values());
+        let cameras = self.mirror.rig().into_iter().flat_map(|rig| &rig.cameras);
+        let objects = self.mirror.configs();
         let transforms = convert::static_transforms(cameras, objects, &self.options.world, now_ns);
         let message = TFMessage { transforms };
         outgoing(
@@ -310,6 +265,20 @@ impl Bridge {
         self.counts.superseded += u64::from(passage == Passage::Superseded);
         passage == Passage::Passes
     }
+}
+
+fn is_used(key: &KeyRef) -> bool {
+    matches!(
+        key,
+        KeyRef::Pose(_)
+            | KeyRef::Links(_)
+            | KeyRef::Observations(_)
+            | KeyRef::Preview(_)
+            | KeyRef::ConfigRig
+            | KeyRef::ConfigObject(_)
+            | KeyRef::CameraStatus(_)
+            | KeyRef::FusionStatus(_)
+    )
 }
 
 fn is_known(state: State) -> bool {

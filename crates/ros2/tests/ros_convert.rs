@@ -235,7 +235,8 @@ fn bridge(max_rate_hz: Option<f64>) -> Bridge {
 }
 
 fn take<M: Message>(bridge: &mut Bridge, key: KeyRef, message: &M) -> Vec<Outgoing> {
-    bridge.handle(NOW, &key, &encode(message).expect("a message"))
+    let payload = encode(message).expect("a message");
+    bridge.handle(NOW, &key, Some("fusion/main"), Ok(&payload))
 }
 
 fn take_pose(bridge: &mut Bridge, pose: &ObjectPose) -> Vec<Outgoing> {
@@ -313,7 +314,7 @@ fn a_rig_makes_lenses_and_all_static_transforms() {
         cameras: vec![camera("north"), camera("east")],
     };
     let second = take(&mut bridge, KeyRef::ConfigRig, &rig);
-    let lenses = ["east", "north"].map(|id| format!("/sextant/camera/{id}/camera_info"));
+    let lenses = ["north", "east"].map(|id| format!("/sextant/camera/{id}/camera_info"));
     assert_eq!(names(&second), [&lenses[0], &lenses[1], "/tf_static"]);
     let text = String::from_utf8_lossy(&second[2].payload).into_owned();
     for frame in ["north_optical", "east_optical", "cube/tag36h11:3"] {
@@ -365,7 +366,7 @@ fn names_that_are_taken_are_refused_and_counted() {
 fn what_is_no_message_or_belongs_elsewhere_is_counted() {
     let mut bridge = bridge(None);
     let key = KeyRef::Pose(ObjectId::new("cube").expect("an id"));
-    assert!(bridge.handle(NOW, &key, b"nonsense").is_empty());
+    assert!(bridge.handle(NOW, &key, None, Ok(b"nonsense")).is_empty());
     assert!(take(&mut bridge, key, &pose("other", NOW, State::Tracking)).is_empty());
     assert_eq!(bridge.counts().invalid, 2);
 }
@@ -400,6 +401,6 @@ fn diagnostics_name_each_node_and_go_stale() {
     };
     let soon = report(NOW + SECOND);
     assert!(soon.contains("sextant: fusion main") && soon.contains("camera north is not where"));
-    assert!(report(NOW + 6 * SECOND).contains("no status for more than 5 s"));
+    assert!(report(NOW + 6 * SECOND).contains("no status for more than 3 s"));
     assert!(!report(NOW + 400 * SECOND).contains("fusion main"));
 }

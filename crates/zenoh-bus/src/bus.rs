@@ -6,13 +6,13 @@ use std::sync::mpsc::{self, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use sextant_proto::Message;
+use sextant_queue::{DropRule, Queue, StreamBounds};
 use zenoh::Wait;
 use zenoh::sample::Locality;
 
 use crate::config::zenoh_config;
 use crate::liveliness::{AliveToken, AliveWatch, Presence};
 use crate::publisher::{LastValue, Latest, Publisher, RawLatest, RawPublisher, answer};
-use crate::queue::{DropRule, Queue, StreamBounds};
 use crate::subscription::{CallbackSubscription, Item, Subscription};
 use crate::{BusError, BusOptions, Mode, Profile, Qos, Security, query, runtime, why_no_router};
 
@@ -21,7 +21,7 @@ const CLOSE_TIMEOUT: Duration = Duration::from_secs(2);
 /// Period of the log message of a client that waits for its router.
 const COMPLAINT_PERIOD: Duration = Duration::from_secs(10);
 /// Capacity of a watch's queue: more changes at one time mean a network in flux, whose last state counts.
-const PRESENCE_CAPACITY: usize = 1024;
+const PRESENCES: StreamBounds = StreamBounds::new(1024, usize::MAX);
 
 /// A session on the site's network.
 #[derive(Debug)]
@@ -133,7 +133,11 @@ impl Bus {
         rule: DropRule,
         max_bytes: usize,
     ) -> Result<Subscription, BusError> {
-        self.subscribe_by(key_expr, max_bytes, Queue::new(capacity, rule))
+        self.subscribe_by(
+            key_expr,
+            max_bytes,
+            Queue::new(StreamBounds::new(capacity, usize::MAX), rule),
+        )
     }
 
     /// Messages of a stream on `key_expr` in a queue within `bounds`; those over `max_bytes` are reported, not copied.
@@ -143,7 +147,7 @@ impl Bus {
         bounds: StreamBounds,
         max_bytes: usize,
     ) -> Result<Subscription, BusError> {
-        self.subscribe_by(key_expr, max_bytes, Queue::stream(bounds))
+        self.subscribe_by(key_expr, max_bytes, Queue::new(bounds, DropRule::Oldest))
     }
 
     fn subscribe_by(
@@ -156,7 +160,7 @@ impl Bus {
         let intake = Arc::clone(&queue);
         let subscriber = self.subscriber(key_expr, max_bytes, move |item| {
             let bytes = item.held_bytes();
-            intake.push_sized(item, bytes, Instant::now());
+            intake.push(item, bytes);
         })?;
         Ok(Subscription {
             queue,
@@ -226,14 +230,16 @@ impl Bus {
 
     /// Subscribes to liveliness changes on `key_expr`, starting with the keys that are alive already.
     pub fn watch_alive(&self, key_expr: &str) -> Result<AliveWatch, BusError> {
-        let queue = Arc::new(Queue::new(PRESENCE_CAPACITY, DropRule::Oldest));
+        let queue = Arc::new(Queue::new(PRESENCES, DropRule::Oldest));
         let intake = Arc::clone(&queue);
         let subscriber = self
             .session()?
             .liveliness()
             .declare_subscriber(key_expr.to_owned())
             .history(true)
-            .callback(move |sample| intake.push(presence(&sample)))
+            .callback(move |sample| {
+                intake.push(presence(&sample), 0);
+            })
             .wait()
             .map_err(|cause| BusError::of_key(key_expr, &cause))?;
         Ok(AliveWatch {

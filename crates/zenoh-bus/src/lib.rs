@@ -4,7 +4,6 @@
 //! Invariant: a zenoh callback only copies into a bounded queue (or answers a query from a stored value); no caller's
 //! code that may block runs on a zenoh thread.
 
-mod bounded_map;
 mod bus;
 mod compiled;
 mod config;
@@ -18,12 +17,10 @@ mod probe;
 mod publisher;
 mod qos;
 mod query;
-mod queue;
 mod runtime;
 mod security;
 mod subscription;
 
-pub use bounded_map::{BoundedMap, Full};
 pub use bus::Bus;
 pub use control_probe::ControlProbe;
 pub use error::{BusError, SecurityError};
@@ -34,8 +31,8 @@ pub use options::{BusOptions, Mode};
 pub use probe::why_no_router;
 pub use publisher::{Latest, Publisher, RawLatest, RawPublisher};
 pub use qos::Qos;
-pub use queue::{DropRule, QueueCounts, StreamBounds};
 pub use security::{
     Identity, KeyFiles, Member, Members, NodeKeys, Profile, Role, Security, SecurityOptions,
 };
+pub use sextant_queue::{DropRule, QueueCounts, StreamBounds};
 pub use subscription::{CallbackSubscription, Item, Payload, Subscription};

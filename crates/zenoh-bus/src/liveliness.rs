@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::queue::Queue;
+use sextant_queue::Queue;
 
 /// A liveliness token: while it exists, its key is alive.
 #[derive(Debug)]

@@ -4,10 +4,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use sextant_proto::{DecodeError, Message, decode};
+use sextant_queue::{Queue, QueueCounts};
 use zenoh::bytes::ZBytes;
 use zenoh::sample::{Sample, SampleKind};
-
-use crate::queue::{Queue, QueueCounts};
 
 /// The bytes of a message.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -35,9 +34,17 @@ const MAX_SENDER_BYTES: usize = 64;
 impl Item {
     /// The bytes, unless the message was too long.
     pub fn bytes(&self) -> Option<&[u8]> {
+        self.try_bytes().ok()
+    }
+
+    /// The bytes.
+    ///
+    /// # Errors
+    /// [`DecodeError::TooLong`] for a message that was too long.
+    pub fn try_bytes(&self) -> Result<&[u8], DecodeError> {
         match &self.payload {
-            Payload::Bytes(bytes) => Some(bytes),
-            Payload::TooLong(_) => None,
+            Payload::Bytes(bytes) => Ok(bytes),
+            Payload::TooLong(length) => Err(DecodeError::TooLong(*length)),
         }
     }
 
@@ -49,10 +56,7 @@ impl Item {
 
     /// The decoded message, if it is of this kind and valid.
     pub fn decode<M: Message>(&self) -> Result<M, DecodeError> {
-        match &self.payload {
-            Payload::Bytes(bytes) => decode(bytes),
-            Payload::TooLong(length) => Err(DecodeError::TooLong(*length)),
-        }
+        decode(self.try_bytes()?)
     }
 
     /// The item of a sample; `None` for a deletion, which has no meaning on our keys.

@@ -4,14 +4,15 @@
 use std::time::{Duration, Instant};
 
 use sextant_geometry::Lens;
+use sextant_process::monotonic_ns;
 use sextant_proto::{
-    CameraControls, CameraNotice, CameraSettings, KeyRef, Keys, ObjectConfig, RigConfig,
-    SettingsOutcome, limits,
+    AnyMessage, CameraControls, CameraNotice, CameraSettings, Keys, RigConfig, SettingsOutcome,
+    limits,
 };
-use sextant_site_model::{CameraId, ObjectModel, Rig, TagId};
+use sextant_site_mirror::{Rejection, SiteMirror};
+use sextant_site_model::{CameraId, Rig, TagId};
 use sextant_zenoh_bus::{Bus, BusError, DropRule, Item, Subscription};
 
-use super::sizes::{Full, Sizes};
 use crate::config::CameraNodeConfig;
 use crate::settings_files::SettingsFiles;
 
@@ -41,7 +42,7 @@ pub(super) struct Models {
     /// Whether an object was refused for lack of room since the last query.
     is_short_of_room: bool,
     lens: Option<(Lens, [u32; 2])>,
-    sizes: Sizes,
+    mirror: SiteMirror,
     notice: Option<CameraNotice>,
     /// What the site wants of the camera, which the capturing part finds in a file.
     settings: CameraSettings,
@@ -68,7 +69,7 @@ impl Models {
             asked: Instant::now(),
             is_short_of_room: false,
             lens: None,
-            sizes: Sizes::default(),
+            mirror: SiteMirror::default(),
             notice: None,
             settings: files.settings().unwrap_or_else(none),
             files,
@@ -106,7 +107,7 @@ impl Models {
 
     /// Edge of a tag's black square in metres.
     pub(super) fn size_m(&self, tag: &TagId) -> Option<f64> {
-        self.sizes.size_m(tag)
+        self.mirror.tag(*tag).map(|(_, size_m)| size_m)
     }
 
     /// What the status says of the site.
@@ -137,7 +138,7 @@ impl Models {
         if items.is_empty() {
             return;
         }
-        self.sizes.clear();
+        self.mirror = SiteMirror::default();
         let own = self.keys.config_camera(&self.camera);
         if items.iter().all(|item| item.key != own) {
             self.hand_over(CameraSettings::none(self.camera.clone()));
@@ -146,11 +147,25 @@ impl Models {
     }
 
     fn take(&mut self, item: &Item) {
-        let taken = match self.keys.parse(&item.key) {
-            Some(KeyRef::ConfigRig) => self.take_rig(item),
-            Some(KeyRef::ConfigObject(object)) => self.take_object(object.as_str(), item),
-            Some(KeyRef::ConfigCamera(_)) => self.take_settings(item),
-            _ => return,
+        let Some(key) = self.keys.parse(&item.key) else {
+            return;
+        };
+        let sender = item.sender.as_deref();
+        let update = self
+            .mirror
+            .handle(monotonic_ns(), &key, sender, item.try_bytes());
+        let taken = match update.map(|update| update.message) {
+            Ok(AnyMessage::RigConfig(rig)) => self.take_rig(&rig),
+            Ok(AnyMessage::CameraSettings(settings)) => {
+                self.hand_over(settings);
+                Ok(())
+            }
+            Ok(_) => Ok(()),
+            Err(Rejection::TooMany(_)) => {
+                self.is_short_of_room = true;
+                Err(ModelProblem::TooManyTags)
+            }
+            Err(why) => Err(ModelProblem::refused(why)),
         };
         self.notice = taken
             .err()
@@ -160,9 +175,8 @@ impl Models {
         }
     }
 
-    fn take_rig(&mut self, item: &Item) -> Result<(), ModelProblem> {
-        let message: RigConfig = item.decode().map_err(ModelProblem::refused)?;
-        let rig = Rig::try_from(&message).map_err(ModelProblem::refused)?;
+    fn take_rig(&mut self, rig: &RigConfig) -> Result<(), ModelProblem> {
+        let rig = Rig::try_from(rig).map_err(ModelProblem::refused)?;
         self.lens = rig
             .cameras()
             .iter()
@@ -174,33 +188,12 @@ impl Models {
             .ok_or(ModelProblem::NotInRig)
     }
 
-    fn take_settings(&mut self, item: &Item) -> Result<(), ModelProblem> {
-        let message: CameraSettings = item.decode().map_err(ModelProblem::refused)?;
-        if message.camera == self.camera {
-            self.hand_over(message);
-        }
-        Ok(())
-    }
-
     /// Gives settings to the capturing part.
     fn hand_over(&mut self, settings: CameraSettings) {
         if let Err(cause) = self.files.write_settings(&settings) {
             tracing::warn!(%cause, "the site's settings of this camera do not reach its capturing part");
         }
         self.settings = settings;
-    }
-
-    fn take_object(&mut self, object: &str, item: &Item) -> Result<(), ModelProblem> {
-        let message: ObjectConfig = item.decode().map_err(ModelProblem::refused)?;
-        if message.is_removal() {
-            self.sizes.remove(object);
-            return Ok(());
-        }
-        let model = ObjectModel::try_from(&message).map_err(ModelProblem::refused)?;
-        self.sizes.take(object, &model).map_err(|Full| {
-            self.is_short_of_room = true;
-            ModelProblem::TooManyTags
-        })
     }
 }
 

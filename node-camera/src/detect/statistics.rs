@@ -1,12 +1,13 @@
 //! Statistics of a camera node: images received, detected and dropped, and detection times.
 
 use std::collections::VecDeque;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use sextant_apriltag::Image;
 use sextant_iceoryx_images::ImageHeader;
 use sextant_process::host::host_name;
 use sextant_proto::{CameraNotice, CameraStatus, ClockQuality, limits};
+use sextant_site_mirror::limits::SILENCE_NS;
 use sextant_site_model::CameraId;
 
 use super::models::SiteState;
@@ -16,8 +17,6 @@ use super::observe;
 const WINDOW: usize = 128;
 /// Longest window of a rate, s.
 const WINDOW_S: f64 = 3.0;
-/// Time without an image after which a notice is published, s.
-const SILENCE_S: f64 = 2.0;
 
 /// Mean grey level, 0 to 255, of every 16th pixel of every 16th row.
 fn brightness(image: &Image<'_>) -> f32 {
@@ -161,8 +160,10 @@ impl Statistics {
     }
 
     fn notices(&self, model_notice: Option<&CameraNotice>) -> Vec<CameraNotice> {
-        let silent_s = self.last_image.elapsed().as_secs_f64();
-        let silence = (silent_s > SILENCE_S).then_some(CameraNotice::NoImage { silent_s });
+        let silent = self.last_image.elapsed();
+        let silent_s = silent.as_secs_f64();
+        let is_silent = silent > Duration::from_nanos(SILENCE_NS);
+        let silence = is_silent.then_some(CameraNotice::NoImage { silent_s });
         let refusal = self
             .refusal
             .as_ref()

@@ -1,14 +1,12 @@
 //! Whether the site works: a fusion node that reports, every camera of the rig with new images, and a pose of every object whose tags are
 //! visible.
 
-use super::Figures;
+use super::View;
 use serde::Serialize;
 use sextant_proto::{NodeId, NodeKind};
+use sextant_site_mirror::Liveliness;
+use sextant_site_mirror::limits::SILENCE_NS;
 use sextant_site_model::CameraId;
-use std::time::{Duration, Instant};
-
-/// What is silent for longer is lost.
-pub(crate) const SILENCE: Duration = Duration::from_secs(5);
 
 /// Something that keeps the site from working.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -37,61 +35,61 @@ impl Ailment {
     }
 }
 
-impl Figures {
-    pub(super) fn ailments(&self, now: Instant) -> Vec<Ailment> {
-        let fusion = self.fusion_ailments(now);
-        let cameras = self.camera_ailments(now);
+impl View<'_> {
+    pub(super) fn ailments(&self, now_ns: u64) -> Vec<Ailment> {
+        let fusion = self.fusion_ailments(now_ns);
+        let cameras = self.camera_ailments(now_ns);
         // Without a fusion node there are no poses, and no other cause is needed.
         let poses = match fusion.is_empty() {
-            true => self.pose_ailments(now),
+            true => self.pose_ailments(now_ns),
             false => Vec::new(),
         };
         [fusion, cameras, poses].concat()
     }
 
-    fn fusion_ailments(&self, now: Instant) -> Vec<Ailment> {
-        let mut living = self.living(NodeKind::Fusion).peekable();
-        if living.peek().is_none() {
+    fn fusion_ailments(&self, now_ns: u64) -> Vec<Ailment> {
+        let mut alive = self.site.alive(NodeKind::Fusion).peekable();
+        if alive.peek().is_none() {
             return vec![Ailment::new(
                 "fusion".to_owned(),
                 "no fusion node is running".to_owned(),
                 "start `sextant fusion`, and look at its log if it ends",
             )];
         }
-        let is_silent = |(node, since): &(&NodeId, Instant)| {
-            let status = self.fusion.get(node).and_then(|node| node.status.as_ref());
-            let heard = status.map_or(*since, |(_, heard)| *heard);
-            now.saturating_duration_since(heard) > SILENCE
+        let is_silent = |id: &NodeId| {
+            let node = self.site.node(NodeKind::Fusion, id);
+            node.is_some_and(|node| node.is_silent(now_ns))
         };
-        let silent = living.filter(is_silent).map(|(node, _)| {
+        let silent = alive.filter(|(id, _)| is_silent(id)).map(|(node, _)| {
+            let seconds = SILENCE_NS / 1_000_000_000;
             Ailment::new(
                 format!("fusion {node}"),
-                "it has sent no status for more than 5 s".to_owned(),
+                format!("it has sent no status for more than {seconds} s"),
                 "look at its log and at the load of its machine",
             )
         });
         silent.collect()
     }
 
-    fn camera_ailments(&self, now: Instant) -> Vec<Ailment> {
-        let state = |camera: &CameraId| self.camera_ailment(camera, now);
-        self.rig.iter().filter_map(state).collect()
+    fn camera_ailments(&self, now_ns: u64) -> Vec<Ailment> {
+        let rig = self.site.rig().into_iter().flat_map(|rig| &rig.cameras);
+        let ailments = rig.filter_map(|camera| self.camera_ailment(&camera.id, now_ns));
+        ailments.collect()
     }
 
-    fn camera_ailment(&self, camera: &CameraId, now: Instant) -> Option<Ailment> {
+    fn camera_ailment(&self, camera: &CameraId, now_ns: u64) -> Option<Ailment> {
         let about = format!("camera {camera}");
-        let node = NodeId::new(camera.as_str()).ok()?;
-        let Some(since) = self.alive.get(&(NodeKind::Camera, node)) else {
+        let id = NodeId::new(camera.as_str()).ok()?;
+        let node = self.site.node(NodeKind::Camera, &id);
+        let Some(Liveliness::Alive(since_ns)) = node.map(|node| node.liveliness) else {
             return Some(Ailment::new(
                 about,
                 "it is in the rig, but its node is not running".to_owned(),
                 "check its power and network, start its node, or take it out of the rig",
             ));
         };
-        let record = self.cameras.get(camera);
-        let last = record.and_then(|record| record.last_image);
-        let last = last.unwrap_or(*since);
-        (now.saturating_duration_since(last) > SILENCE).then(|| {
+        let camera = self.site.camera(camera).cloned().unwrap_or_default();
+        camera.lacks_images(since_ns, now_ns).then(|| {
             Ailment::new(
                 about,
                 "its node runs, but sends no images".to_owned(),
@@ -100,17 +98,14 @@ impl Figures {
         })
     }
 
-    fn pose_ailments(&self, now: Instant) -> Vec<Ailment> {
-        let age = |at: Instant| now.saturating_duration_since(at);
-        let ailing = self.objects.iter().filter(|(_, object)| {
+    fn pose_ailments(&self, now_ns: u64) -> Vec<Ailment> {
+        let is_recent = |at_ns: u64| now_ns.saturating_sub(at_ns) <= SILENCE_NS;
+        let ailing = self.figures.objects.iter().filter(|(id, object)| {
             let is_visible = object
-                .seen
-                .is_some_and(|(first, last)| age(first) > SILENCE && age(last) <= SILENCE);
-            let has_pose = object
-                .pose
-                .as_ref()
-                .is_some_and(|(_, at)| age(*at) <= SILENCE);
-            is_visible && !has_pose
+                .seen_ns
+                .is_some_and(|(first_ns, last_ns)| !is_recent(first_ns) && is_recent(last_ns));
+            let known = self.site.object(id);
+            is_visible && known.is_some_and(|known| known.recent_pose(now_ns).is_none())
         });
         let ailing = ailing.map(|(object, _)| {
             Ailment::new(
@@ -120,10 +115,5 @@ impl Figures {
             )
         });
         ailing.collect()
-    }
-
-    pub(super) fn living(&self, kind: NodeKind) -> impl Iterator<Item = (&NodeId, Instant)> {
-        let nodes = self.alive.iter();
-        nodes.filter_map(move |((other, node), since)| (*other == kind).then_some((node, *since)))
     }
 }

@@ -1,14 +1,13 @@
 //! The metrics by name. Names and labels are what people's dashboards rely on: docs/outputs.md lists them.
 
-use super::Figures;
-use super::record::{CameraRecord, FusionRecord, IMAGE_STAGES, ObjectRecord, POSE_STAGES};
-use super::text::{Family, FamilyKind, family};
+use super::View;
+use super::figures::{CameraFigures, IMAGE_STAGES, POSE_STAGES};
+use super::text::{FamilyKind, family};
 use serde::Serialize;
-use sextant_proto::{NodeId, NodeKind};
-use sextant_site_model::{CameraId, ObjectId};
+use sextant_proto::{CameraStatus, FusionStatus, NodeId, NodeKind, ObjectPose};
+use sextant_site_mirror::{Camera, Heard};
 use sextant_site_report::State;
 use std::collections::BTreeMap;
-use std::time::Instant;
 
 /// Type of the text.
 pub(crate) const CONTENT_TYPE: &str = "text/plain; version=0.0.4; charset=utf-8";
@@ -27,18 +26,18 @@ pub(crate) struct BridgeFigures {
 
 use FamilyKind::{Counter, Gauge, Histogram};
 
-impl Figures {
-    pub(super) fn text(&self, bridge: &BridgeFigures, now: Instant) -> String {
+impl View<'_> {
+    pub(super) fn text(&self, bridge: &BridgeFigures, now_ns: u64) -> String {
         let mut text = String::new();
         bridge.text(&mut text);
         self.nodes(&mut text);
         self.camera_counts(&mut text);
-        self.camera_gauges(&mut text, now);
+        self.camera_gauges(&mut text, now_ns);
         self.image_stages(&mut text);
         self.intake(&mut text);
         self.clocks(&mut text);
         self.findings(&mut text);
-        self.objects(&mut text, now);
+        self.objects(&mut text, now_ns);
         self.poses(&mut text);
         text
     }
@@ -51,16 +50,18 @@ impl Figures {
             "1 while the node is on the network; 0 for a camera of the rig that is not.",
         );
         for kind in NodeKind::ALL {
-            for (node, _) in self.living(kind) {
+            for (node, _) in self.site.alive(kind) {
                 up.sample(&[("kind", kind.as_str()), ("node", node.as_str())], 1.0);
             }
         }
-        let is_up = |camera: &CameraId| {
-            let mut living = self.living(NodeKind::Camera);
-            living.any(|(node, _)| node.as_str() == camera.as_str())
+        let is_up = |camera: &str| {
+            let mut alive = self.site.alive(NodeKind::Camera);
+            alive.any(|(node, _)| node.as_str() == camera)
         };
-        for camera in self.rig.iter().filter(|camera| !is_up(camera)) {
-            up.sample(&[("kind", "camera"), ("node", camera.as_str())], 0.0);
+        let rig = self.site.rig().into_iter().flat_map(|rig| &rig.cameras);
+        let rig = rig.map(|camera| camera.id.as_str());
+        for camera in rig.filter(|camera| !is_up(camera)) {
+            up.sample(&[("kind", "camera"), ("node", camera)], 0.0);
         }
         let mut info = family(
             text,
@@ -68,108 +69,104 @@ impl Figures {
             Gauge,
             "1, with the node's version and machine as labels.",
         );
-        for (camera, record) in self.cameras.iter() {
-            if let Some(status) = &record.status {
-                let labels = [
-                    ("kind", "camera"),
-                    ("node", camera.as_str()),
-                    ("version", &status.version),
-                    ("host", &status.host),
-                ];
-                info.sample(&labels, 1.0);
-            }
-        }
-        for (node, record) in self.fusion.iter() {
-            if let Some((status, _)) = &record.status {
-                let labels = [
-                    ("kind", "fusion"),
-                    ("node", node.as_str()),
-                    ("version", &status.version),
-                    ("host", ""),
-                ];
-                info.sample(&labels, 1.0);
-            }
-        }
+        self.per_node(|labels, version, host, _| {
+            let more = [("version", version), ("host", host)];
+            info.sample(&[labels, &more].concat(), 1.0);
+        });
         let mut uptime = family(
             text,
             "sextant_node_uptime_seconds",
             Gauge,
             "Time since the node's process started.",
         );
-        for (camera, record) in self.cameras.iter() {
-            if let Some(status) = &record.status {
-                uptime.sample(
-                    &[("kind", "camera"), ("node", camera.as_str())],
-                    status.uptime_s as f64,
-                );
-            }
-        }
-        for (node, record) in self.fusion.iter() {
-            if let Some((status, _)) = &record.status {
-                uptime.sample(
-                    &[("kind", "fusion"), ("node", node.as_str())],
-                    status.uptime_s as f64,
-                );
+        self.per_node(|labels, _, _, uptime_s| uptime.sample(labels, uptime_s as f64));
+    }
+
+    /// Kind and name, version, host and uptime of each node that publishes a status.
+    fn per_node(&self, mut sample: impl FnMut(&[(&'static str, &str)], &str, &str, u64)) {
+        self.per_camera_status(|camera, status| {
+            let labels = [("kind", "camera"), ("node", camera)];
+            sample(&labels, &status.version, &status.host, status.uptime_s);
+        });
+        self.per_fusion(|node, status| {
+            let labels = [("kind", "fusion"), ("node", node)];
+            sample(&labels, &status.version, "", status.uptime_s);
+        });
+    }
+
+    fn per_camera_status(&self, mut sample: impl FnMut(&str, &CameraStatus)) {
+        for (id, camera) in self.site.cameras() {
+            if let Some(status) = &camera.status {
+                sample(id.as_str(), &status.message);
             }
         }
     }
 
     fn camera_counts(&self, text: &mut String) {
-        type Count = fn(&CameraRecord) -> Option<u64>;
-        let counts: [(&str, Count, &str); 7] = [
+        type Reported = fn(&CameraStatus) -> u64;
+        let reported: [(&str, Reported, &str); 4] = [
             (
                 "sextant_camera_captured_images_total",
-                |c| Some(c.status.as_ref()?.captured),
+                |status| status.captured,
                 "Images captured.",
             ),
             (
                 "sextant_camera_detected_images_total",
-                |c| Some(c.status.as_ref()?.detected),
+                |status| status.detected,
                 "Images that went through the detector.",
             ),
             (
                 "sextant_camera_dropped_images_total",
-                |c| Some(c.status.as_ref()?.dropped),
+                |status| status.dropped,
                 "Images dropped before detection, since a newer one was there.",
             ),
             (
                 "sextant_camera_published_images_total",
-                |c| Some(c.status.as_ref()?.published),
+                |status| status.published,
                 "Observations handed to the network.",
             ),
+        ];
+        for (name, count, help) in reported {
+            let mut family = family(text, name, Counter, help);
+            self.per_camera_status(|camera, status| {
+                family.sample(&[("camera", camera)], count(status) as f64);
+            });
+        }
+        type Counted = fn(&CameraFigures) -> u64;
+        let counted: [(&str, Counted, &str); 3] = [
             (
                 "sextant_camera_received_images_total",
-                |c| Some(c.images),
+                |figures| figures.images,
                 "Observations that reached the bridge.",
             ),
             (
                 "sextant_camera_tags_total",
-                |c| Some(c.tags),
+                |figures| figures.tags,
                 "Tags detected in images that reached the bridge.",
             ),
             (
                 "sextant_camera_back_in_time_total",
-                |c| Some(c.back_in_time),
+                |figures| figures.back_in_time,
                 "Stages of images that ended before they began, since clocks differ.",
             ),
         ];
-        for (name, count, help) in counts {
+        for (name, count, help) in counted {
             let mut family = family(text, name, Counter, help);
-            self.per_camera(&mut family, |record| {
-                count(record).map(|count| count as f64)
+            self.per_camera(|camera, _, figures| {
+                family.sample(&[("camera", camera)], count(figures) as f64);
             });
         }
     }
 
-    fn camera_gauges(&self, text: &mut String, now: Instant) {
+    fn camera_gauges(&self, text: &mut String, now_ns: u64) {
         let mut rate = family(
             text,
             "sextant_camera_image_rate_hertz",
             Gauge,
             "Images detected a second, over the last seconds.",
         );
-        self.per_camera(&mut rate, |record| {
-            Some(record.status.as_ref()?.rate_hz.into())
+        self.per_camera_status(|camera, status| {
+            rate.sample(&[("camera", camera)], status.rate_hz.into());
         });
         let mut age = family(
             text,
@@ -177,9 +174,10 @@ impl Figures {
             Gauge,
             "Time since the last observation reached the bridge.",
         );
-        self.per_camera(&mut age, |record| {
-            let age = now.saturating_duration_since(record.last_image?);
-            Some(age.as_secs_f64())
+        self.per_camera(|camera, known, _| {
+            if let Some(last_ns) = known.last_image_ns {
+                age.sample(&[("camera", camera)], seconds_since(last_ns, now_ns));
+            }
         });
         let mut detection = family(
             text,
@@ -187,39 +185,31 @@ impl Figures {
             Gauge,
             "Time of detection an image, over the last seconds.",
         );
-        for (camera, record) in self.cameras.iter() {
-            let Some(status) = &record.status else {
-                continue;
-            };
+        self.per_camera_status(|camera, status| {
             for (quantile, ms) in ["0.5", "0.99"].into_iter().zip(status.detect_ms) {
-                detection.sample(
-                    &[("camera", camera.as_str()), ("quantile", quantile)],
-                    f64::from(ms) * 1e-3,
-                );
+                let labels = [("camera", camera), ("quantile", quantile)];
+                detection.sample(&labels, f64::from(ms) * 1e-3);
             }
-        }
+        });
         let mut error = family(
             text,
             "sextant_camera_clock_error_seconds",
             Gauge,
             "Error of the camera node's clock as its own machine estimates it.",
         );
-        for (camera, record) in self.cameras.iter() {
-            let Some(status) = &record.status else {
-                continue;
-            };
-            let labels = [
-                ("camera", camera.as_str()),
-                ("source", status.clock.source.name()),
-            ];
+        self.per_camera_status(|camera, status| {
+            let labels = [("camera", camera), ("source", status.clock.source.name())];
             error.sample(&labels, status.clock.error_ns as f64 * 1e-9);
-        }
+        });
     }
 
-    fn per_camera(&self, family: &mut Family<'_>, value: impl Fn(&CameraRecord) -> Option<f64>) {
-        for (camera, record) in self.cameras.iter() {
-            if let Some(value) = value(record) {
-                family.sample(&[("camera", camera.as_str())], value);
+    /// The cameras that were heard of, with what was counted.
+    fn per_camera(&self, mut sample: impl FnMut(&str, &Camera, &CameraFigures)) {
+        let none = CameraFigures::default();
+        for (id, camera) in self.site.cameras() {
+            if camera.heard_ns().is_some() {
+                let figures = self.figures.cameras.get(id).unwrap_or(&none);
+                sample(id.as_str(), camera, figures);
             }
         }
     }
@@ -227,11 +217,11 @@ impl Figures {
     fn image_stages(&self, text: &mut String) {
         let help = "Duration of an image's stages: capture (middle of the exposure until the detector has the image), detect, publish, network (until the bridge).";
         let mut family = family(text, "sextant_image_stage_seconds", Histogram, help);
-        for (camera, record) in self.cameras.iter() {
-            for (stage, histogram) in IMAGE_STAGES.into_iter().zip(&record.stages) {
-                family.histogram(&[("camera", camera.as_str()), ("stage", stage)], histogram);
+        self.per_camera(|camera, _, figures| {
+            for (stage, histogram) in IMAGE_STAGES.into_iter().zip(&figures.stages) {
+                family.histogram(&[("camera", camera), ("stage", stage)], histogram);
             }
-        }
+        });
     }
 
     /// What fusion nodes took in of each camera.
@@ -288,9 +278,9 @@ impl Figures {
     }
 
     fn per_intake(&self, mut sample: impl FnMut(&str, &sextant_proto::CameraIntake)) {
-        for (node, record) in self.fusion.iter() {
-            for camera in record.status.iter().flat_map(|(status, _)| &status.cameras) {
-                sample(node.as_str(), camera);
+        for status in self.site.statuses() {
+            for camera in &status.cameras {
+                sample(status.node.as_str(), camera);
             }
         }
     }
@@ -316,8 +306,8 @@ impl Figures {
         &self,
         mut sample: impl FnMut(&[(&'static str, &str)], &sextant_proto::CameraClock),
     ) {
-        for (node, record) in self.fusion.iter() {
-            for clock in &record.clocks {
+        for (node, known) in self.site.fusion_nodes() {
+            for clock in &known.clocks {
                 sample(
                     &[("node", node.as_str()), ("camera", clock.camera.as_str())],
                     clock,
@@ -367,15 +357,13 @@ impl Figures {
         });
     }
 
-    fn per_fusion(&self, mut sample: impl FnMut(&str, &sextant_proto::FusionStatus)) {
-        for (node, FusionRecord { status, .. }) in self.fusion.iter() {
-            if let Some((status, _)) = status {
-                sample(node.as_str(), status);
-            }
+    fn per_fusion(&self, mut sample: impl FnMut(&str, &FusionStatus)) {
+        for status in self.site.statuses() {
+            sample(status.node.as_str(), status);
         }
     }
 
-    fn objects(&self, text: &mut String, now: Instant) {
+    fn objects(&self, text: &mut String, now_ns: u64) {
         let mut state = family(
             text,
             "sextant_object_state",
@@ -410,16 +398,15 @@ impl Figures {
             Gauge,
             "Time since the object's last pose reached the bridge.",
         );
-        self.per_object(&mut age, |record| {
-            let (_, at) = record.pose.as_ref()?;
-            Some(now.saturating_duration_since(*at).as_secs_f64())
+        self.per_pose(|object, pose| {
+            age.sample(&[("object", object)], seconds_since(pose.at_ns, now_ns));
         });
     }
 
     fn per_health(&self, mut sample: impl FnMut(&NodeId, &sextant_proto::ObjectHealth)) {
-        for (node, record) in self.fusion.iter() {
-            for object in record.status.iter().flat_map(|(status, _)| &status.objects) {
-                sample(node, object);
+        for status in self.site.statuses() {
+            for object in &status.objects {
+                sample(&status.node, object);
             }
         }
     }
@@ -431,8 +418,10 @@ impl Figures {
             Counter,
             "Poses that reached the bridge.",
         );
-        self.per_object(&mut poses, |record| Some(record.poses as f64));
-        type Gauged = fn(&sextant_proto::ObjectPose) -> f64;
+        for (object, figures) in &self.figures.objects {
+            poses.sample(&[("object", object.as_str())], figures.poses as f64);
+        }
+        type Gauged = fn(&ObjectPose) -> f64;
         let gauges: [(&str, Gauged, &str); 5] = [
             (
                 "sextant_pose_position_sigma_meters",
@@ -462,22 +451,25 @@ impl Figures {
         ];
         for (name, gauge, help) in gauges {
             let mut family = family(text, name, Gauge, help);
-            self.per_object(&mut family, |record| Some(gauge(&record.pose.as_ref()?.0)));
+            self.per_pose(|object, pose| {
+                family.sample(&[("object", object)], gauge(&pose.message));
+            });
         }
         let help = "Time from the middle of the exposure until the fusion node published the pose, and until the bridge received it.";
         let mut latency = family(text, "sextant_pose_latency_seconds", Histogram, help);
-        for (object, record) in self.objects.iter() {
-            for (until, histogram) in POSE_STAGES.into_iter().zip(&record.stages) {
+        for (object, figures) in &self.figures.objects {
+            for (until, histogram) in POSE_STAGES.into_iter().zip(&figures.stages) {
                 latency.histogram(&[("object", object.as_str()), ("until", until)], histogram);
             }
         }
     }
 
-    fn per_object(&self, family: &mut Family<'_>, value: impl Fn(&ObjectRecord) -> Option<f64>) {
-        for (object, record) in self.objects.iter() {
-            let object: &ObjectId = object;
-            if let Some(value) = value(record) {
-                family.sample(&[("object", object.as_str())], value);
+    /// The newest pose of each object that the site has.
+    fn per_pose(&self, mut sample: impl FnMut(&str, &Heard<ObjectPose>)) {
+        let objects = self.site.objects();
+        for (id, object) in objects.filter(|(_, object)| object.gone_ns.is_none()) {
+            if let Some(pose) = &object.pose {
+                sample(id.as_str(), pose);
             }
         }
     }
@@ -531,7 +523,11 @@ const STATES: [(&str, State); 4] = [
     ("lost", State::Lost),
 ];
 
-fn largest_sigma(pose: &sextant_proto::ObjectPose, from: usize) -> f64 {
+fn seconds_since(then_ns: u64, now_ns: u64) -> f64 {
+    now_ns.saturating_sub(then_ns) as f64 * 1e-9
+}
+
+fn largest_sigma(pose: &ObjectPose, from: usize) -> f64 {
     let variances = (from..from + 3).map(|axis| pose.covariance[axis * 7]);
     variances.fold(0.0, f64::max).sqrt()
 }

@@ -1,13 +1,22 @@
 //! Figures of a small site: as text, as verdict, against the dashboard, at their bounds.
 
-use super::health::SILENCE;
 use super::*;
-use crate::inventory::samples::status;
+use crate::forwarder::tests::status;
 use sextant_proto::{
-    CameraClock, CameraConfig, CameraControls, CameraIntake, ClockQuality, LensConfig,
-    ObjectTagConfig, Rejections, TagObservation, Timing,
+    CameraClock, CameraConfig, CameraIntake, CameraStatus, ClockReport, FusionStatus, KeyRef,
+    LensConfig, Message, NodeId, NodeKind, ObjectConfig, ObjectPose, ObjectTagConfig, Rejections,
+    RigConfig, TagObservation, Timing, encode,
 };
-use sextant_site_report::{Fault, State};
+use sextant_site_mirror::limits::{CAMERAS, OBJECTS, SILENCE_NS};
+use sextant_site_report::Fault;
+use sextant_tag_families::Family;
+
+/// The message of a golden file of the contract.
+macro_rules! golden {
+    ($name:literal) => {
+        serde_json::from_str(include_str!(concat!("../../../proto/golden/", $name))).unwrap()
+    };
+}
 
 const CAPTURE_NS: u64 = 1_800_000_000_000_000_000;
 const MS: u64 = 1_000_000;
@@ -37,17 +46,14 @@ fn image(id: &str, tags: &[u32]) -> Observations {
     };
     Observations {
         camera: camera(id),
-        sequence: 1,
         capture_ns: CAPTURE_NS,
-        exposure_ns: 0,
-        clock: ClockQuality::default(),
-        resolution: [640, 480],
         timing: Timing {
             received_ns: CAPTURE_NS + 10 * MS,
             detected_ns: CAPTURE_NS + 14 * MS,
             published_ns: CAPTURE_NS + 14 * MS,
         },
         tags: tags.iter().map(tag).collect(),
+        ..golden!("observations.json")
     }
 }
 
@@ -56,18 +62,10 @@ fn pose() -> ObjectPose {
     covariance[7] = 4e-6;
     ObjectPose {
         object: cube(),
-        epoch: 1,
-        sequence: 1,
         capture_ns: CAPTURE_NS,
         published_ns: CAPTURE_NS + 30 * MS,
-        state: State::Tracking,
-        position: [0.0; 3],
-        orientation: [0.0, 0.0, 0.0, 1.0],
         covariance,
-        twist: [0.0; 6],
-        cameras: 2,
-        tags: 3,
-        rms_px: 0.25,
+        ..golden!("object_pose.json")
     }
 }
 
@@ -133,58 +131,66 @@ fn fusion_status() -> FusionStatus {
 fn camera_status() -> CameraStatus {
     CameraStatus {
         camera: camera("north"),
-        version: "0.1.0".to_owned(),
         host: "a \"board\"".to_owned(),
         captured: 100,
-        detected: 90,
-        dropped: 10,
-        rate_hz: 30.0,
         detect_ms: [4.0, 8.0],
-        clock: ClockQuality::default(),
-        uptime_s: 60,
-        published: 90,
-        fallbacks: 0,
-        brightness: 100.0,
-        controls: CameraControls::default(),
-        notices: Vec::new(),
+        ..golden!("camera_status.json")
     }
 }
 
-/// Figures of a site on which everything works, `age` after its last news.
+/// A site on which everything works, and its figures.
 struct Site {
+    mirror: SiteMirror,
     metrics: Metrics,
-    start: Instant,
 }
+
+const SECOND_NS: u64 = 1_000_000_000;
 
 impl Site {
     fn new() -> Self {
-        let (metrics, start) = (Metrics::default(), Instant::now());
-        let site = Self { metrics, start };
-        let now = site.after(Duration::ZERO);
+        let mut site = Self {
+            mirror: SiteMirror::default(),
+            metrics: Metrics::default(),
+        };
         let north = NodeId::new("north").unwrap();
-        site.metrics
-            .presence(NodeKind::Fusion, &fusion(), true, now);
-        site.metrics.presence(NodeKind::Camera, &north, true, now);
-        site.metrics.rig(&rig(&["north"]));
-        site.metrics.object(&object());
-        site.works(Duration::ZERO);
+        let mirror = &mut site.mirror;
+        mirror
+            .handle_joined(0, NodeKind::Fusion, &fusion())
+            .unwrap();
+        mirror.handle_joined(0, NodeKind::Camera, &north).unwrap();
+        site.hear(0, KeyRef::ConfigRig, &rig(&["north"]));
+        site.hear(0, KeyRef::ConfigObject(cube()), &object());
+        site.works(0);
         site
     }
 
-    fn after(&self, age: Duration) -> Moment {
-        Moment {
-            at: self.start + age,
-            ns: CAPTURE_NS + 40 * MS,
+    /// Hears a message at this time of the monotonic clock.
+    fn hear<M: Message>(&mut self, at_ns: u64, key: KeyRef, message: &M) {
+        let payload = encode(message).unwrap();
+        let update = self.mirror.handle(at_ns, &key, None, Ok(&payload));
+        let wall_ns = CAPTURE_NS + 40 * MS;
+        let now = Moment { at_ns, wall_ns };
+        if let Ok(update) = update {
+            self.metrics.count(&update.message, &self.mirror, now);
         }
     }
 
-    /// News of everything at this age.
-    fn works(&self, age: Duration) {
-        let (metrics, now) = (&self.metrics, self.after(age));
-        metrics.camera_status(&camera_status(), now);
-        metrics.observations(&image("north", &[3, 8]), now);
-        metrics.fusion_status(&fusion_status(), now);
-        metrics.pose(&pose(), now);
+    fn sees(&mut self, at_ns: u64, tags: &[u32]) {
+        let key = KeyRef::Observations(camera("north"));
+        self.hear(at_ns, key, &image("north", tags));
+    }
+
+    fn fuses(&mut self, at_ns: u64) {
+        self.hear(at_ns, KeyRef::FusionStatus(fusion()), &fusion_status());
+    }
+
+    /// News of everything at this time.
+    fn works(&mut self, at_ns: u64) {
+        let key = KeyRef::CameraStatus(camera("north"));
+        self.hear(at_ns, key, &camera_status());
+        self.sees(at_ns, &[3, 8]);
+        self.fuses(at_ns);
+        self.hear(at_ns, KeyRef::Pose(cube()), &pose());
         let clock = CameraClock {
             camera: camera("north"),
             offset_s: -0.002,
@@ -195,7 +201,7 @@ impl Site {
             node: fusion(),
             cameras: vec![clock],
         };
-        metrics.clocks(&report, now);
+        self.hear(at_ns, KeyRef::Clocks(fusion()), &report);
     }
 
     fn text(&self) -> String {
@@ -206,12 +212,12 @@ impl Site {
             replaced: 0,
             rejected: serde_json::json!({ "damaged": 1 }),
         };
-        self.metrics.text(&bridge, self.start)
+        self.metrics.text(&self.mirror, &bridge, 0)
     }
 
-    /// What ails it at this age.
-    fn abouts(&self, age: Duration) -> Vec<String> {
-        let ailments = self.metrics.ailments(self.start + age);
+    /// What ails it at this time.
+    fn abouts(&self, now_ns: u64) -> Vec<String> {
+        let ailments = self.metrics.ailments(&self.mirror, now_ns);
         ailments.into_iter().map(|ailment| ailment.about).collect()
     }
 }
@@ -277,76 +283,75 @@ fn the_dashboard_and_the_guide_name_metrics_that_exist() {
 #[test]
 fn a_site_is_well_while_everything_reports() {
     let site = Site::new();
-    assert_eq!(site.abouts(SILENCE), Vec::<String>::new());
-    let silent = SILENCE + Duration::from_millis(1);
-    assert_eq!(site.abouts(silent), ["fusion main", "camera north"]);
+    assert_eq!(site.abouts(SILENCE_NS), Vec::<String>::new());
+    let ailing = ["fusion main", "camera north"];
+    assert_eq!(site.abouts(SILENCE_NS + 1), ailing);
 }
 
 #[test]
 fn a_camera_of_the_rig_that_is_not_there_is_lost() {
-    let site = Site::new();
-    site.metrics.rig(&rig(&["north", "south"]));
-    assert_eq!(site.abouts(Duration::ZERO), ["camera south"]);
+    let mut site = Site::new();
+    site.hear(0, KeyRef::ConfigRig, &rig(&["north", "south"]));
+    assert_eq!(site.abouts(0), ["camera south"]);
     let down = "sextant_node_up{kind=\"camera\",node=\"south\"} 0\n";
     assert!(site.text().contains(down));
 }
 
 #[test]
 fn without_a_fusion_node_nothing_else_is_needed() {
-    let site = Site::new();
-    let now = site.after(Duration::ZERO);
-    site.metrics
-        .presence(NodeKind::Fusion, &fusion(), false, now);
-    assert_eq!(site.abouts(Duration::ZERO), ["fusion"]);
+    let mut site = Site::new();
+    site.mirror.handle_left(0, NodeKind::Fusion, &fusion());
+    assert_eq!(site.abouts(0), ["fusion"]);
 }
 
 #[test]
 fn visible_tags_without_a_pose_are_an_ailment_and_hidden_ones_are_none() {
-    let site = Site::new();
-    let seconds = Duration::from_secs;
-    for second in 1..8 {
-        let now = site.after(seconds(second));
-        site.metrics.observations(&image("north", &[3]), now);
-        site.metrics.fusion_status(&fusion_status(), now);
+    let mut site = Site::new();
+    for second in 1..6 {
+        site.sees(second * SECOND_NS, &[3]);
+        site.fuses(second * SECOND_NS);
     }
-    assert_eq!(site.abouts(seconds(7)), ["object cube"]);
-    for second in 8..14 {
-        let now = site.after(seconds(second));
-        site.metrics.observations(&image("north", &[]), now);
-        site.metrics.fusion_status(&fusion_status(), now);
+    assert_eq!(site.abouts(5 * SECOND_NS), ["object cube"]);
+    for second in 6..12 {
+        site.sees(second * SECOND_NS, &[]);
+        site.fuses(second * SECOND_NS);
     }
-    assert_eq!(site.abouts(seconds(13)), Vec::<String>::new());
+    assert_eq!(site.abouts(11 * SECOND_NS), Vec::<String>::new());
     // Seen again after a long pause: the first pose may take its time.
-    let now = site.after(seconds(30));
-    site.works(seconds(29));
-    site.metrics.observations(&image("north", &[3]), now);
-    assert_eq!(site.abouts(seconds(30)), Vec::<String>::new());
+    site.works(29 * SECOND_NS);
+    site.sees(30 * SECOND_NS, &[3]);
+    assert_eq!(site.abouts(30 * SECOND_NS), Vec::<String>::new());
 }
 
 #[test]
-fn a_flood_of_ids_ends_at_the_bounds() {
-    let site = Site::new();
-    let now = site.after(Duration::ZERO);
-    for n in 0..4 * MAX_OBJECTS {
+fn what_the_site_has_no_more_is_forgotten() {
+    let mut site = Site::new();
+    let without = FusionStatus {
+        objects: Vec::new(),
+        ..fusion_status()
+    };
+    site.hear(1, KeyRef::FusionStatus(fusion()), &without);
+    site.metrics.keep_known(&site.mirror);
+    let text = site.text();
+    let left: Vec<&str> = text.lines().filter(|line| line.contains("cube")).collect();
+    assert_eq!(left, Vec::<&str>::new());
+}
+
+#[test]
+fn only_what_the_mirror_takes_in_is_counted() {
+    let mut site = Site::new();
+    for n in 0..4 * OBJECTS {
         let id = format!("x{n}");
-        let mut forged = pose();
-        forged.object = ObjectId::new(&id).unwrap();
-        site.metrics.pose(&forged, now);
-        site.metrics.observations(&image(&id, &[]), now);
-        site.metrics.fusion_status(&status(&id, &[]), now);
-        let node = NodeId::new(&id).unwrap();
-        site.metrics.presence(NodeKind::Viewer, &node, true, now);
+        let forged = ObjectPose {
+            object: ObjectId::new(&id).unwrap(),
+            ..pose()
+        };
+        site.hear(0, KeyRef::Pose(forged.object.clone()), &forged);
+        let key = KeyRef::Observations(camera(&id));
+        site.hear(0, key, &image(&id, &[]));
     }
     let figures = site.metrics.lock();
-    let sizes = [
-        figures.cameras.len(),
-        figures.objects.len(),
-        figures.fusion.len(),
-        figures.alive.len(),
-    ];
-    assert_eq!(
-        sizes,
-        [MAX_CAMERAS, MAX_OBJECTS, MAX_FUSION_NODES, MAX_NODES]
-    );
-    assert!(figures.cameras.get(&camera("north")).is_some());
+    let sizes = [figures.cameras.len(), figures.objects.len()];
+    assert_eq!(sizes, [CAMERAS, OBJECTS]);
+    assert!(figures.cameras.contains_key(&camera("north")));
 }

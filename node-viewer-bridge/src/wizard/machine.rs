@@ -1,13 +1,14 @@
 //! One wizard at a time, from start to a kept result: a state machine without thread, file or network. Time is an argument.
 
 use super::command::{Command, Refusal, Start};
-use super::known::Known;
 use super::plan::{plan, subject};
 use super::publication::{Answered, Outgoing, Publication};
 use super::state::WizardState;
 use sextant_calibrator::procedure::{Outcome, Procedure, Product};
-use sextant_proto::ConfigAnswer;
+use sextant_proto::{ConfigAnswer, NodeId, NodeKind};
+use sextant_site_mirror::SiteMirror;
 use sextant_site_model::{ImageObservation, Rig};
+use std::collections::BTreeSet;
 use std::time::Instant;
 
 /// What the machine wants done elsewhere.
@@ -53,7 +54,7 @@ enum Phase {
 
 /// What a command has to be judged by.
 pub(super) struct Site<'a> {
-    pub known: &'a Known,
+    pub mirror: &'a SiteMirror,
     /// The rig in force, or else that of the site's folder; needed to start only.
     pub rig: &'a Rig,
     /// Whether results have a folder to go to.
@@ -92,7 +93,7 @@ impl Machine {
                 "another wizard is at work ({subject}): finish it or discard it first"
             )));
         }
-        let plan = plan(wish, site.known, site.rig)?;
+        let plan = plan(wish, site.mirror, site.rig)?;
         let subject = subject(&plan);
         let procedure = Procedure::start(site.rig.clone(), plan)
             .map_err(|error| Refusal::wrong(field_of(wish), error))?;
@@ -131,7 +132,8 @@ impl Machine {
     }
 
     fn keep(&mut self, site: &Site<'_>, now: Instant) -> Result<(), Refusal> {
-        let nodes = site.known.fusion_nodes();
+        let nodes = site.mirror.alive(NodeKind::Fusion);
+        let nodes: BTreeSet<NodeId> = nodes.map(|(id, _)| id.clone()).collect();
         let running = self.running_in(|phase| matches!(phase, Phase::Solved(_)), "to keep")?;
         let Phase::Solved(outcome) = &running.phase else {
             return Ok(());
@@ -145,7 +147,7 @@ impl Machine {
             (outcome.clone(), None)
         } else {
             let message = Outgoing::of(&outcome.product);
-            let publication = Publication::of(&message, nodes, now).map_err(Refusal::not_now)?;
+            let publication = Publication::of(&message, &nodes, now).map_err(Refusal::not_now)?;
             let outcome = outcome.clone();
             self.jobs.push(Job::Publish(message));
             (outcome, Some(publication))

@@ -3,11 +3,11 @@
 use super::command::{
     BoardWish, GridWish, ObjectWish, OriginWish, Others, Refusal, Start, TagWish,
 };
-use super::known::Known;
 use sextant_calibrator::lens::Selection;
 use sextant_calibrator::procedure::{LensPlan, Plan};
 use sextant_calibrator::{Gauge, GridError, LearnPlan, Origin, PrintedGrid, RigPlan};
 use sextant_site_files::parse_object;
+use sextant_site_mirror::SiteMirror;
 use sextant_site_model::{CameraId, ObjectId, ObjectModel, Rig, TagId};
 use sextant_tag_families::Family;
 use std::fmt::Display;
@@ -18,13 +18,13 @@ use std::str::FromStr;
 const SIZES_M: std::ops::RangeInclusive<f64> = 0.001..=100.0;
 
 /// What a wish asks for, on a site whose rig is this one.
-pub(super) fn plan(wish: &Start, known: &Known, rig: &Rig) -> Result<Plan, Refusal> {
+pub(super) fn plan(wish: &Start, site: &SiteMirror, rig: &Rig) -> Result<Plan, Refusal> {
     match wish {
         Start::Lens {
             camera,
             board,
             model,
-        } => lens(known, camera, board, model.as_deref()).map(Plan::Lens),
+        } => lens(site, camera, board, model.as_deref()).map(Plan::Lens),
         Start::Rig { object, origin } => {
             if rig.cameras().len() < 2 {
                 return Err(Refusal::wrong(
@@ -33,11 +33,11 @@ pub(super) fn plan(wish: &Start, known: &Known, rig: &Rig) -> Result<Plan, Refus
                 ));
             }
             Ok(Plan::Rig(RigPlan {
-                object: carried(known, object)?,
+                object: carried(site, object)?,
                 origin: self::origin(origin, rig)?,
             }))
         }
-        Start::Learn { .. } => learn(wish, known, rig).map(Plan::Learn),
+        Start::Learn { .. } => learn(wish, site, rig).map(Plan::Learn),
     }
 }
 
@@ -52,13 +52,13 @@ pub(super) fn subject(plan: &Plan) -> String {
 }
 
 fn lens(
-    known: &Known,
+    site: &SiteMirror,
     camera: &str,
     board: &BoardWish,
     model: Option<&str>,
 ) -> Result<LensPlan, Refusal> {
     let camera: CameraId = read("camera", camera)?;
-    let resolution = known.resolution(&camera).ok_or_else(|| {
+    let resolution = site.resolution(&camera).ok_or_else(|| {
         Refusal::wrong(
             "camera",
             format!("camera {camera} has sent no image yet; is its node running?"),
@@ -98,12 +98,12 @@ fn printed(wish: &GridWish) -> Result<ObjectModel, Refusal> {
     })
 }
 
-fn carried(known: &Known, wish: &ObjectWish) -> Result<ObjectModel, Refusal> {
+fn carried(site: &SiteMirror, wish: &ObjectWish) -> Result<ObjectModel, Refusal> {
     match wish {
         ObjectWish::File(text) => file("object", text),
         ObjectWish::Known(id) => {
             let id: ObjectId = read("object", id)?;
-            let object = known.object(&id).cloned();
+            let object = site.object_model(&id);
             object.ok_or_else(|| Refusal::wrong("object", format!("the site has no object {id}")))
         }
     }
@@ -123,7 +123,7 @@ fn origin(wish: &OriginWish, rig: &Rig) -> Result<Origin, Refusal> {
     }
 }
 
-fn learn(wish: &Start, known: &Known, rig: &Rig) -> Result<LearnPlan, Refusal> {
+fn learn(wish: &Start, site: &SiteMirror, rig: &Rig) -> Result<LearnPlan, Refusal> {
     let Start::Learn {
         id,
         family,
@@ -148,7 +148,7 @@ fn learn(wish: &Start, known: &Known, rig: &Rig) -> Result<LearnPlan, Refusal> {
             "no camera's lens is known yet: find it with the lens wizard first",
         ));
     }
-    let from = (*others == Others::Keep).then(|| known.object(&object).cloned());
+    let from = (*others == Others::Keep).then(|| site.object_model(&object));
     Ok(LearnPlan {
         tags: wanted(family, tags)?,
         cameras: cameras.collect::<Result<_, _>>()?,
@@ -218,11 +218,11 @@ where
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::wizard::samples::{known, rig};
+    use crate::wizard::samples::{mirror, rig};
 
     fn refused(text: &str) -> (Option<&'static str>, String) {
         let wish: Start = serde_json::from_str(text).unwrap();
-        let refusal = plan(&wish, &known(), &rig()).unwrap_err();
+        let refusal = plan(&wish, &mirror(), &rig()).unwrap_err();
         (refusal.field, refusal.cause)
     }
 
@@ -313,7 +313,7 @@ mod tests {
             let text = format!(
                 r#"{{"wizard":"learn","id":"cube","tags":[{{"id":9,"size_m":0.04}}],"others":"{others}"}}"#
             );
-            match plan(&serde_json::from_str(&text).unwrap(), &known(), &rig()) {
+            match plan(&serde_json::from_str(&text).unwrap(), &mirror(), &rig()) {
                 Ok(Plan::Learn(plan)) => plan.from.is_some(),
                 other => panic!("{other:?}"),
             }

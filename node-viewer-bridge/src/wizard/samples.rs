@@ -1,8 +1,9 @@
 //! A small site for tests: two cameras, of which the second has a pose, and a cube.
 
-use super::known::Known;
 use nalgebra::{Matrix2, UnitQuaternion, Vector3};
 use sextant_geometry::{Intrinsics, Lens, Pose, tag_corners_in_tag};
+use sextant_proto::{KeyRef, ObjectConfig, RigConfig, encode};
+use sextant_site_mirror::SiteMirror;
 use sextant_site_model::{
     Camera, CameraId, ImageObservation, ObjectId, ObjectModel, ObjectTag, Rig, TagCorners, TagId,
 };
@@ -38,11 +39,21 @@ pub(crate) fn cube() -> ObjectModel {
     ObjectModel::new(ObjectId::new("cube").unwrap(), (0..6).map(tag).collect()).unwrap()
 }
 
-pub(super) fn known() -> Known {
-    let mut known = Known::default();
-    known.take_object(cube());
-    known.rig = Some(rig());
-    known
+/// The site as heard: both models.
+pub(super) fn mirror() -> SiteMirror {
+    let mut mirror = SiteMirror::default();
+    let cube = encode(&ObjectConfig::from(&cube())).unwrap();
+    let key = KeyRef::ConfigObject(ObjectId::new("cube").unwrap());
+    mirror.handle(1, &key, None, Ok(&cube)).unwrap();
+    hear_rig(&mut mirror, &rig());
+    mirror
+}
+
+pub(super) fn hear_rig(mirror: &mut SiteMirror, rig: &Rig) {
+    let rig = encode(&RigConfig::from(rig)).unwrap();
+    mirror
+        .handle(1, &KeyRef::ConfigRig, None, Ok(&rig))
+        .unwrap();
 }
 
 /// What camera `a` sees of the cube at a step of its way: each step from elsewhere, turned a little otherwise.

@@ -1,10 +1,9 @@
-//! The interface of the wizards: takes commands, images and what is known of the site, and hands jobs to the wizard's thread.
+//! The interface of the wizards: takes commands, images and answers, and hands jobs to the wizard's thread.
 //!
-//! The network's threads only lock what is known and the answers: neither lock is held while a file is read, an image is evaluated or a
-//! command is executed.
+//! The network's threads only lock the answers and offers: neither lock is held while a file is read, an image is evaluated or a command is
+//! executed.
 
 use super::command::{Command, Refusal, check_settings};
-use super::known::Known;
 use super::machine::{Job, Machine, Site};
 use super::offers::{Offer, Offers};
 use super::publication::Outgoing;
@@ -12,8 +11,9 @@ use super::state::WizardState;
 use sextant_calibrator::procedure::Outcome;
 use sextant_proto::{ConfigAnswer, NodeId, Proposal};
 use sextant_site_files::read_rig;
-use sextant_site_model::{CameraId, ImageObservation, ObjectId, ObjectModel, Rig};
-use std::collections::{BTreeSet, VecDeque};
+use sextant_site_mirror::SiteMirror;
+use sextant_site_model::{ImageObservation, Rig};
+use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -29,7 +29,6 @@ const MOST_ANSWERS: usize = 256;
 #[derive(Debug)]
 pub(crate) struct WizardService {
     machine: Mutex<Machine>,
-    known: Mutex<Known>,
     answers: Mutex<VecDeque<ConfigAnswer>>,
     /// Where results are kept.
     folder: Option<PathBuf>,
@@ -47,7 +46,6 @@ impl WizardService {
         let (images, worker) = sync_channel(QUEUE);
         Self {
             machine: Mutex::default(),
-            known: Mutex::default(),
             answers: Mutex::default(),
             folder,
             images,
@@ -59,8 +57,8 @@ impl WizardService {
         }
     }
 
-    /// Executes a command, or returns why not. May read a file.
-    pub(crate) fn command(&self, command: &Command) -> Result<(), Refusal> {
+    /// Executes a command on a site as it is heard, or returns why not. May read a file.
+    pub(crate) fn command(&self, command: &Command, mirror: &SiteMirror) -> Result<(), Refusal> {
         match command {
             Command::ApplyRefinement { node } => return self.accept(node, Offer::Refinement),
             Command::Revert { node } => return self.accept(node, Offer::Former),
@@ -70,14 +68,13 @@ impl WizardService {
             }
             _ => {}
         }
-        let known = self.known().clone();
         let rig = match command {
-            Command::Start(_) => self.rig_of_site(&known)?,
+            Command::Start(_) => self.rig_of_site(mirror)?,
             _ => Rig::default(),
         };
         let mut machine = self.machine();
         let site = Site {
-            known: &known,
+            mirror,
             rig: &rig,
             has_folder: self.folder.is_some(),
         };
@@ -113,14 +110,16 @@ impl WizardService {
     }
 
     /// The rig in force, completed by the folder's file; the folder's rig while there is no fusion node.
-    fn rig_of_site(&self, known: &Known) -> Result<Rig, Refusal> {
+    fn rig_of_site(&self, mirror: &SiteMirror) -> Result<Rig, Refusal> {
         let file = self.folder.as_ref().map(|folder| folder.join("rig.toml"));
         let kept = match file.filter(|file| file.exists()) {
             Some(file) => read_rig(&file).map_err(Refusal::not_now)?,
             None => Rig::default(),
         };
-        Ok(match &known.rig {
-            Some(rig) => rig.clone().holding_on_to(&kept),
+        // It was checked when it was taken in.
+        let in_force = mirror.rig().and_then(|rig| Rig::try_from(rig).ok());
+        Ok(match in_force {
+            Some(rig) => rig.holding_on_to(&kept),
             None => kept,
         })
     }
@@ -134,34 +133,9 @@ impl WizardService {
         }
     }
 
-    /// The rig in force.
-    pub(crate) fn take_rig(&self, rig: Rig) {
-        self.known().rig = Some(rig);
-    }
-
-    /// An object in force.
-    pub(crate) fn take_object(&self, object: ObjectModel) {
-        self.known().take_object(object);
-    }
-
-    /// Marks objects that a fusion node lists as existing.
-    pub(crate) fn confirm_objects(&self, objects: &BTreeSet<&str>) {
-        self.known().confirm_objects(objects);
-    }
-
-    pub(crate) fn forget_object(&self, id: &ObjectId) {
-        self.known().forget_object(id);
-    }
-
-    pub(crate) fn take_resolution(&self, camera: &CameraId, resolution: [u32; 2]) {
-        self.known().take_resolution(camera, resolution);
-    }
-
-    pub(crate) fn fusion_node(&self, id: &NodeId, up: bool) {
-        self.known().fusion_node(id, up);
-        if !up {
-            locked(&self.offers).forget(id);
-        }
+    /// A fusion node is gone.
+    pub(crate) fn forget_offers(&self, node: &NodeId) {
+        locked(&self.offers).forget(node);
     }
 
     pub(crate) fn take_answer(&self, answer: &ConfigAnswer) {
@@ -224,10 +198,6 @@ impl WizardService {
     fn machine(&self) -> MutexGuard<'_, Machine> {
         locked(&self.machine)
     }
-
-    fn known(&self) -> MutexGuard<'_, Known> {
-        locked(&self.known)
-    }
 }
 
 /// What is under these locks is whole even where somebody panicked.
@@ -240,20 +210,20 @@ mod tests {
     use super::*;
     use crate::wizard::samples;
     use sextant_site_files::write_rig;
-    use sextant_site_model::PoseSigma;
+    use sextant_site_model::{CameraId, PoseSigma};
 
     const LENS: &str = r#"{"do":"start","wizard":"lens","camera":"a",
         "board":{"grid":{"columns":5,"rows":6,"size_m":0.028}}}"#;
 
     fn obey(service: &WizardService, text: &str) -> Result<(), Refusal> {
-        service.command(&Command::parse(text.as_bytes()).unwrap())
+        let command = Command::parse(text.as_bytes()).unwrap();
+        service.command(&command, &samples::mirror())
     }
 
     #[test]
     fn images_beyond_the_queue_are_missed_and_counted() {
         let service = WizardService::new(None);
         service.offer(|| panic!("nobody asked for it"));
-        service.take_rig(samples::rig());
         obey(&service, LENS).unwrap();
         (0..QUEUE as u64 + 7).for_each(|step| service.offer(|| samples::image(step)));
         let state = serde_json::to_value(service.news().unwrap()).unwrap();
@@ -287,12 +257,12 @@ mod tests {
             .unwrap();
         write_rig(&folder.path().join("rig.toml"), &kept).unwrap();
         let service = WizardService::new(Some(folder.path().to_owned()));
-        let mut known = samples::known();
-        let rig = service.rig_of_site(&known).unwrap();
+        let mut mirror = samples::mirror();
+        let rig = service.rig_of_site(&mirror).unwrap();
         assert_eq!(rig.pose_sigma(&b), Some(sigma));
         let mut cameras = samples::rig().cameras().to_vec();
         cameras[1].world_from_camera = None;
-        known.rig = Some(Rig::new(cameras).unwrap());
-        assert_eq!(service.rig_of_site(&known).unwrap().pose_sigma(&b), None);
+        samples::hear_rig(&mut mirror, &Rig::new(cameras).unwrap());
+        assert_eq!(service.rig_of_site(&mirror).unwrap().pose_sigma(&b), None);
     }
 }

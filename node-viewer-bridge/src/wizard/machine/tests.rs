@@ -12,7 +12,7 @@ const LEARN: &str = r#"{"do":"start","wizard":"learn","id":"cube","cameras":["a"
 /// A machine on the sample site.
 struct Bench {
     machine: Machine,
-    known: Known,
+    mirror: SiteMirror,
     rig: Rig,
     has_folder: bool,
     now: Instant,
@@ -20,13 +20,14 @@ struct Bench {
 
 impl Bench {
     fn new(nodes: &[&str], has_folder: bool) -> Self {
-        let mut known = samples::known();
+        let mut mirror = samples::mirror();
         for node in nodes {
-            known.fusion_node(&NodeId::new(node).unwrap(), true);
+            let node = NodeId::new(node).unwrap();
+            mirror.handle_joined(1, NodeKind::Fusion, &node).unwrap();
         }
         Self {
             machine: Machine::default(),
-            known,
+            mirror,
             rig: samples::rig(),
             has_folder,
             now: Instant::now(),
@@ -35,7 +36,7 @@ impl Bench {
 
     fn obey(&mut self, command: &str) -> Result<(), String> {
         let site = Site {
-            known: &self.known,
+            mirror: &self.mirror,
             rig: &self.rig,
             has_folder: self.has_folder,
         };
