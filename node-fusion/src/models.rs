@@ -182,13 +182,15 @@ mod tests {
     use sextant_tag_families::Family;
 
     fn model(id: &str, tags: &[u32]) -> ObjectModel {
-        let tag = |id: &u32| ObjectTag {
-            tag: TagId {
-                family: Family::Tag36h11,
-                id: *id,
-            },
-            size_m: 0.04,
-            object_from_tag: Some(Pose::identity()),
+        let tag = |id: &u32| {
+            ObjectTag::new(
+                TagId {
+                    family: Family::Tag36h11,
+                    id: *id,
+                },
+                0.04,
+                Some(Pose::identity()),
+            )
         };
         ObjectModel::new(ObjectId::new(id).unwrap(), tags.iter().map(tag).collect()).unwrap()
     }
@@ -201,12 +203,7 @@ mod tests {
             cy: 239.5,
         })
         .unwrap();
-        let camera = |id: &&str| Camera {
-            id: CameraId::new(id).unwrap(),
-            resolution: [640, 480],
-            lens,
-            world_from_camera: None,
-        };
+        let camera = |id: &&str| Camera::new(CameraId::new(id).unwrap(), [640, 480], lens, None);
         Rig::new(ids.iter().map(camera).collect()).unwrap()
     }
 

@@ -192,12 +192,12 @@ fn rig(class: Class, random: &mut Random) -> Rig {
         };
         let level = Vector3::new(angle.cos(), angle.sin(), 0.0);
         let place = level * distance + Vector3::z() * (distance * random.within(0.3, 0.9));
-        Camera {
-            id: made(CameraId::new(&format!("cam{index}"))),
-            resolution: [640, 480],
-            lens: lens(class, random),
-            world_from_camera: Some(looking(place, random.gaussian(0.04))),
-        }
+        Camera::new(
+            made(CameraId::new(&format!("cam{index}"))),
+            [640, 480],
+            lens(class, random),
+            Some(looking(place, random.gaussian(0.04))),
+        )
     };
     let cameras: Vec<Camera> = (0..n_cameras).map(camera).collect();
     let ids: Vec<CameraId> = cameras.iter().map(|camera| camera.id.clone()).collect();

@@ -144,11 +144,7 @@ impl Wrong {
             .iter()
             .find(|tag| tag.tag == self.tag)
             .map_or(0.04, |tag| tag.size_m);
-        let tag = ObjectTag {
-            tag: self.tag,
-            size_m,
-            object_from_tag: Some(Pose::identity()),
-        };
+        let tag = ObjectTag::new(self.tag, size_m, Some(Pose::identity()));
         let place = Vector3::new(0.15 * random.gauss(), 0.15 * random.gauss(), -0.1);
         scene.bodies.push(Body {
             model: made(ObjectModel::new(

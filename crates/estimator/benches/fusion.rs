@@ -35,15 +35,15 @@ fn rig(cameras: usize) -> Rig {
         let forward = -place.normalize();
         let right = forward.cross(&Vector3::z()).normalize();
         let rotation = Rotation3::from_basis_unchecked(&[right, forward.cross(&right), forward]);
-        Camera {
-            id: CameraId::new(&format!("cam{index}")).expect("a name"),
-            resolution: [640, 480],
-            lens: Lens::pinhole(intrinsics).expect("a lens"),
-            world_from_camera: Some(Pose::from_parts(
+        Camera::new(
+            CameraId::new(&format!("cam{index}")).expect("a name"),
+            [640, 480],
+            Lens::pinhole(intrinsics).expect("a lens"),
+            Some(Pose::from_parts(
                 place.into(),
                 UnitQuaternion::from_rotation_matrix(&rotation),
             )),
-        }
+        )
     };
     Rig::new((0..cameras).map(camera).collect())
         .expect("a rig")
@@ -52,17 +52,19 @@ fn rig(cameras: usize) -> Rig {
 
 /// A plate whose tags lie side by side, all facing up.
 fn plate(index: usize, tags: usize) -> ObjectModel {
-    let tag = |number: usize| ObjectTag {
-        tag: TagId {
-            family: Family::Tag36h11,
-            id: (index * tags + number) as u32,
-        },
-        size_m: 0.03,
-        object_from_tag: Some(Pose::translation(
-            0.04 * (number % 3) as f64,
-            0.04 * (number / 3) as f64,
-            0.0,
-        )),
+    let tag = |number: usize| {
+        ObjectTag::new(
+            TagId {
+                family: Family::Tag36h11,
+                id: (index * tags + number) as u32,
+            },
+            0.03,
+            Some(Pose::translation(
+                0.04 * (number % 3) as f64,
+                0.04 * (number / 3) as f64,
+                0.0,
+            )),
+        )
     };
     ObjectModel::new(
         ObjectId::new(&format!("plate{index}")).expect("a name"),

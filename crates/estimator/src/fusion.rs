@@ -451,11 +451,13 @@ mod tests {
         })
         .unwrap();
         let rig = |n: usize| {
-            let camera = |k: usize| Camera {
-                id: CameraId::new(&format!("c{n}-{k}")).unwrap(),
-                resolution: [640, 480],
-                lens,
-                world_from_camera: None,
+            let camera = |k: usize| {
+                Camera::new(
+                    CameraId::new(&format!("c{n}-{k}")).unwrap(),
+                    [640, 480],
+                    lens,
+                    None,
+                )
             };
             Rig::new((0..256).map(camera).collect()).unwrap()
         };

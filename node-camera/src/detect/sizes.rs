@@ -64,11 +64,7 @@ mod tests {
     const FAMILY: Family = Family::Tag36h11;
 
     fn model(tags: impl Iterator<Item = u32>) -> ObjectModel {
-        let tag = |id| ObjectTag {
-            tag: TagId { family: FAMILY, id },
-            size_m: 0.04,
-            object_from_tag: None,
-        };
+        let tag = |id| ObjectTag::new(TagId { family: FAMILY, id }, 0.04, None);
         ObjectModel::new(ObjectId::new("cube").unwrap(), tags.map(tag).collect()).unwrap()
     }
 

@@ -18,12 +18,12 @@ pub fn rig(cameras: &[SceneCamera]) -> anyhow::Result<Rig> {
 }
 
 fn camera(camera: &SceneCamera) -> Result<Camera, IdError> {
-    Ok(Camera {
-        id: CameraId::new(&camera.id)?,
-        resolution: camera.resolution,
-        lens: camera.lens,
-        world_from_camera: Some(camera.world_from_camera),
-    })
+    Ok(Camera::new(
+        CameraId::new(&camera.id)?,
+        camera.resolution,
+        camera.lens,
+        Some(camera.world_from_camera),
+    ))
 }
 
 /// An object for fusion: an object of the scenario, or several that joints connect as links.
@@ -108,13 +108,15 @@ fn joint(parent: &LinkId, child: &LinkId, link: &SceneObject) -> anyhow::Result<
 }
 
 fn tags(object: &SceneObject) -> impl Iterator<Item = ObjectTag> {
-    object.tags.iter().map(|tag| ObjectTag {
-        tag: TagId {
-            family: tag.family,
-            id: tag.id,
-        },
-        size_m: tag.size,
-        object_from_tag: Some(tag.object_from_tag),
+    object.tags.iter().map(|tag| {
+        ObjectTag::new(
+            TagId {
+                family: tag.family,
+                id: tag.id,
+            },
+            tag.size,
+            Some(tag.object_from_tag),
+        )
     })
 }
 

@@ -48,11 +48,7 @@ impl LearnSession {
         let tags = &solved.adjusted.solution.bundle.tags;
         let sizes = tags.iter().map(|tag| tag.size_m);
         let learned = self.wanted.iter().zip(solved.poses.iter().zip(sizes));
-        let learned = learned.map(|(w, (pose, size_m))| ObjectTag {
-            tag: w.tag,
-            size_m,
-            object_from_tag: Some(*pose),
-        });
+        let learned = learned.map(|(w, (pose, size_m))| ObjectTag::new(w.tag, size_m, Some(*pose)));
         let object = ObjectModel::new(self.plan.object.clone(), learned.collect())?;
         let sought = (0..self.wanted.len()).filter(|at| solved.sought[*at]);
         let stated = sought.map(|at| (self.wanted[at].tag, sigma(&solved.covariance, at)));

@@ -85,12 +85,12 @@ impl Outcome {
 
 fn with_lens(rig: &Rig, camera: &CameraId, found: &LensCalibration) -> Result<Rig, ProcedureError> {
     let mut cameras = rig.cameras().to_vec();
-    let calibrated = Camera {
-        id: camera.clone(),
-        resolution: found.resolution,
-        lens: found.lens,
-        world_from_camera: rig.camera(camera).and_then(|known| known.world_from_camera),
-    };
+    let calibrated = Camera::new(
+        camera.clone(),
+        found.resolution,
+        found.lens,
+        rig.camera(camera).and_then(|known| known.world_from_camera),
+    );
     match cameras.iter_mut().find(|known| known.id == *camera) {
         Some(known) => *known = calibrated,
         None => cameras.push(calibrated),

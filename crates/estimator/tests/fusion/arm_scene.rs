@@ -52,11 +52,11 @@ pub fn arm() -> ObjectModel {
             let place = turn * Vector3::new(0.0, 0.0, 0.02) + Vector3::new(0.07, 0.0, 0.0);
             tags.push((
                 link(name),
-                ObjectTag {
-                    tag: tag_id(10 + 3 * index as u32 + side as u32),
-                    size_m: 0.03,
-                    object_from_tag: Some(Pose::from_parts(place.into(), turn)),
-                },
+                ObjectTag::new(
+                    tag_id(10 + 3 * index as u32 + side as u32),
+                    0.03,
+                    Some(Pose::from_parts(place.into(), turn)),
+                ),
             ));
         }
     }

@@ -75,12 +75,12 @@ pub fn rig(cameras: usize) -> Rig {
     };
     let camera = |index: usize| {
         let angle = std::f64::consts::TAU * index as f64 / cameras.max(4) as f64;
-        Camera {
-            id: camera_id(index),
-            resolution: [640, 480],
-            lens: Lens::pinhole(intrinsics).unwrap(),
-            world_from_camera: Some(looking_from(Vector3::new(angle.cos(), angle.sin(), 0.7))),
-        }
+        Camera::new(
+            camera_id(index),
+            [640, 480],
+            Lens::pinhole(intrinsics).unwrap(),
+            Some(looking_from(Vector3::new(angle.cos(), angle.sin(), 0.7))),
+        )
     };
     Rig::new((0..cameras).map(camera).collect())
         .unwrap()
@@ -104,11 +104,11 @@ pub fn cube() -> ObjectModel {
             0.0,
         );
         let place = turn * Vector3::new(0.0, 0.0, 0.03);
-        ObjectTag {
-            tag: tag_id(id as u32),
-            size_m: 0.04,
-            object_from_tag: Some(Pose::from_parts(place.into(), turn)),
-        }
+        ObjectTag::new(
+            tag_id(id as u32),
+            0.04,
+            Some(Pose::from_parts(place.into(), turn)),
+        )
     };
     ObjectModel::new(cube_id(), turns.into_iter().enumerate().map(tag).collect())
         .unwrap()
@@ -117,11 +117,7 @@ pub fn cube() -> ObjectModel {
 
 /// A card with one tag, its face along z of the object.
 pub fn card() -> ObjectModel {
-    let tag = ObjectTag {
-        tag: tag_id(0),
-        size_m: 0.04,
-        object_from_tag: Some(Pose::identity()),
-    };
+    let tag = ObjectTag::new(tag_id(0), 0.04, Some(Pose::identity()));
     ObjectModel::new(cube_id(), vec![tag]).unwrap().exact()
 }
 
