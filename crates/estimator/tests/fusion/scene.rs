@@ -5,7 +5,8 @@ use sextant_estimator::{Fusion, FusionOptions, Input, Output};
 use sextant_geometry::lens::Intrinsics;
 use sextant_geometry::{Lens, Pose, se3, tag_corners_in_tag};
 use sextant_site_model::{
-    Camera, CameraId, ImageObservation, ObjectId, ObjectModel, ObjectTag, Rig, TagCorners, TagId,
+    Camera, CameraId, ImageObservation, ObjectId, ObjectModel, ObjectTag, PoseSigma, Prior, Rig,
+    TagCorners, TagId,
 };
 use sextant_site_report::ObjectEstimate;
 use sextant_tag_families::Family;
@@ -85,6 +86,32 @@ pub fn rig(cameras: usize) -> Rig {
     Rig::new((0..cameras).map(camera).collect())
         .unwrap()
         .exact()
+}
+
+/// The camera as a file has it that gives no priors.
+pub fn unstated(camera: &Camera) -> Camera {
+    Camera::new(
+        camera.id.clone(),
+        camera.resolution,
+        camera.lens,
+        camera.world_from_camera,
+    )
+}
+
+/// The rig with all cameras changed.
+pub fn with_cameras(rig: &Rig, change: impl FnMut(&mut Camera)) -> Rig {
+    let mut cameras = rig.cameras().to_vec();
+    cameras.iter_mut().for_each(change);
+    Rig::new(cameras).unwrap()
+}
+
+/// The object with this prior of the poses of all tags.
+pub fn with_pose_priors(object: &ObjectModel, sigma: PoseSigma) -> ObjectModel {
+    let pose_prior = Prior::Sigma(sigma);
+    let tags = object.tags().iter().cloned();
+    tags.fold(object.clone(), |object, tag| {
+        object.with_tag(ObjectTag { pose_prior, ..tag })
+    })
 }
 
 /// A cube of 6 cm edge with a tag of 4 cm on each side.
@@ -192,7 +219,7 @@ impl Eye<'_> {
     ) -> Option<TagCorners> {
         let (camera_from_world, object_from_tag) =
             (camera.world_from_camera?.inverse(), tag.object_from_tag?);
-        let line_delay_s = self.rig.line_delay_s(&camera.id).unwrap_or(0.0);
+        let line_delay_s = camera.line_delay_s.unwrap_or(0.0);
         let middle_row = 0.5 * f64::from(camera.resolution[1] - 1);
         let camera_from_tag = camera_from_world * pose(0.0) * object_from_tag;
         let towards = camera_from_tag.translation.vector.normalize();
