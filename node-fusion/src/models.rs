@@ -178,7 +178,7 @@ mod tests {
     use super::*;
     use sextant_geometry::{Intrinsics, Lens, Pose};
     use sextant_proto::Keys;
-    use sextant_site_model::{Camera, CameraId, ObjectTag, PoseSigma, TagId};
+    use sextant_site_model::{Camera, CameraId, ObjectTag, PoseSigma, Prior, TagId};
     use sextant_tag_families::Family;
 
     fn model(id: &str, tags: &[u32]) -> ObjectModel {
@@ -304,19 +304,16 @@ mod tests {
     #[test]
     fn what_a_message_leaves_out_is_gone_and_what_is_in_force_is_the_same() {
         let (rig, object) = (cameras(&["north"]), model("cube", &[1, 2]));
-        let north = rig.cameras()[0].id.clone();
-        let first = object.tags()[0].tag;
-        let sigma = PoseSigma {
+        let (mut cameras, mut tags) = (rig.cameras().to_vec(), object.tags().to_vec());
+        cameras[0].line_delay_s = Some(2e-5);
+        tags[0].pose_prior = Prior::Sigma(PoseSigma {
             position_m: 0.001,
             orientation_rad: 0.002,
-        };
+        });
+        tags[0].size_prior = Prior::Sigma(0.0003);
         let in_force = Models {
-            rig: rig.clone().with_line_delays([(north, 2e-5)]).unwrap(),
-            objects: vec![
-                (object.clone().with_tag_sigmas([(first, sigma)]))
-                    .and_then(|object| object.with_size_sigmas([(first, 0.0003)]))
-                    .unwrap(),
-            ],
+            rig: Rig::new(cameras).unwrap(),
+            objects: vec![ObjectModel::new(object.id().clone(), tags).unwrap()],
             ..models()
         };
         let after = |key: KeyRef, payload: &[u8]| {

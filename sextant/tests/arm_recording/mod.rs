@@ -155,15 +155,12 @@ fn model(scenario: &Scenario) -> ObjectModel {
         .enumerate()
         .flat_map(|(index, object)| {
             object.tags.iter().map(move |tag| {
-                let tag = ObjectTag::new(
-                    TagId {
-                        family: tag.family,
-                        id: tag.id,
-                    },
-                    tag.size,
-                    Some(tag.object_from_tag),
-                );
-                (LinkId::new(LINKS[index]).unwrap(), tag)
+                let (family, id) = (tag.family, tag.id);
+                let place = Some(tag.object_from_tag);
+                ObjectTag {
+                    link: Some(LinkId::new(LINKS[index]).unwrap()),
+                    ..ObjectTag::new(TagId { family, id }, tag.size, place)
+                }
             })
         });
     ObjectModel::articulated(ObjectId::new("arm").unwrap(), tree, tags.collect()).unwrap()
