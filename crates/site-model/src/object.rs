@@ -18,10 +18,10 @@ pub struct ObjectTag {
     /// Maps points of the tag (x right, y up, z out of its face) into the object, or into its link where the object has
     /// links; `None` until learned.
     pub object_from_tag: Option<Pose>,
-    /// Of `object_from_tag`, in axes of the object or link about the centre of the tag. The usual default is [`PoseSigma::OF_TAG`]; fusion
-    /// takes an object's only placed tag as exact.
+    /// Prior of `object_from_tag`, in axes of the object or link about the centre of the tag. Fusion and calibration default to
+    /// [`PoseSigma::OF_TAG`]; by default the only placed tag of an object is exact to fusion, since it is the frame.
     pub pose_prior: Prior<PoseSigma>,
-    /// Of `size_m`, m. Fusion and calibration define the default, a share of the size.
+    /// Prior of `size_m`, m. Fusion and calibration default to half a per cent of the size.
     pub size_prior: Prior<f64>,
     /// Its link; `None` if the object is rigid.
     pub link: Option<LinkId>,
@@ -292,5 +292,54 @@ impl ObjectModel {
     /// Its tags in the given order.
     pub fn tags(&self) -> &[ObjectTag] {
         &self.tags
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sextant_tag_families::Family;
+
+    fn tag(link: Option<&str>) -> ObjectTag {
+        let family = Family::Tag36h11;
+        ObjectTag {
+            size_prior: Prior::Sigma(0.001),
+            link: link.map(|link| LinkId::new(link).unwrap()),
+            ..ObjectTag::new(TagId { family, id: 3 }, 0.04, None)
+        }
+    }
+
+    fn arm() -> ObjectId {
+        ObjectId::new("arm").unwrap()
+    }
+
+    #[test]
+    fn a_tag_is_on_a_link_of_its_object_or_the_object_is_rigid() {
+        let tree = Articulation::new(vec![LinkId::new("base").unwrap()], Vec::new()).unwrap();
+        let on = |link| ObjectModel::articulated(arm(), tree.clone(), vec![tag(link)]);
+        let arm_with_tag = on(Some("base")).unwrap();
+        assert_eq!(arm_with_tag.link_of(&arm_with_tag.tags()[0]), Some(0));
+        assert!(matches!(on(None), Err(ObjectError::NoLink { .. })));
+        let unknown = [
+            on(Some("hand")),
+            ObjectModel::new(arm(), vec![tag(Some("base"))]),
+        ];
+        for refused in unknown {
+            assert!(matches!(refused, Err(ObjectError::UnknownLink { .. })));
+        }
+    }
+
+    #[test]
+    fn a_corrected_size_scales_its_sigma_and_an_invalid_one_changes_nothing() {
+        let object = ObjectModel::new(arm(), vec![tag(None)]).unwrap();
+        let sized = |size_m| {
+            let corrected = object.clone().with_tag(ObjectTag {
+                size_m,
+                ..tag(None)
+            });
+            corrected.tags()[0].clone()
+        };
+        assert_eq!(sized(0.08).size_prior, Prior::Sigma(0.002));
+        assert_eq!(sized(-0.08), object.tags()[0]);
     }
 }

@@ -3,7 +3,7 @@
 /// Prior of a value: the standard deviation `S` of its error, if known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Prior<S> {
-    /// Nothing is given: the user of the value applies its own default. Fusion and calibration define theirs, see docs/models.md.
+    /// Nothing is given: fusion and calibration apply their defaults, which docs/models.md lists.
     #[default]
     Default,
     /// The value is exact, as in simulations. Files and messages write it as a standard deviation of zero.

@@ -23,9 +23,11 @@ pub struct Camera {
     pub lens: Lens,
     /// Maps points of the camera into the world; `None` until calibrated.
     pub world_from_camera: Option<Pose>,
-    /// Of `world_from_camera`. The usual default is [`PoseSigma::OF_CAMERA`]; fusion takes a rig's only camera as exact.
+    /// Prior of `world_from_camera`, in axes of the world. Fusion and calibration default to [`PoseSigma::OF_CAMERA`]; a camera that alone
+    /// has a pose is exact to fusion, since it is the frame.
     pub pose_prior: Prior<PoseSigma>,
-    /// Of `lens`. The default of fusion is based on [`LensSigma::usual`]; calibration defines its own.
+    /// Prior of `lens`. Fusion defaults to [`LensSigma::usual`], with a wider focal length where nothing checks it; calibration has its own
+    /// defaults.
     pub lens_prior: Prior<LensSigma>,
     /// Rolling shutter: seconds from a row to the next, negative if the lowest row is read first. The capture time is then that of the
     /// middle row. `None` with a global shutter.
@@ -355,4 +357,58 @@ pub fn is_finite(pose: &Pose) -> bool {
         .iter()
         .chain(pose.rotation.coords.iter())
         .all(|x| x.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sextant_geometry::Intrinsics;
+
+    fn camera() -> Camera {
+        let lens = Lens::pinhole(Intrinsics {
+            fx: 600.0,
+            fy: 600.0,
+            cx: 319.5,
+            cy: 239.5,
+        });
+        let id = CameraId::new("north").unwrap();
+        Camera::new(id, [640, 480], lens.unwrap(), Some(Pose::identity()))
+    }
+
+    fn checked(change: impl Fn(&mut Camera)) -> Result<Camera, RigError> {
+        let mut camera = camera();
+        change(&mut camera);
+        Ok(Rig::new(vec![camera])?.cameras()[0].clone())
+    }
+
+    #[test]
+    fn a_sigma_of_zero_is_exact_and_a_line_delay_of_zero_is_a_global_shutter() {
+        let zero = checked(|camera| {
+            camera.pose_prior = Prior::Sigma(PoseSigma::NONE);
+            camera.line_delay_s = Some(0.0);
+        });
+        let exact = checked(|camera| camera.pose_prior = Prior::Exact);
+        assert_eq!(zero, exact);
+    }
+
+    #[test]
+    fn invalid_numbers_are_refused_and_corrections_with_them_ignored() {
+        let much = PoseSigma::OF_CAMERA.times(1e3);
+        let refused = checked(|camera| camera.pose_prior = Prior::Sigma(much));
+        assert_eq!(refused, Err(RigError::PoseSigma(camera().id)));
+        let refused = checked(|camera| {
+            camera.lens_prior = Prior::Sigma(LensSigma::NONE.times(f64::NAN));
+        });
+        assert_eq!(refused, Err(RigError::LensSigma(camera().id)));
+        for line_delay_s in [0.1, f64::NAN] {
+            let refused = checked(|camera| camera.line_delay_s = Some(line_delay_s));
+            assert_eq!(refused, Err(RigError::LineDelay(camera().id)));
+        }
+        let rig = Rig::new(vec![camera()]).unwrap();
+        let corrected = rig.clone().with_camera(Camera {
+            pose_prior: Prior::Sigma(much),
+            ..camera()
+        });
+        assert_eq!(corrected, rig);
+    }
 }
