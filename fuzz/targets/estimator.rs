@@ -153,24 +153,21 @@ fn rig() -> Rig {
     let camera = |index: usize| {
         let turn = UnitQuaternion::from_euler_angles(std::f64::consts::PI, 0.3 * index as f64, 0.0);
         let place = turn * Vector3::new(0.0, 0.0, -0.8);
-        Camera {
-            id: CameraId::new(&format!("cam{index}")).expect("a name"),
-            resolution: [640, 480],
-            lens: Lens::pinhole(intrinsics).expect("a lens"),
-            world_from_camera: Some(Pose::from_parts(place.into(), turn)),
-        }
+        Camera::new(
+            CameraId::new(&format!("cam{index}")).expect("a name"),
+            [640, 480],
+            Lens::pinhole(intrinsics).expect("a lens"),
+            Some(Pose::from_parts(place.into(), turn)),
+        )
     };
     Rig::new((0..CAMERAS).map(camera).collect()).expect("a rig")
 }
 
 fn object(size_m: f64) -> ObjectModel {
-    let tag = |index: usize| ObjectTag {
-        tag: TagId {
-            family: Family::Tag36h11,
-            id: index as u32,
-        },
-        size_m,
-        object_from_tag: Some(Pose::translation(0.05 * index as f64, 0.0, 0.0)),
+    let tag = |index: usize| {
+        let (family, id) = (Family::Tag36h11, index as u32);
+        let object_from_tag = Pose::translation(0.05 * index as f64, 0.0, 0.0);
+        ObjectTag::new(TagId { family, id }, size_m, Some(object_from_tag))
     };
     let id = ObjectId::new("plate").expect("a name");
     ObjectModel::new(id, (0..TAGS).map(tag).collect()).expect("an object")

@@ -116,11 +116,13 @@ impl Site {
         sextant_zenoh_bus::Latest<RigConfig>,
         Vec<sextant_zenoh_bus::Latest<ObjectConfig>>,
     ) {
-        let cameras = self.scenario.cameras.iter().map(|camera| Camera {
-            id: CameraId::new(&camera.id).unwrap(),
-            resolution: camera.resolution,
-            lens: camera.lens,
-            world_from_camera: Some(camera.world_from_camera),
+        let cameras = self.scenario.cameras.iter().map(|camera| {
+            Camera::new(
+                CameraId::new(&camera.id).unwrap(),
+                camera.resolution,
+                camera.lens,
+                Some(camera.world_from_camera),
+            )
         });
         let rig = self
             .bus
@@ -130,13 +132,15 @@ impl Site {
             .unwrap();
         let objects = self.scenario.objects.iter().map(|object| {
             let id = ObjectId::new(&object.id).unwrap();
-            let tags = object.tags.iter().map(|tag| ObjectTag {
-                tag: TagId {
-                    family: tag.family,
-                    id: tag.id,
-                },
-                size_m: tag.size,
-                object_from_tag: Some(tag.object_from_tag),
+            let tags = object.tags.iter().map(|tag| {
+                ObjectTag::new(
+                    TagId {
+                        family: tag.family,
+                        id: tag.id,
+                    },
+                    tag.size,
+                    Some(tag.object_from_tag),
+                )
             });
             let model = ObjectModel::new(id.clone(), tags.collect()).unwrap();
             let publisher = self

@@ -178,17 +178,19 @@ mod tests {
     use super::*;
     use sextant_geometry::{Intrinsics, Lens, Pose};
     use sextant_proto::Keys;
-    use sextant_site_model::{Camera, CameraId, ObjectTag, PoseSigma, TagId};
+    use sextant_site_model::{Camera, CameraId, ObjectTag, PoseSigma, Prior, TagId};
     use sextant_tag_families::Family;
 
     fn model(id: &str, tags: &[u32]) -> ObjectModel {
-        let tag = |id: &u32| ObjectTag {
-            tag: TagId {
-                family: Family::Tag36h11,
-                id: *id,
-            },
-            size_m: 0.04,
-            object_from_tag: Some(Pose::identity()),
+        let tag = |id: &u32| {
+            ObjectTag::new(
+                TagId {
+                    family: Family::Tag36h11,
+                    id: *id,
+                },
+                0.04,
+                Some(Pose::identity()),
+            )
         };
         ObjectModel::new(ObjectId::new(id).unwrap(), tags.iter().map(tag).collect()).unwrap()
     }
@@ -201,12 +203,7 @@ mod tests {
             cy: 239.5,
         })
         .unwrap();
-        let camera = |id: &&str| Camera {
-            id: CameraId::new(id).unwrap(),
-            resolution: [640, 480],
-            lens,
-            world_from_camera: None,
-        };
+        let camera = |id: &&str| Camera::new(CameraId::new(id).unwrap(), [640, 480], lens, None);
         Rig::new(ids.iter().map(camera).collect()).unwrap()
     }
 
@@ -307,19 +304,16 @@ mod tests {
     #[test]
     fn what_a_message_leaves_out_is_gone_and_what_is_in_force_is_the_same() {
         let (rig, object) = (cameras(&["north"]), model("cube", &[1, 2]));
-        let north = rig.cameras()[0].id.clone();
-        let first = object.tags()[0].tag;
-        let sigma = PoseSigma {
+        let (mut cameras, mut tags) = (rig.cameras().to_vec(), object.tags().to_vec());
+        cameras[0].line_delay_s = Some(2e-5);
+        tags[0].pose_prior = Prior::Sigma(PoseSigma {
             position_m: 0.001,
             orientation_rad: 0.002,
-        };
+        });
+        tags[0].size_prior = Prior::Sigma(0.0003);
         let in_force = Models {
-            rig: rig.clone().with_line_delays([(north, 2e-5)]).unwrap(),
-            objects: vec![
-                (object.clone().with_tag_sigmas([(first, sigma)]))
-                    .and_then(|object| object.with_size_sigmas([(first, 0.0003)]))
-                    .unwrap(),
-            ],
+            rig: Rig::new(cameras).unwrap(),
+            objects: vec![ObjectModel::new(object.id().clone(), tags).unwrap()],
             ..models()
         };
         let after = |key: KeyRef, payload: &[u8]| {

@@ -235,13 +235,13 @@ fn merged(out: Option<&Path>, cameras: &[Camera]) -> anyhow::Result<String> {
     };
     let mut all = former.cameras().to_vec();
     for camera in cameras {
+        let known = former.camera(&camera.id);
+        let pose = camera.world_from_camera;
+        let pose = pose.or(known.and_then(|known| known.world_from_camera));
+        let taken = Camera::new(camera.id.clone(), camera.resolution, camera.lens, pose);
         match all.iter_mut().find(|known| known.id == camera.id) {
-            Some(known) => {
-                known.lens = camera.lens;
-                known.resolution = camera.resolution;
-                known.world_from_camera = camera.world_from_camera.or(known.world_from_camera);
-            }
-            None => all.push(camera.clone()),
+            Some(known) => *known = taken,
+            None => all.push(taken),
         }
     }
     let rig = Rig::new(all).map_err(|error| Failure::new(Exit::Input, error))?;

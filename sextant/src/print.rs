@@ -183,11 +183,7 @@ pub fn enlarged(object: &ObjectModel, scale: f64) -> anyhow::Result<ObjectModel>
             pose.translation = Translation3::from(pose.translation.vector * scale);
             pose
         });
-        ObjectTag {
-            tag: tag.tag,
-            size_m: tag.size_m * scale,
-            object_from_tag: place,
-        }
+        ObjectTag::new(tag.tag, tag.size_m * scale, place)
     });
     Ok(ObjectModel::new(object.id().clone(), tags.collect())?)
 }

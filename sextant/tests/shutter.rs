@@ -9,7 +9,7 @@ use serde_json::Value;
 use sextant_geometry::PoseParts;
 use sextant_simulator::Scenario;
 use sextant_site_files::{read_rig, write_rig};
-use sextant_site_model::{CameraId, Exposure, Rig, Stamp};
+use sextant_site_model::{Exposure, Rig, Stamp};
 use std::fs;
 
 const IMAGES: u64 = 24;
@@ -73,16 +73,17 @@ fn rolling_shutters_and_stamps_of_the_start_cost_nothing_where_the_rig_says_so()
     let recording = Recording::of(swift_scene(), IMAGES);
     stamp_with_the_start(&recording);
     let silent = read_rig(&recording.path("rig.toml")).unwrap();
-    let ids = || silent.cameras().iter().map(|camera| camera.id.clone());
-    let exposure = Exposure {
-        length_s: EXPOSURE_NS as f64 * 1e-9,
-        stamp: Stamp::Start,
-    };
-    let delays = ids().zip([LINE_DELAY_S, -LINE_DELAY_S]);
-    let delays: Vec<(CameraId, f64)> = delays.collect();
-    let exposures = || ids().map(|id| (id, exposure));
-    let rolling = silent.clone().with_line_delays(delays).unwrap();
-    let whole = rolling.clone().with_exposures(exposures()).unwrap();
+    let mut cameras = silent.cameras().to_vec();
+    cameras[0].line_delay_s = Some(LINE_DELAY_S);
+    cameras[1].line_delay_s = Some(-LINE_DELAY_S);
+    let rolling = Rig::new(cameras.clone()).unwrap();
+    for camera in &mut cameras {
+        camera.exposure = Some(Exposure {
+            length_s: EXPOSURE_NS as f64 * 1e-9,
+            stamp: Stamp::Start,
+        });
+    }
+    let whole = Rig::new(cameras).unwrap();
 
     let said = off_mm(&recording, &whole);
     let unsaid = off_mm(&recording, &silent);

@@ -164,12 +164,12 @@ fn camera(k: usize, cameras: usize) -> Camera {
         cx: 319.5,
         cy: 239.5,
     };
-    Camera {
-        id: CameraId::new(&format!("cam{k}")).expect("an id"),
-        resolution: [640, 480],
-        lens: Lens::pinhole(intrinsics).expect("a lens"),
-        world_from_camera: Some(Pose::from_parts(place.into(), turn)),
-    }
+    Camera::new(
+        CameraId::new(&format!("cam{k}")).expect("an id"),
+        [640, 480],
+        Lens::pinhole(intrinsics).expect("a lens"),
+        Some(Pose::from_parts(place.into(), turn)),
+    )
 }
 
 /// A cube with a tag on each side, numbered from `first`.
@@ -186,11 +186,11 @@ fn cube(name: &str, first: u32) -> ObjectModel {
         let quarter = std::f64::consts::FRAC_PI_2;
         let turn = UnitQuaternion::from_euler_angles(about_x * quarter, about_y * quarter, 0.0);
         let place = turn * Vector3::new(0.0, 0.0, EDGE_M / 2.0);
-        ObjectTag {
-            tag: tag_of(id),
-            size_m: TAG_M,
-            object_from_tag: Some(Pose::from_parts(place.into(), turn)),
-        }
+        ObjectTag::new(
+            tag_of(id),
+            TAG_M,
+            Some(Pose::from_parts(place.into(), turn)),
+        )
     };
     changed(name, (first..).zip(quarters).map(tag).collect())
 }

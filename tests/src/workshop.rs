@@ -73,11 +73,13 @@ impl Workshop {
     /// If it is invalid.
     #[must_use]
     pub fn rig(&self) -> Rig {
-        let cameras = self.scenario.cameras.iter().map(|camera| Camera {
-            id: CameraId::new(&camera.id).expect("an id"),
-            resolution: camera.resolution,
-            lens: camera.lens,
-            world_from_camera: Some(camera.world_from_camera),
+        let cameras = self.scenario.cameras.iter().map(|camera| {
+            Camera::new(
+                CameraId::new(&camera.id).expect("an id"),
+                camera.resolution,
+                camera.lens,
+                Some(camera.world_from_camera),
+            )
         });
         Rig::new(cameras.collect()).expect("a rig")
     }
@@ -88,13 +90,15 @@ impl Workshop {
     /// If it is invalid.
     #[must_use]
     pub fn cube(&self) -> ObjectModel {
-        let tags = self.scenario.objects[1].tags.iter().map(|tag| ObjectTag {
-            tag: TagId {
-                family: tag.family,
-                id: tag.id,
-            },
-            size_m: tag.size,
-            object_from_tag: Some(tag.object_from_tag),
+        let tags = self.scenario.objects[1].tags.iter().map(|tag| {
+            ObjectTag::new(
+                TagId {
+                    family: tag.family,
+                    id: tag.id,
+                },
+                tag.size,
+                Some(tag.object_from_tag),
+            )
         });
         ObjectModel::new(ObjectId::new("cube").expect("an id"), tags.collect()).expect("an object")
     }

@@ -5,7 +5,7 @@
 use sextant_process::now_ns;
 use sextant_proto::{Notice, ObjectConfig, ObjectPose, RigConfig, limits};
 use sextant_site_files::{object_toml, rig_toml, write_object, write_rig};
-use sextant_site_model::{Exposure, LensSigma, ObjectModel, PoseSigma, Rig, Stamp};
+use sextant_site_model::{Exposure, LensSigma, ObjectModel, PoseSigma, Prior, Rig, Stamp};
 use sextant_site_report::State;
 use sextant_zenoh_bus::Subscription;
 use std::collections::BTreeMap;
@@ -247,32 +247,29 @@ fn everything_in_the_files_travels_and_stays() {
 
 /// The scene's cameras and its cube with everything that files can say of them.
 fn stated(scene: &Scene) -> (Rig, ObjectModel) {
-    let ids = || scene.rig.cameras().iter().map(|camera| camera.id.clone());
-    let sigma = PoseSigma {
+    let pose_prior = Prior::Sigma(PoseSigma {
         position_m: 0.0005,
         orientation_rad: 0.00025,
-    };
-    let lens = LensSigma {
-        focal_px: 0.25,
-        distortion_px: 0.125,
-    };
-    let exposure = Exposure {
-        length_s: 0.004,
-        stamp: Stamp::End,
-    };
-    let rig = (scene.rig.clone())
-        .with_pose_sigmas(ids().map(|id| (id, sigma)))
-        .and_then(|rig| rig.with_lens_sigmas(ids().map(|id| (id, lens))))
-        .and_then(|rig| rig.with_line_delays(ids().map(|id| (id, 2e-5))))
-        .and_then(|rig| rig.with_exposures(ids().map(|id| (id, exposure))))
-        .expect("a rig");
-    let cube = scene.objects[1].clone();
-    let first = cube.tags()[0].tag;
-    let cube = cube
-        .with_tag_sigmas([(first, sigma)])
-        .and_then(|cube| cube.with_size_sigmas([(first, 0.0002)]))
-        .expect("an object");
-    (rig, cube)
+    });
+    let mut cameras = scene.rig.cameras().to_vec();
+    for camera in &mut cameras {
+        camera.pose_prior = pose_prior;
+        camera.lens_prior = Prior::Sigma(LensSigma {
+            focal_px: 0.25,
+            distortion_px: 0.125,
+        });
+        camera.line_delay_s = Some(2e-5);
+        camera.exposure = Some(Exposure {
+            length_s: 0.004,
+            stamp: Stamp::End,
+        });
+    }
+    let cube = &scene.objects[1];
+    let mut tags = cube.tags().to_vec();
+    tags[0].pose_prior = pose_prior;
+    tags[0].size_prior = Prior::Sigma(0.0002);
+    let rig = Rig::new(cameras).expect("a rig");
+    (rig, changed(cube.id().as_str(), tags))
 }
 
 /// An arm of two links.

@@ -2,7 +2,9 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 use sextant_geometry::Pose;
-use sextant_site_model::{Articulation, Joint, JointId, JointKind, LinkId, ObjectId, ObjectModel};
+use sextant_site_model::{
+    Articulation, Joint, JointId, JointKind, LinkId, ObjectId, ObjectModel, ObjectTag,
+};
 
 use crate::models::{made, tag};
 use crate::motion::Wave;
@@ -63,7 +65,10 @@ pub fn arm(id: ObjectId, random: &mut Random) -> (ObjectModel, Arm) {
         for side in 0..4 {
             let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), 1.57 * f64::from(side));
             let place = turn * Vector3::new(random.within(0.0, 0.05), 0.0, 0.02);
-            tags.push((link(index), tag(first + side, 0.03, place, turn)));
+            tags.push(ObjectTag {
+                link: Some(link(index)),
+                ..tag(first + side, 0.03, place, turn)
+            });
         }
     }
     let tree = made(Articulation::new((0..n_links).map(link).collect(), joints));

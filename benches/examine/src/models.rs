@@ -7,11 +7,11 @@ use sextant_tag_families::Family;
 
 pub fn tag(id: u32, size_m: f64, place: Vector3<f64>, turn: UnitQuaternion<f64>) -> ObjectTag {
     let family = Family::Tag36h11;
-    ObjectTag {
-        tag: TagId { family, id },
+    ObjectTag::new(
+        TagId { family, id },
         size_m,
-        object_from_tag: Some(Pose::from_parts(place.into(), turn)),
-    }
+        Some(Pose::from_parts(place.into(), turn)),
+    )
 }
 
 /// Unwraps a model, which is valid by construction.

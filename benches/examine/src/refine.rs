@@ -224,15 +224,8 @@ impl Models {
 
     /// Without self-calibration.
     fn given(&self) -> Fusion {
-        let rig = made(Rig::new(self.rig.cameras().to_vec())).exact();
-        let plain = |object: &ObjectModel| {
-            made(ObjectModel::new(
-                object.id().clone(),
-                object.tags().to_vec(),
-            ))
-            .exact()
-        };
-        let objects = self.objects.iter().map(plain).collect();
+        let objects = self.objects.iter().cloned().map(ObjectModel::exact);
+        let (rig, objects) = (self.rig.clone().exact(), objects.collect());
         made(Fusion::new(rig, objects, FusionOptions::default()))
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::{Point2, UnitQuaternion, Vector3};
 use sextant_geometry::{Intrinsics, Lens, Pose};
 use sextant_site_model::{
-    Camera, CameraId, ImageObservation, ObjectId, ObjectModel, ObjectTag, PoseSigma, Rig,
+    Camera, CameraId, ImageObservation, ObjectId, ObjectModel, ObjectTag, PoseSigma, Prior, Rig,
 };
 
 use crate::arm::{Arm, arm};
@@ -192,28 +192,22 @@ fn rig(class: Class, random: &mut Random) -> Rig {
         };
         let level = Vector3::new(angle.cos(), angle.sin(), 0.0);
         let place = level * distance + Vector3::z() * (distance * random.within(0.3, 0.9));
-        Camera {
-            id: made(CameraId::new(&format!("cam{index}"))),
-            resolution: [640, 480],
-            lens: lens(class, random),
-            world_from_camera: Some(looking(place, random.gaussian(0.04))),
-        }
-    };
-    let cameras: Vec<Camera> = (0..n_cameras).map(camera).collect();
-    let ids: Vec<CameraId> = cameras.iter().map(|camera| camera.id.clone()).collect();
-    let rolling = class == Class::Rolling;
-    let mut delay = |id| {
-        (
-            id,
-            random.within(1e-5, 4e-5) * if random.count(0, 3) > 0 { 1.0 } else { -1.0 },
+        Camera::new(
+            made(CameraId::new(&format!("cam{index}"))),
+            [640, 480],
+            lens(class, random),
+            Some(looking(place, random.gaussian(0.04))),
         )
     };
-    let delays: Vec<_> = ids
-        .into_iter()
-        .filter(|_| rolling)
-        .map(&mut delay)
-        .collect();
-    made(made(Rig::new(cameras)).with_line_delays(delays))
+    let mut cameras: Vec<Camera> = (0..n_cameras).map(camera).collect();
+    if class == Class::Rolling {
+        for camera in &mut cameras {
+            let delay_s = random.within(1e-5, 4e-5);
+            let sign = if random.count(0, 3) > 0 { 1.0 } else { -1.0 };
+            camera.line_delay_s = Some(delay_s * sign);
+        }
+    }
+    made(Rig::new(cameras))
 }
 
 fn lens(class: Class, random: &mut Random) -> Lens {
@@ -243,24 +237,20 @@ fn stated(class: Class, truth: &Rig, random: &mut Random) -> Rig {
         _ => return truth.clone(),
     };
     let mut cameras = truth.cameras().to_vec();
-    let mut sigmas = Vec::new();
     for camera in &mut cameras {
         let (shift, turn) = (random.gaussian(sigma), random.gaussian(sigma));
         camera.world_from_camera = camera.world_from_camera.map(|pose| {
             let turned = UnitQuaternion::from_scaled_axis(turn) * pose.rotation;
             Pose::from_parts((pose.translation.vector + shift).into(), turned)
         });
-        let said = PoseSigma {
-            position_m: sigma,
-            orientation_rad: sigma,
-        };
-        sigmas.push((camera.id.clone(), said));
+        if class != Class::UnstatedPoses {
+            camera.pose_prior = Prior::Sigma(PoseSigma {
+                position_m: sigma,
+                orientation_rad: sigma,
+            });
+        }
     }
-    let rig = made(Rig::new(cameras));
-    match class {
-        Class::StatedPoses | Class::CalibratedPoses => made(rig.with_pose_sigmas(sigmas)),
-        _ => rig,
-    }
+    made(Rig::new(cameras))
 }
 
 fn clocks(class: Class, n_cameras: usize, random: &mut Random) -> Vec<Clock> {

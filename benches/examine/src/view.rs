@@ -38,17 +38,16 @@ type Corners = [Point2<f64>; 4];
 /// The tags of a body that a camera finds, with their corners.
 fn visible(scene: &Scene, camera: usize, body: usize, taken_s: f64) -> Vec<(&ObjectTag, Corners)> {
     let camera = &scene.truth.cameras()[camera];
-    let line_delay_s = scene.truth.line_delay_s(&camera.id);
     let model = &scene.bodies[body].model;
     let (links, world_from_camera) = (scene.bodies[body].links(taken_s), pose_of(camera));
     let mut seen = Vec::new();
-    for (index, tag) in model.tags().iter().enumerate() {
-        let link = model.link_of(index).unwrap_or(0);
+    for tag in model.tags() {
+        let link = model.link_of(tag).unwrap_or(0);
         let Some(object_from_tag) = tag.object_from_tag else {
             continue;
         };
         let camera_from_tag = world_from_camera.inverse() * links[link] * object_from_tag;
-        let corners = match line_delay_s {
+        let corners = match camera.line_delay_s {
             None => corners(&camera.lens, &camera_from_tag, tag.size_m, scene.fitted),
             Some(line_delay_s) => tag_corners_in_tag(tag.size_m).map(|corner| {
                 let (mut after_s, mut seen) = (0.0, None);

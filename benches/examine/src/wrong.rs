@@ -115,11 +115,7 @@ impl Wrong {
         let mut cameras = scene.truth.cameras().to_vec();
         let pose = &mut cameras[self.camera].world_from_camera;
         *pose = pose.map(|pose| pose * Pose::from_parts(Vector3::zeros().into(), turn));
-        let delays = cameras
-            .iter()
-            .filter_map(|one| Some((one.id.clone(), scene.truth.line_delay_s(&one.id)?)));
-        let delays: Vec<_> = delays.collect();
-        scene.truth = made(made(Rig::new(cameras)).with_line_delays(delays));
+        scene.truth = made(Rig::new(cameras));
         self.words = format!("about {:.1} {:.1} {:.1}", about.x, about.y, about.z);
     }
 
@@ -144,11 +140,7 @@ impl Wrong {
             .iter()
             .find(|tag| tag.tag == self.tag)
             .map_or(0.04, |tag| tag.size_m);
-        let tag = ObjectTag {
-            tag: self.tag,
-            size_m,
-            object_from_tag: Some(Pose::identity()),
-        };
+        let tag = ObjectTag::new(self.tag, size_m, Some(Pose::identity()));
         let place = Vector3::new(0.15 * random.gauss(), 0.15 * random.gauss(), -0.1);
         scene.bodies.push(Body {
             model: made(ObjectModel::new(
@@ -285,19 +277,9 @@ impl Wrong {
 fn with_tags(model: &ObjectModel, mut change: impl FnMut(&mut ObjectTag)) -> ObjectModel {
     let mut tags = model.tags().to_vec();
     tags.iter_mut().for_each(&mut change);
-    let link = |index: usize| Some(model.articulation()?.links()[model.link_of(index)?].clone());
-    match model.articulation() {
-        None => made(ObjectModel::new(model.id().clone(), tags)),
-        Some(tree) => {
-            let tags = tags
-                .into_iter()
-                .enumerate()
-                .filter_map(|(index, tag)| Some((link(index)?, tag)));
-            made(ObjectModel::articulated(
-                model.id().clone(),
-                tree.clone(),
-                tags.collect(),
-            ))
-        }
-    }
+    let id = model.id().clone();
+    made(match model.articulation() {
+        None => ObjectModel::new(id, tags),
+        Some(tree) => ObjectModel::articulated(id, tree.clone(), tags),
+    })
 }

@@ -94,13 +94,15 @@ impl PrintedGrid {
                 last,
             });
         }
-        let tag = |(id, [x, y]): (u32, [f64; 2])| ObjectTag {
-            tag: TagId {
-                family: self.family,
-                id,
-            },
-            size_m: self.size_m,
-            object_from_tag: Some(Pose::translation(x * 1e-3, y * 1e-3, 0.0)),
+        let tag = |(id, [x, y]): (u32, [f64; 2])| {
+            ObjectTag::new(
+                TagId {
+                    family: self.family,
+                    id,
+                },
+                self.size_m,
+                Some(Pose::translation(x * 1e-3, y * 1e-3, 0.0)),
+            )
         };
         let tags = (self.first..).zip(self.places_mm()).map(tag);
         let id: ObjectId = id.parse()?;

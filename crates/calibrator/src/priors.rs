@@ -7,7 +7,7 @@
 
 use crate::bundle::{Anchor, BundleCamera, BundleSolution, BundleTag, Freedom, KeptParameter};
 use nalgebra::{DMatrix, DVector, Point2};
-use sextant_site_model::{LensSigma, PoseSigma};
+use sextant_site_model::{Camera, PoseSigma, Prior};
 use std::collections::BTreeMap;
 
 /// Default relative sigma of the size of a printed tag.
@@ -104,13 +104,16 @@ impl Priors {
         &mut self,
         cameras: &mut [BundleCamera],
         camera: usize,
-        resolution: [u32; 2],
-        sigma: Option<LensSigma>,
+        Camera {
+            resolution,
+            lens_prior,
+            ..
+        }: &Camera,
     ) {
-        if sigma.is_some_and(|s| s.focal_px <= 0.0 && s.distortion_px <= 0.0) {
+        if *lens_prior == Prior::Exact {
             return;
         }
-        let lens = cameras[camera].lens;
+        let (lens, sigma) = (cameras[camera].lens, lens_prior.given());
         let fx = lens.intrinsics().fx;
         let [width, height] = resolution.map(|pixels| f64::from(pixels) - 1.0);
         let corner = lens.unproject(&Point2::new(width, height));
@@ -145,15 +148,15 @@ impl Priors {
         &mut self,
         cameras: &mut [BundleCamera],
         camera: usize,
-        sigma: Option<PoseSigma>,
+        prior: Prior<PoseSigma>,
     ) {
         cameras[camera].pose = Freedom::Free;
         let anchor = Anchor::Camera {
             camera,
             world_from_camera: cameras[camera].world_from_camera,
-            sigma: sigma.unwrap_or(PoseSigma::OF_CAMERA),
+            sigma: prior.sigma_or(PoseSigma::OF_CAMERA),
         };
-        self.anchors.push((anchor, sigma.is_some()));
+        self.anchors.push((anchor, prior != Prior::Default));
     }
 
     /// Anchors with scaled sigmas.

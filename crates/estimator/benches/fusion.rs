@@ -13,7 +13,7 @@ use sextant_geometry::lens::Intrinsics;
 use sextant_geometry::{Lens, Pose, tag_corners_in_tag};
 use sextant_site_model::{
     Articulation, Camera, CameraId, ImageObservation, Joint, JointId, JointKind, LensSigma, LinkId,
-    ObjectId, ObjectModel, ObjectTag, PoseSigma, Rig, TagCorners, TagId,
+    ObjectId, ObjectModel, ObjectTag, PoseSigma, Prior, Rig, TagCorners, TagId,
 };
 use sextant_tag_families::Family;
 
@@ -35,15 +35,15 @@ fn rig(cameras: usize) -> Rig {
         let forward = -place.normalize();
         let right = forward.cross(&Vector3::z()).normalize();
         let rotation = Rotation3::from_basis_unchecked(&[right, forward.cross(&right), forward]);
-        Camera {
-            id: CameraId::new(&format!("cam{index}")).expect("a name"),
-            resolution: [640, 480],
-            lens: Lens::pinhole(intrinsics).expect("a lens"),
-            world_from_camera: Some(Pose::from_parts(
+        Camera::new(
+            CameraId::new(&format!("cam{index}")).expect("a name"),
+            [640, 480],
+            Lens::pinhole(intrinsics).expect("a lens"),
+            Some(Pose::from_parts(
                 place.into(),
                 UnitQuaternion::from_rotation_matrix(&rotation),
             )),
-        }
+        )
     };
     Rig::new((0..cameras).map(camera).collect())
         .expect("a rig")
@@ -52,17 +52,19 @@ fn rig(cameras: usize) -> Rig {
 
 /// A plate whose tags lie side by side, all facing up.
 fn plate(index: usize, tags: usize) -> ObjectModel {
-    let tag = |number: usize| ObjectTag {
-        tag: TagId {
-            family: Family::Tag36h11,
-            id: (index * tags + number) as u32,
-        },
-        size_m: 0.03,
-        object_from_tag: Some(Pose::translation(
-            0.04 * (number % 3) as f64,
-            0.04 * (number / 3) as f64,
-            0.0,
-        )),
+    let tag = |number: usize| {
+        ObjectTag::new(
+            TagId {
+                family: Family::Tag36h11,
+                id: (index * tags + number) as u32,
+            },
+            0.03,
+            Some(Pose::translation(
+                0.04 * (number % 3) as f64,
+                0.04 * (number / 3) as f64,
+                0.0,
+            )),
+        )
     };
     ObjectModel::new(
         ObjectId::new(&format!("plate{index}")).expect("a name"),
@@ -203,14 +205,17 @@ fn one_image_of_a_known_site() -> Vec<f64> {
         focal_px: 0.5,
         distortion_px: 0.2,
     };
-    let (rig, object) = (rig(4), plate(0, 6));
-    let cameras: Vec<CameraId> = rig.cameras().iter().map(|one| one.id.clone()).collect();
-    let tags: Vec<TagId> = object.tags().iter().map(|tag| tag.tag).collect();
-    let rig = rig
-        .with_pose_sigmas(cameras.iter().map(|id| (id.clone(), PLACED)))
-        .and_then(|rig| rig.with_lens_sigmas(cameras.iter().map(|id| (id.clone(), CAST))))
-        .expect("a rig");
-    let object = object.with_tag_sigmas(tags.into_iter().map(|tag| (tag, PLACED)));
+    let (mut cameras, object) = (rig(4).cameras().to_vec(), plate(0, 6));
+    for camera in &mut cameras {
+        camera.pose_prior = Prior::Sigma(PLACED);
+        camera.lens_prior = Prior::Sigma(CAST);
+    }
+    let mut tags = object.tags().to_vec();
+    for tag in &mut tags {
+        tag.pose_prior = Prior::Sigma(PLACED);
+    }
+    let rig = Rig::new(cameras).expect("a rig");
+    let object = ObjectModel::new(object.id().clone(), tags);
     images_of(&rig, object.expect("an object"))
 }
 
@@ -249,7 +254,8 @@ fn arm() -> ObjectModel {
     let tags = plate(0, 9).tags().to_vec();
     let on_links = tags.into_iter().enumerate().map(|(index, mut tag)| {
         tag.object_from_tag = Some(Pose::translation(0.0, 0.04 * (index % 3) as f64, 0.0));
-        (link(links[index / 3]), tag)
+        tag.link = Some(link(links[index / 3]));
+        tag
     });
     let id = ObjectId::new("arm").expect("a name");
     ObjectModel::articulated(id, tree, on_links.collect())
@@ -260,10 +266,11 @@ fn arm() -> ObjectModel {
 /// The arm as one body, its joints at zero: what the cameras see.
 fn stiff(arm: &ObjectModel) -> ObjectModel {
     let mut tags = arm.tags().to_vec();
-    for (index, tag) in tags.iter_mut().enumerate() {
-        let link = arm.link_of(index).unwrap_or(0) as f64;
+    for tag in &mut tags {
+        let link = arm.link_of(tag).unwrap_or(0) as f64;
         let from_link = Pose::translation(0.12 * link, 0.0, 0.0);
         tag.object_from_tag = tag.object_from_tag.map(|pose| from_link * pose);
+        tag.link = None;
     }
     ObjectModel::new(arm.id().clone(), tags)
         .expect("an object")

@@ -19,7 +19,7 @@ use crate::site::{AssociatedImage, ObjectImage, Site};
 use crate::tracker::finalised_views::{FinalisedInstant, FinalisedView};
 use crate::tracker::timeline::Timeline;
 use crate::{FusionOptions, ModelError, Proposal, Statistics};
-use sextant_site_model::{ImageObservation, ObjectId, ObjectModel, Rig};
+use sextant_site_model::{ImageObservation, ObjectId, ObjectModel, ObjectTag, Rig};
 use sextant_site_report::{Fault, Imperfection, ObjectEstimate};
 
 /// Most cameras, those of former rigs included; when there are more, everything begins anew.
@@ -484,11 +484,13 @@ impl Fusion {
     }
 }
 
-/// Whether the object's frame is the same before and after a change: a tag that stayed as it is holds it.
+/// Whether the object's frame is the same before and after a change: a tag of the same size and pose holds it, whatever its priors.
 fn have_one_frame(before: &ObjectModel, after: &ObjectModel) -> bool {
+    let place = |tag: &ObjectTag| (tag.tag, tag.size_m, tag.object_from_tag);
     let mut placed = before.tags().iter();
-    let as_before = before.articulation() == after.articulation();
-    as_before && placed.any(|tag| tag.object_from_tag.is_some() && after.tags().contains(tag))
+    let stays = |tag: &ObjectTag| after.tags().iter().any(|other| place(other) == place(tag));
+    before.articulation() == after.articulation()
+        && placed.any(|tag| tag.object_from_tag.is_some() && stays(tag))
 }
 
 #[cfg(test)]
@@ -507,11 +509,13 @@ mod tests {
         })
         .unwrap();
         let rig = |n: usize| {
-            let camera = |k: usize| Camera {
-                id: CameraId::new(&format!("c{n}-{k}")).unwrap(),
-                resolution: [640, 480],
-                lens,
-                world_from_camera: None,
+            let camera = |k: usize| {
+                Camera::new(
+                    CameraId::new(&format!("c{n}-{k}")).unwrap(),
+                    [640, 480],
+                    lens,
+                    None,
+                )
             };
             Rig::new((0..256).map(camera).collect()).unwrap()
         };

@@ -3,7 +3,7 @@
 use crate::HeldBack;
 use crate::site::Site;
 use crate::site::corrections::Corrections;
-use sextant_site_model::{ObjectModel, Rig};
+use sextant_site_model::{ObjectModel, ObjectTag, Prior, Rig};
 
 /// The models with the errors taken off that self-calibration has found in them. Corrected poses and lenses have the sigmas that are left;
 /// everything else is as it was.
@@ -46,8 +46,11 @@ fn corrected_rig(rig: &Rig, corrections: &Corrections, site: &Site) -> Rig {
         let mut camera = camera.clone();
         camera.world_from_camera = camera.world_from_camera.map(|pose| one.pose(&pose));
         camera.lens = one.lens(&camera.lens);
-        let lens_sigma = one.has_lens().then_some(one.lens_sigma);
-        corrected = corrected.with_camera(camera, one.sigma, lens_sigma);
+        camera.pose_prior = Prior::Sigma(one.sigma);
+        if one.has_lens() {
+            camera.lens_prior = Prior::Sigma(one.lens_sigma);
+        }
+        corrected = corrected.with_camera(camera);
     }
     corrected
 }
@@ -56,8 +59,15 @@ fn corrected_object(object: &ObjectModel, corrections: &Corrections, site: &Site
     let mut corrected = object.clone();
     for tag in object.tags() {
         if let Some(one) = corrections.tags.get(&tag.tag) {
+<<<<<<< HEAD
             let file = site.placement(&tag.tag).map_or(tag, |place| &place.file);
             corrected = corrected.with_tag(one.tag(file), one.sigma);
+=======
+            corrected = corrected.with_tag(ObjectTag {
+                pose_prior: Prior::Sigma(one.sigma),
+                ..one.tag(tag)
+            });
+>>>>>>> help-a
         }
     }
     corrected

@@ -164,20 +164,19 @@ impl Site {
         let is_alone = placed.count() == 1;
         let file = |camera: &Camera| {
             let middle_row = 0.5 * f64::from(camera.resolution[1] - 1);
-            let line_delay_s = rig.line_delay_s(&camera.id);
             Some(FileCamera {
                 lens: camera.lens,
                 world_from_camera: camera.world_from_camera?,
                 sigma: if is_alone {
                     PoseSigma::NONE
                 } else {
-                    rig.pose_sigma(&camera.id).unwrap_or(PoseSigma::OF_CAMERA)
+                    camera.pose_prior.sigma_or(PoseSigma::OF_CAMERA)
                 },
-                lens_sigma: rig
-                    .lens_sigma(&camera.id)
-                    .unwrap_or_else(|| usual_lens_sigma(&camera.lens, is_alone)),
+                lens_sigma: camera
+                    .lens_prior
+                    .sigma_or(usual_lens_sigma(&camera.lens, is_alone)),
                 reach_px: reach_px(camera),
-                shutter: line_delay_s.map(|line_delay_s| RollingShutter {
+                shutter: camera.line_delay_s.map(|line_delay_s| RollingShutter {
                     line_delay_s,
                     middle_row,
                 }),
@@ -230,19 +229,19 @@ impl Site {
                 (Some(_), None) => PoseSigma::NONE,
                 _ => PoseSigma::OF_TAG,
             };
-            for (tag_index, tag) in object.tags().iter().enumerate() {
+            for tag in object.tags() {
                 let chain_link = |chain: &Arc<KinematicChain>| {
                     Some(ChainLink {
                         chain: chain.clone(),
-                        link: object.link_of(tag_index)?,
+                        link: object.link_of(tag)?,
                     })
                 };
-                let prior = object.tag_sigma(&tag.tag).unwrap_or(usual);
+                let prior = tag.pose_prior.sigma_or(usual);
                 let place = TagPlacement {
                     object: index,
                     file: tag.clone(),
                     prior,
-                    size_prior: size_sigma(object, tag),
+                    size_prior: size_sigma(tag),
                     tag: tag.clone(),
                     sigma: Some(prior).filter(PoseSigma::is_some),
                     chain_link: chain.as_ref().and_then(chain_link),
@@ -504,16 +503,16 @@ const USUAL_SIZE_SIGMA: f64 = 0.005;
 const PRINT_SCALE_SIGMA: f64 = 0.03;
 
 /// Prior standard deviation of the logarithm of the size of a tag.
-fn size_sigma(object: &ObjectModel, tag: &ObjectTag) -> f64 {
-    let stated_m = object.size_sigma_m(&tag.tag);
-    stated_m.map_or(USUAL_SIZE_SIGMA, |sigma_m| sigma_m / tag.size_m)
+fn size_sigma(tag: &ObjectTag) -> f64 {
+    let given_m = tag.size_prior.given();
+    given_m.map_or(USUAL_SIZE_SIGMA, |sigma_m| sigma_m / tag.size_m)
 }
 
 /// Prior variance of the logarithm of the common scale of an object's tags: a stated sigma of a size is about a tag among the others, whose
 /// printer or ruler may be off for all of them. None where everything is exact.
 fn scale_variance(object: &ObjectModel) -> f64 {
     let mut tags = object.tags().iter();
-    let is_exact = tags.all(|tag| size_sigma(object, tag) == 0.0);
+    let is_exact = tags.all(|tag| size_sigma(tag) == 0.0);
     if is_exact {
         0.0
     } else {

@@ -136,10 +136,8 @@ impl AprilGrid {
         if !SPACING.contains(&self.spacing) {
             return Err(BoardError::Spacing(self.spacing));
         }
-        let tags = self.tags().map(|(tag, [x, y])| ObjectTag {
-            tag,
-            size_m: self.size_m,
-            object_from_tag: Some(Pose::translation(x, y, 0.0)),
+        let tags = self.tags().map(|(tag, [x, y])| {
+            ObjectTag::new(tag, self.size_m, Some(Pose::translation(x, y, 0.0)))
         });
         object_of(id, tags.collect())
     }
@@ -208,10 +206,8 @@ impl CharucoBoard {
             return Err(BoardError::Share(share));
         }
         let middle = |index: u16| (f64::from(index) + 0.5) * self.square_m;
-        let tags = self.squares().map(|(tag, place)| ObjectTag {
-            tag,
-            size_m: self.square_m,
-            object_from_tag: Some(upside_down(place.map(middle))),
+        let tags = self.squares().map(|(tag, place)| {
+            ObjectTag::new(tag, self.square_m, Some(upside_down(place.map(middle))))
         });
         object_of(id, tags.collect())
     }

@@ -76,16 +76,6 @@ struct TagTable {
     link_from_tag_sigma: Option<SigmaTable>,
 }
 
-impl TagTable {
-    /// Standard deviation of its pose, and the key of that.
-    fn sigma(&self) -> Option<(PoseSigma, &'static str)> {
-        let on_object = self.object_from_tag_sigma.as_ref();
-        let on_link = self.link_from_tag_sigma.as_ref();
-        let on_object = on_object.map(|sigma| (sigma.into(), "object_from_tag_sigma"));
-        on_object.or(on_link.map(|sigma| (sigma.into(), "link_from_tag_sigma")))
-    }
-}
-
 /// The object of a file; for the board of another tool, in YAML or anipose's TOML, named after the file.
 ///
 /// # Errors
@@ -148,49 +138,21 @@ fn object_of(file: &ObjectFile, document: &Document<'_>) -> Result<ObjectModel, 
         return Err(Complaint::new("id", "the object has no tag", remedy));
     }
     let articulation = articulation_of(&file.link, &file.joint, document)?;
-    let written = || file.tag.iter().enumerate();
-    let links = written().map(|(index, tag)| link_of(index, tag, articulation.as_ref()));
-    let links: Vec<Option<LinkId>> = links.collect::<Result<_, Complaint>>()?;
-    let tags: Result<Vec<ObjectTag>, Complaint> = written()
-        .map(|(index, tag)| tag_of(&file.id, index, tag))
+    let tree = articulation.as_ref();
+    let tags: Result<Vec<ObjectTag>, Complaint> = (file.tag.iter().enumerate())
+        .map(|(index, table)| {
+            let link = link_of(index, table, tree)?;
+            let tag = tag_of(&file.id, index, table)?;
+            Ok(ObjectTag { link, ..tag })
+        })
         .collect();
     unique(file, document)?;
     let object = match articulation {
         None => ObjectModel::new(file.id.clone(), tags?),
-        Some(articulation) => {
-            let on_links = links.into_iter().flatten().zip(tags?).collect();
-            ObjectModel::articulated(file.id.clone(), articulation, on_links)
-        }
+        Some(tree) => ObjectModel::articulated(file.id.clone(), tree, tags?),
     };
-    let object = with_sigmas(object.map_err(|error| complaint("tag", &error))?, file)?;
+    let object = object.map_err(|error| complaint("tag", "object", &error))?;
     Ok(if file.exact { object.exact() } else { object })
-}
-
-fn with_sigmas(mut object: ObjectModel, file: &ObjectFile) -> Result<ObjectModel, Complaint> {
-    for (index, table) in file.tag.iter().enumerate() {
-        let tag = TagId {
-            family: table.family,
-            id: table.id,
-        };
-        let of_size = table.size_sigma.map(|sigma_m| (tag, sigma_m));
-        object = object.with_size_sigmas(of_size).map_err(|error| {
-            let remedy = "write metres, one sigma, or leave it out";
-            Complaint::new(
-                format!("tag[{index}].size_sigma"),
-                error.to_string(),
-                remedy,
-            )
-        })?;
-        let Some((sigma, key)) = table.sigma() else {
-            continue;
-        };
-        let stated = object.with_tag_sigmas([(tag, sigma)]);
-        object = stated.map_err(|error| {
-            let remedy = "write metres and radians, one sigma an axis, or leave it out";
-            Complaint::new(format!("tag[{index}].{key}"), error.to_string(), remedy)
-        })?;
-    }
-    Ok(object)
 }
 
 /// The link of a tag; `None` if the object is rigid.
@@ -260,31 +222,47 @@ fn tag_of(object: &ObjectId, index: usize, table: &TagTable) -> Result<ObjectTag
         let remedy = format!("its ids are 0 to {}", ids - 1);
         return Err(Complaint::new(format!("{key}.id"), cause, remedy));
     }
-    let (pose, pose_key) = match &table.link {
-        None => (&table.object_from_tag, "object_from_tag"),
-        Some(_) => (&table.link_from_tag, "link_from_tag"),
+    let (outer, pose, pose_sigma) = match &table.link {
+        None => (
+            "object",
+            &table.object_from_tag,
+            &table.object_from_tag_sigma,
+        ),
+        Some(_) => ("link", &table.link_from_tag, &table.link_from_tag_sigma),
     };
+    let name = TagId {
+        family: table.family,
+        id: table.id,
+    };
+    let pose = pose_of(pose.as_ref(), &format!("{key}.{outer}_from_tag"))?;
     let tag = ObjectTag {
-        tag: TagId {
-            family: table.family,
-            id: table.id,
-        },
-        size_m: table.size,
-        object_from_tag: pose_of(pose.as_ref(), &format!("{key}.{pose_key}"))?,
+        pose_prior: pose_sigma.as_ref().map(PoseSigma::from).into(),
+        size_prior: table.size_sigma.into(),
+        ..ObjectTag::new(name, table.size, pose)
     };
     // An object with this tag alone: the rules are the site model's, the location is known here.
-    ObjectModel::new(object.clone(), vec![tag.clone()]).map_err(|error| complaint(&key, &error))?;
+    let alone = ObjectModel::new(object.clone(), vec![tag.clone()]);
+    alone.map_err(|error| complaint(&key, outer, &error))?;
     Ok(tag)
 }
 
-fn complaint(key: &str, error: &ObjectError) -> Complaint {
+/// `outer` is "object", or "link" if the tag is on one.
+fn complaint(key: &str, outer: &str, error: &ObjectError) -> Complaint {
     let (part, remedy) = match error {
         ObjectError::Size { .. } => (
-            ".size",
+            ".size".to_owned(),
             "measure the edge of the black square and write it in metres",
         ),
-        ObjectError::Pose { .. } => (".object_from_tag", "write finite numbers"),
-        _ => ("", ""),
+        ObjectError::SizeSigma { .. } => (
+            ".size_sigma".to_owned(),
+            "write metres, one sigma, or leave it out",
+        ),
+        ObjectError::Pose { .. } => (format!(".{outer}_from_tag"), "write finite numbers"),
+        ObjectError::TagSigma { .. } => (
+            format!(".{outer}_from_tag_sigma"),
+            "write metres and radians, one sigma an axis, or leave it out",
+        ),
+        _ => (String::new(), ""),
     };
     Complaint::new(format!("{key}{part}"), error.to_string(), remedy)
 }
@@ -292,9 +270,9 @@ fn complaint(key: &str, error: &ObjectError) -> Complaint {
 /// The text of an object file. Numbers have enough digits to be read back exactly.
 pub fn object_toml(object: &ObjectModel) -> String {
     let mut text = format!("id = \"{}\"\n", object.id());
-    let tree = object.articulation();
-    text.push_str(&tree.map(articulation_toml).unwrap_or_default());
-    for (index, tag) in object.tags().iter().enumerate() {
+    let tree = object.articulation().map(articulation_toml);
+    text.push_str(&tree.unwrap_or_default());
+    for tag in object.tags() {
         let TagId { family, id } = tag.tag;
         // Writing to a String cannot fail.
         let _ = write!(
@@ -302,20 +280,17 @@ pub fn object_toml(object: &ObjectModel) -> String {
             "\n[[tag]]\nfamily = \"{family}\"\nid = {id}\nsize = {:?}\n",
             tag.size_m
         );
-        if let Some(sigma_m) = object.size_sigma_m(&tag.tag) {
+        if let Some(sigma_m) = tag.size_prior.given() {
             let _ = writeln!(text, "size_sigma = {sigma_m:?}");
         }
-        let link = object
-            .link_of(index)
-            .and_then(|link| tree?.links().get(link));
-        if let Some(link) = link {
+        if let Some(link) = &tag.link {
             let _ = writeln!(text, "link = \"{link}\"");
         }
-        let outer = if link.is_some() { "link" } else { "object" };
+        let outer = tag.link.as_ref().map_or("object", |_| "link");
         if let Some(pose) = &tag.object_from_tag {
             let _ = writeln!(text, "{outer}_from_tag = {}", pose_toml(&pose.into()));
         }
-        if let Some(sigma) = object.tag_sigma(&tag.tag) {
+        if let Some(sigma) = tag.pose_prior.given() {
             let _ = writeln!(text, "{outer}_from_tag_sigma = {}", sigma_toml(&sigma));
         }
     }

@@ -8,7 +8,7 @@ use crate::pose::{SigmaTable, pose_of, pose_toml, sigma_toml};
 use crate::read::read_text;
 use serde::Deserialize;
 use sextant_geometry::{Lens, PoseParts};
-use sextant_site_model::{Camera, CameraId, Exposure, LensSigma, Rig, RigError, Stamp};
+use sextant_site_model::{Camera, CameraId, Exposure, LensSigma, PoseSigma, Rig, RigError, Stamp};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -85,20 +85,7 @@ fn rig_of(file: &RigFile, document: &Document<'_>) -> Result<Rig, Complaint> {
     let cameras: Result<Vec<Camera>, Complaint> =
         file.camera.iter().enumerate().map(camera_of).collect();
     let rig = Rig::new(cameras?).map_err(|error| complaint("camera", &error))?;
-    let rig = with_exposures(with_line_delays(with_sigmas(rig, file)?, file)?, file)?;
     Ok(if file.exact { rig.exact() } else { rig })
-}
-
-fn with_exposures(mut rig: Rig, file: &RigFile) -> Result<Rig, Complaint> {
-    for (index, table) in file.camera.iter().enumerate() {
-        let key = format!("camera[{index}]");
-        let Some(exposure) = exposure_of(table, &key)? else {
-            continue;
-        };
-        let stated = rig.with_exposures([(table.id.clone(), exposure)]);
-        rig = stated.map_err(|error| complaint(&key, &error))?;
-    }
-    Ok(rig)
 }
 
 fn exposure_of(table: &CameraTable, key: &str) -> Result<Option<Exposure>, Complaint> {
@@ -112,31 +99,6 @@ fn exposure_of(table: &CameraTable, key: &str) -> Result<Option<Exposure>, Compl
             "add `exposure = ...` in seconds, 0 where the images state their own",
         )),
     }
-}
-
-fn with_line_delays(mut rig: Rig, file: &RigFile) -> Result<Rig, Complaint> {
-    for (index, table) in file.camera.iter().enumerate() {
-        let delay = table.line_delay.map(|delay_s| (table.id.clone(), delay_s));
-        let stated = rig.with_line_delays(delay);
-        rig = stated.map_err(|error| complaint(&format!("camera[{index}]"), &error))?;
-    }
-    Ok(rig)
-}
-
-fn with_sigmas(mut rig: Rig, file: &RigFile) -> Result<Rig, Complaint> {
-    for (index, table) in file.camera.iter().enumerate() {
-        let id = || table.id.clone();
-        let pose = table.world_from_camera_sigma.as_ref();
-        let pose = pose.map(|sigma| (id(), sigma.into()));
-        let lens = table.lens_sigma.as_ref().map(|sigma| LensSigma {
-            focal_px: sigma.focal,
-            distortion_px: sigma.distortion,
-        });
-        let stated = rig.with_pose_sigmas(pose);
-        let stated = stated.and_then(|rig| rig.with_lens_sigmas(lens.map(|sigma| (id(), sigma))));
-        rig = stated.map_err(|error| complaint(&format!("camera[{index}]"), &error))?;
-    }
-    Ok(rig)
 }
 
 fn unique(file: &RigFile, document: &Document<'_>) -> Result<(), Complaint> {
@@ -158,12 +120,21 @@ fn unique(file: &RigFile, document: &Document<'_>) -> Result<(), Complaint> {
 
 fn camera_of((index, table): (usize, &CameraTable)) -> Result<Camera, Complaint> {
     let key = format!("camera[{index}]");
-    let pose_key = format!("{key}.world_from_camera");
+    let pose = pose_of(
+        table.world_from_camera.as_ref(),
+        &format!("{key}.world_from_camera"),
+    )?;
+    let pose_sigma = table.world_from_camera_sigma.as_ref().map(PoseSigma::from);
+    let lens_sigma = table.lens_sigma.as_ref().map(|sigma| LensSigma {
+        focal_px: sigma.focal,
+        distortion_px: sigma.distortion,
+    });
     let camera = Camera {
-        id: table.id.clone(),
-        resolution: table.resolution,
-        lens: table.lens,
-        world_from_camera: pose_of(table.world_from_camera.as_ref(), &pose_key)?,
+        pose_prior: pose_sigma.into(),
+        lens_prior: lens_sigma.into(),
+        line_delay_s: table.line_delay,
+        exposure: exposure_of(table, &key)?,
+        ..Camera::new(table.id.clone(), table.resolution, table.lens, pose)
     };
     // A rig with this camera alone: the rules are the site model's, the location is known here.
     Rig::new(vec![camera.clone()]).map_err(|error| complaint(&key, &error))?;
@@ -210,7 +181,7 @@ pub fn rig_toml(rig: &Rig) -> String {
             camera.id,
             lens_toml(&camera.lens)
         );
-        if let Some(sigma) = rig.lens_sigma(&camera.id) {
+        if let Some(sigma) = camera.lens_prior.given() {
             let _ = writeln!(
                 text,
                 "lens_sigma = {{ focal = {:?}, distortion = {:?} }}",
@@ -220,14 +191,14 @@ pub fn rig_toml(rig: &Rig) -> String {
         if let Some(pose) = &camera.world_from_camera {
             let _ = writeln!(text, "world_from_camera = {}", pose_toml(&pose.into()));
         }
-        if let Some(sigma) = rig.pose_sigma(&camera.id) {
+        if let Some(sigma) = camera.pose_prior.given() {
             let _ = writeln!(text, "world_from_camera_sigma = {}", sigma_toml(&sigma));
         }
-        if let Some(delay_s) = rig.line_delay_s(&camera.id) {
+        if let Some(delay_s) = camera.line_delay_s {
             let _ = writeln!(text, "line_delay = {delay_s:?}");
         }
-        if let Some(exposure) = rig.exposure(&camera.id) {
-            text += &exposure_toml(&exposure);
+        if let Some(exposure) = &camera.exposure {
+            text += &exposure_toml(exposure);
         }
         text.push('\n');
     }

@@ -1,7 +1,8 @@
 //! The data of a site: cameras, objects with tags, and observations of images.
 //!
-//! - [`Rig`]: cameras with lens, pose, shutter and exposure, and their standard deviations.
+//! - [`Rig`]: cameras with lens, pose, shutter and exposure.
 //! - [`ObjectModel`]: a constellation of tags, rigid or on the links of an [`Articulation`].
+//! - [`Prior`]: what is known of the error of a pose, lens or size.
 //! - [`ImageObservation`]: the tag corners that one image shows, with its capture time.
 //!
 //! Plain checked data in metres, radians, pixels with (0, 0) at the centre of the top-left pixel, and nanoseconds since the Unix epoch. This
@@ -11,6 +12,7 @@ mod articulation;
 mod ids;
 mod object;
 mod observation;
+mod prior;
 mod rig;
 
 pub use articulation::{
@@ -19,6 +21,7 @@ pub use articulation::{
 pub use ids::{CameraId, IdError, JointId, LinkId, ObjectId, TagId};
 pub use object::{ObjectError, ObjectModel, ObjectTag};
 pub use observation::{ImageObservation, TagCorners};
+pub use prior::{Deviation, Prior};
 pub use rig::{
     Camera, Exposure, LensSigma, MOST_LENS_SIGMA_PX, PoseSigma, Rig, RigError, Stamp, is_finite,
 };

@@ -1,12 +1,12 @@
 //! Objects: constellations of tags, rigid or on links that joints connect.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use sextant_geometry::Pose;
 use thiserror::Error;
 
 use crate::rig::{is_finite, is_same};
-use crate::{Articulation, ArticulationError, LinkId, ObjectId, PoseSigma, TagId};
+use crate::{Articulation, ArticulationError, LinkId, ObjectId, PoseSigma, Prior, TagId};
 
 /// A tag on an object.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,6 +18,27 @@ pub struct ObjectTag {
     /// Maps points of the tag (x right, y up, z out of its face) into the object, or into its link where the object has
     /// links; `None` until learned.
     pub object_from_tag: Option<Pose>,
+    /// Prior of `object_from_tag`, in axes of the object or link about the centre of the tag. Fusion and calibration default to
+    /// [`PoseSigma::OF_TAG`]; by default the only placed tag of an object is exact to fusion, since it is the frame.
+    pub pose_prior: Prior<PoseSigma>,
+    /// Prior of `size_m`, m. Fusion and calibration default to half a per cent of the size.
+    pub size_prior: Prior<f64>,
+    /// Its link; `None` if the object is rigid.
+    pub link: Option<LinkId>,
+}
+
+impl ObjectTag {
+    /// A tag of a rigid object with default priors.
+    pub fn new(tag: TagId, size_m: f64, object_from_tag: Option<Pose>) -> Self {
+        Self {
+            tag,
+            size_m,
+            object_from_tag,
+            pose_prior: Prior::Default,
+            size_prior: Prior::Default,
+            link: None,
+        }
+    }
 }
 
 /// An object with its tags.
@@ -26,10 +47,6 @@ pub struct ObjectModel {
     id: ObjectId,
     tags: Vec<ObjectTag>,
     articulation: Option<Articulation>,
-    /// Index of each tag's link; empty for a rigid object.
-    links: Vec<usize>,
-    tag_sigmas: BTreeMap<TagId, PoseSigma>,
-    size_sigmas_m: BTreeMap<TagId, f64>,
 }
 
 /// An invalid object.
@@ -66,7 +83,7 @@ pub enum ObjectError {
         /// The tag.
         tag: TagId,
     },
-    /// An invalid sigma of a tag pose, or one of a missing tag.
+    /// An invalid sigma of a tag pose.
     #[error("object {object}: the sigmas of tag {tag} must lie between 0 and 1 (m, rad)")]
     TagSigma {
         /// The object.
@@ -74,7 +91,7 @@ pub enum ObjectError {
         /// The tag.
         tag: TagId,
     },
-    /// An invalid sigma of a size, or one of a missing tag.
+    /// An invalid sigma of a size.
     #[error(
         "object {object}: the sigma of the size of tag {tag} must lie between 0 and the size itself"
     )]
@@ -93,6 +110,14 @@ pub enum ObjectError {
         tag: TagId,
         /// The missing link.
         link: LinkId,
+    },
+    /// A tag on no link of an object that has links.
+    #[error("object {object}: tag {tag} is on no link, though the object has links")]
+    NoLink {
+        /// The object.
+        object: ObjectId,
+        /// The tag.
+        tag: TagId,
     },
     /// Invalid links and joints.
     #[error("object {object}: {error}")]
@@ -113,155 +138,132 @@ impl ObjectError {
             | Self::Pose { tag, .. }
             | Self::TagSigma { tag, .. }
             | Self::SizeSigma { tag, .. }
-            | Self::UnknownLink { tag, .. } => Some(*tag),
+            | Self::UnknownLink { tag, .. }
+            | Self::NoLink { tag, .. } => Some(*tag),
             Self::NoTag(_) | Self::Articulation { .. } => None,
         }
     }
 }
 
 impl ObjectModel {
-    /// Checks the tags of a rigid object.
+    /// Checks the tags of a rigid object. Standard deviations of zero become [`Prior::Exact`].
     ///
     /// # Errors
-    /// Without tags, and for the first tag that is duplicated or whose size or pose is invalid.
+    /// Without tags, and for the first tag with an invalid size, pose or standard deviation, that names a link, or that is duplicated.
     pub fn new(id: ObjectId, tags: Vec<ObjectTag>) -> Result<Self, ObjectError> {
-        if tags.is_empty() {
-            return Err(ObjectError::NoTag(id));
-        }
-        let mut seen = BTreeSet::new();
-        for tag in &tags {
-            check(&id, tag)?;
-            if !seen.insert(tag.tag) {
-                return Err(ObjectError::DuplicateTag {
-                    object: id,
-                    tag: tag.tag,
-                });
-            }
-        }
-        Ok(Self {
-            id,
-            tags,
-            articulation: None,
-            links: Vec::new(),
-            tag_sigmas: BTreeMap::new(),
-            size_sigmas_m: BTreeMap::new(),
-        })
+        Self::checked(id, None, tags)
     }
 
-    /// Checks the tags of an articulated object: each with its link; `object_from_tag` is `link_from_tag`.
+    /// Checks the tags of an articulated object, each with its link; `object_from_tag` is `link_from_tag`.
     ///
     /// # Errors
-    /// As [`Self::new`], and for the first tag on a missing link.
+    /// As [`Self::new`], and for the first tag without a link of the articulation.
     pub fn articulated(
         id: ObjectId,
         articulation: Articulation,
-        tags: Vec<(LinkId, ObjectTag)>,
+        tags: Vec<ObjectTag>,
     ) -> Result<Self, ObjectError> {
-        let mut links = Vec::with_capacity(tags.len());
-        for (link, tag) in &tags {
-            links.push(
-                articulation
-                    .link(link)
-                    .ok_or_else(|| ObjectError::UnknownLink {
-                        object: id.clone(),
-                        tag: tag.tag,
-                        link: link.clone(),
-                    })?,
-            );
-        }
-        let rigid = Self::new(id, tags.into_iter().map(|(_, tag)| tag).collect())?;
-        Ok(Self {
-            articulation: Some(articulation),
-            links,
-            ..rigid
-        })
+        Self::checked(id, Some(articulation), tags)
     }
 
-    /// The object with standard deviations of its tag poses, in axes of the object or link about the centre of the tag. Tags without
-    /// one count as exact.
-    ///
-    /// # Errors
-    /// For the first tag that the object lacks, and the first invalid sigma.
-    pub fn with_tag_sigmas(
-        mut self,
-        sigmas: impl IntoIterator<Item = (TagId, PoseSigma)>,
+    fn checked(
+        id: ObjectId,
+        articulation: Option<Articulation>,
+        tags: Vec<ObjectTag>,
     ) -> Result<Self, ObjectError> {
-        for (tag, sigma) in sigmas {
-            if !sigma.is_sound() || !self.tags.iter().any(|one| one.tag == tag) {
-                let object = self.id.clone();
-                return Err(ObjectError::TagSigma { object, tag });
+        if tags.is_empty() {
+            return Err(ObjectError::NoTag(id));
+        }
+        let mut object = Self {
+            id,
+            tags: Vec::new(),
+            articulation,
+        };
+        let mut seen = BTreeSet::new();
+        for tag in tags {
+            let tag = object.checked_tag(tag)?;
+            if !seen.insert(tag.tag) {
+                let (object, tag) = (object.id, tag.tag);
+                return Err(ObjectError::DuplicateTag { object, tag });
             }
-            self.tag_sigmas.insert(tag, sigma);
+            object.tags.push(tag);
         }
-        Ok(self)
+        Ok(object)
     }
 
-    /// The object with standard deviations of its tags' sizes, m.
-    ///
-    /// # Errors
-    /// For the first tag that the object lacks, and the first sigma that is not between 0 and the tag's size.
-    pub fn with_size_sigmas(
-        mut self,
-        sigmas: impl IntoIterator<Item = (TagId, f64)>,
-    ) -> Result<Self, ObjectError> {
-        for (tag, sigma_m) in sigmas {
-            let known = self.tags.iter().find(|one| one.tag == tag);
-            if !known.is_some_and(|known| (0.0..=known.size_m).contains(&sigma_m)) {
-                let object = self.id.clone();
-                return Err(ObjectError::SizeSigma { object, tag });
+    /// The tag with exact priors where its standard deviations are zero.
+    fn checked_tag(&self, mut checked: ObjectTag) -> Result<ObjectTag, ObjectError> {
+        let (object, tag, size_m) = (self.id.clone(), checked.tag, checked.size_m);
+        if !(0.001..=100.0).contains(&size_m) {
+            return Err(ObjectError::Size {
+                object,
+                tag,
+                size_m,
+            });
+        }
+        if !checked.object_from_tag.as_ref().is_none_or(is_finite) {
+            return Err(ObjectError::Pose { object, tag });
+        }
+        let (pose_sigma, size_sigma_m) = (checked.pose_prior.given(), checked.size_prior.given());
+        if !size_sigma_m.is_none_or(|sigma_m| (0.0..=size_m).contains(&sigma_m)) {
+            return Err(ObjectError::SizeSigma { object, tag });
+        }
+        if !pose_sigma.is_none_or(|sigma| sigma.is_sound()) {
+            return Err(ObjectError::TagSigma { object, tag });
+        }
+        match (&checked.link, self.link_of(&checked)) {
+            (Some(link), None) => {
+                let link = link.clone();
+                return Err(ObjectError::UnknownLink { object, tag, link });
             }
-            self.size_sigmas_m.insert(tag, sigma_m);
+            (None, _) if self.articulation.is_some() => {
+                return Err(ObjectError::NoLink { object, tag });
+            }
+            _ => {}
         }
-        Ok(self)
+        checked.pose_prior = pose_sigma.into();
+        checked.size_prior = size_sigma_m.into();
+        Ok(checked)
     }
 
-    /// Standard deviation of a tag's size in m, if given.
-    pub fn size_sigma_m(&self, tag: &TagId) -> Option<f64> {
-        self.size_sigmas_m.get(tag).copied()
-    }
-
-    /// Declares every number without a sigma exact: for simulations.
+    /// Makes every default prior exact: for simulations.
     #[must_use]
     pub fn exact(mut self) -> Self {
-        for tag in &self.tags {
-            self.tag_sigmas.entry(tag.tag).or_insert(PoseSigma::NONE);
-            self.size_sigmas_m.entry(tag.tag).or_insert(0.0);
+        for tag in &mut self.tags {
+            tag.pose_prior = tag.pose_prior.or(Prior::Exact);
+            tag.size_prior = tag.size_prior.or(Prior::Exact);
         }
         self
     }
 
-    /// The object with another pose and size of a tag, and the sigma of the pose; unchanged if they are invalid.
+    /// The object with this tag in place of the one with its name; unchanged if it is invalid or the object has no such tag. The standard
+    /// deviation of the former size scales with the size.
     #[must_use]
-    pub fn with_tag(mut self, corrected: ObjectTag, sigma: PoseSigma) -> Self {
-        let mut tags = self.tags.iter_mut();
-        let known = tags.find(|tag| tag.tag == corrected.tag);
-        if let Some(tag) = known.filter(|_| check(&self.id, &corrected).is_ok()) {
-            self.tag_sigmas.insert(corrected.tag, sigma);
-            if let Some(size_sigma_m) = self.size_sigmas_m.get_mut(&corrected.tag) {
-                let scaled_m = *size_sigma_m * corrected.size_m / tag.size_m;
-                *size_sigma_m = scaled_m.min(corrected.size_m);
-            }
-            *tag = corrected;
+    pub fn with_tag(mut self, mut corrected: ObjectTag) -> Self {
+        let Some(at) = self.tags.iter().position(|tag| tag.tag == corrected.tag) else {
+            return self;
+        };
+        let former = &self.tags[at];
+        let scaled = |sigma_m: f64| {
+            let scaled_m = sigma_m * corrected.size_m / former.size_m;
+            scaled_m.min(corrected.size_m)
+        };
+        corrected.size_prior = former.size_prior.given().map(scaled).into();
+        if let Ok(corrected) = self.checked_tag(corrected) {
+            self.tags[at] = corrected;
         }
         self
     }
 
-    /// Standard deviation of the pose of a tag, if given.
-    pub fn tag_sigma(&self, tag: &TagId) -> Option<PoseSigma> {
-        self.tag_sigmas.get(tag).copied()
-    }
-
-    /// Takes over the sigmas of a former model for tags with unchanged poses, unless this model has sigmas
-    /// of its own.
+    /// Takes over the pose priors of a former model for tags with unchanged poses, unless this model has its own.
     #[must_use]
     pub fn holding_on_to(mut self, former: &Self) -> Self {
-        for (tag, sigma) in &former.tag_sigmas {
-            let place = |model: &Self| {
-                let mut tags = model.tags.iter();
-                tags.find(|one| one.tag == *tag)?.object_from_tag
-            };
-            if is_same(place(&self), place(former)) {
-                self.tag_sigmas.entry(*tag).or_insert(*sigma);
+        for tag in &mut self.tags {
+            let before = former.tags.iter().find(|before| before.tag == tag.tag);
+            if let Some(before) = before
+                && is_same(before.object_from_tag, tag.object_from_tag)
+            {
+                tag.pose_prior = tag.pose_prior.or(before.pose_prior);
             }
         }
         self
@@ -277,9 +279,9 @@ impl ObjectModel {
         self.articulation.as_ref()
     }
 
-    /// Index of the link of a tag, by the tag's index in [`Self::tags`]; `None` if the object is rigid.
-    pub fn link_of(&self, tag: usize) -> Option<usize> {
-        self.links.get(tag).copied()
+    /// Index of the link of a tag in [`Articulation::links`]; `None` if the object is rigid.
+    pub fn link_of(&self, tag: &ObjectTag) -> Option<usize> {
+        self.articulation.as_ref()?.link(tag.link.as_ref()?)
     }
 
     /// Its name.
@@ -293,19 +295,51 @@ impl ObjectModel {
     }
 }
 
-fn check(object: &ObjectId, tag: &ObjectTag) -> Result<(), ObjectError> {
-    if !(0.001..=100.0).contains(&tag.size_m) {
-        return Err(ObjectError::Size {
-            object: object.clone(),
-            tag: tag.tag,
-            size_m: tag.size_m,
-        });
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sextant_tag_families::Family;
+
+    fn tag(link: Option<&str>) -> ObjectTag {
+        let family = Family::Tag36h11;
+        ObjectTag {
+            size_prior: Prior::Sigma(0.001),
+            link: link.map(|link| LinkId::new(link).unwrap()),
+            ..ObjectTag::new(TagId { family, id: 3 }, 0.04, None)
+        }
     }
-    match &tag.object_from_tag {
-        Some(pose) if !is_finite(pose) => Err(ObjectError::Pose {
-            object: object.clone(),
-            tag: tag.tag,
-        }),
-        _ => Ok(()),
+
+    fn arm() -> ObjectId {
+        ObjectId::new("arm").unwrap()
+    }
+
+    #[test]
+    fn a_tag_is_on_a_link_of_its_object_or_the_object_is_rigid() {
+        let tree = Articulation::new(vec![LinkId::new("base").unwrap()], Vec::new()).unwrap();
+        let on = |link| ObjectModel::articulated(arm(), tree.clone(), vec![tag(link)]);
+        let arm_with_tag = on(Some("base")).unwrap();
+        assert_eq!(arm_with_tag.link_of(&arm_with_tag.tags()[0]), Some(0));
+        assert!(matches!(on(None), Err(ObjectError::NoLink { .. })));
+        let unknown = [
+            on(Some("hand")),
+            ObjectModel::new(arm(), vec![tag(Some("base"))]),
+        ];
+        for refused in unknown {
+            assert!(matches!(refused, Err(ObjectError::UnknownLink { .. })));
+        }
+    }
+
+    #[test]
+    fn a_corrected_size_scales_its_sigma_and_an_invalid_one_changes_nothing() {
+        let object = ObjectModel::new(arm(), vec![tag(None)]).unwrap();
+        let sized = |size_m| {
+            let corrected = object.clone().with_tag(ObjectTag {
+                size_m,
+                ..tag(None)
+            });
+            corrected.tags()[0].clone()
+        };
+        assert_eq!(sized(0.08).size_prior, Prior::Sigma(0.002));
+        assert_eq!(sized(-0.08), object.tags()[0]);
     }
 }

@@ -1,12 +1,12 @@
-//! The cameras of a site: lens, resolution and pose in the world.
+//! The cameras of a site: lens, resolution, pose in the world, shutter and exposure, with their priors.
 
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 
 use nalgebra::Vector6;
 use sextant_geometry::{Lens, Pose};
 use thiserror::Error;
 
-use crate::CameraId;
+use crate::{CameraId, Deviation, Prior};
 
 mod exposure;
 
@@ -23,6 +23,38 @@ pub struct Camera {
     pub lens: Lens,
     /// Maps points of the camera into the world; `None` until calibrated.
     pub world_from_camera: Option<Pose>,
+    /// Prior of `world_from_camera`, in axes of the world. Fusion and calibration default to [`PoseSigma::OF_CAMERA`]; a camera that alone
+    /// has a pose is exact to fusion, since it is the frame.
+    pub pose_prior: Prior<PoseSigma>,
+    /// Prior of `lens`. Fusion defaults to [`LensSigma::usual`], with a wider focal length where nothing checks it; calibration has its own
+    /// defaults.
+    pub lens_prior: Prior<LensSigma>,
+    /// Rolling shutter: seconds from a row to the next, negative if the lowest row is read first. The capture time is then that of the
+    /// middle row. `None` with a global shutter.
+    pub line_delay_s: Option<f64>,
+    /// Exposure and reference of timestamps; `None` if the timestamps are capture times.
+    pub exposure: Option<Exposure>,
+}
+
+impl Camera {
+    /// A camera with default priors and a global shutter, whose timestamps are capture times.
+    pub fn new(
+        id: CameraId,
+        resolution: [u32; 2],
+        lens: Lens,
+        world_from_camera: Option<Pose>,
+    ) -> Self {
+        Self {
+            id,
+            resolution,
+            lens,
+            world_from_camera,
+            pose_prior: Prior::Default,
+            lens_prior: Prior::Default,
+            line_delay_s: None,
+            exposure: None,
+        }
+    }
 }
 
 /// Standard deviation of the pose of a camera or tag, per axis.
@@ -71,10 +103,14 @@ impl PoseSigma {
     }
 
     /// Whether both are between 0 and 1.
-    pub fn is_sound(&self) -> bool {
+    pub(crate) fn is_sound(&self) -> bool {
         let both = [self.position_m, self.orientation_rad];
         both.iter().all(|sigma| (0.0..=1.0).contains(sigma))
     }
+}
+
+impl Deviation for PoseSigma {
+    const ZERO: Self = Self::NONE;
 }
 
 /// Standard deviations of a camera's lens, apart from what a rotation of the whole camera compensates.
@@ -121,16 +157,22 @@ impl LensSigma {
     pub fn is_some(&self) -> bool {
         self.focal_px > 0.0 || self.distortion_px > 0.0
     }
+
+    fn is_sound(&self) -> bool {
+        let both = [self.focal_px, self.distortion_px];
+        both.iter()
+            .all(|sigma| (0.0..=MOST_LENS_SIGMA_PX).contains(sigma))
+    }
+}
+
+impl Deviation for LensSigma {
+    const ZERO: Self = Self::NONE;
 }
 
 /// All cameras of a site, in the given order; the first is the reference for clocks.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Rig {
     cameras: Vec<Camera>,
-    pose_sigmas: BTreeMap<CameraId, PoseSigma>,
-    lens_sigmas: BTreeMap<CameraId, LensSigma>,
-    line_delays_s: BTreeMap<CameraId, f64>,
-    exposures: BTreeMap<CameraId, Exposure>,
 }
 
 /// Largest valid standard deviation of a lens, px.
@@ -157,16 +199,16 @@ pub enum RigError {
         /// Its height in pixels.
         height: u32,
     },
-    /// An invalid sigma of a camera pose, or one of a missing camera.
+    /// An invalid sigma of a camera pose.
     #[error("camera {0}: the sigmas of its pose must lie between 0 and 1 (m, rad)")]
     PoseSigma(CameraId),
-    /// An invalid sigma of a lens, or one of a missing camera.
+    /// An invalid sigma of a lens.
     #[error("camera {0}: the sigmas of its lens must lie between 0 and 100 px")]
     LensSigma(CameraId),
-    /// An invalid line delay, or one of a missing camera.
+    /// An invalid line delay.
     #[error("camera {0}: the line delay must be seconds, all rows within 0.1 s")]
     LineDelay(CameraId),
-    /// An invalid exposure, or one of a missing camera.
+    /// An invalid exposure.
     #[error("camera {0}: the exposure must lie between 0 and 1 s")]
     Exposure(CameraId),
     /// A position or orientation that is not finite.
@@ -190,179 +232,62 @@ impl RigError {
 }
 
 impl Rig {
-    /// Checks the cameras.
+    /// Checks the cameras. Standard deviations of zero become [`Prior::Exact`], line delays of zero `None`.
     ///
     /// # Errors
-    /// For the first camera whose name is in use, or whose resolution or pose is invalid.
+    /// For the first camera with an invalid resolution, pose, standard deviation, line delay or exposure, and for the first whose name
+    /// is in use.
     pub fn new(cameras: Vec<Camera>) -> Result<Self, RigError> {
-        let mut seen = BTreeMap::new();
-        for camera in &cameras {
-            check(camera)?;
-            if seen.insert(camera.id.clone(), ()).is_some() {
-                return Err(RigError::DuplicateCamera(camera.id.clone()));
-            }
+        let cameras: Result<Vec<Camera>, RigError> = cameras.into_iter().map(checked).collect();
+        let rig = Self { cameras: cameras? };
+        let mut seen = BTreeSet::new();
+        match rig.cameras.iter().find(|camera| !seen.insert(&camera.id)) {
+            Some(twice) => Err(RigError::DuplicateCamera(twice.id.clone())),
+            None => Ok(rig),
         }
-        Ok(Self {
-            cameras,
-            ..Self::default()
-        })
     }
 
-    /// The rig with standard deviations of its camera poses. Cameras without one count as exact.
-    ///
-    /// # Errors
-    /// For the first missing camera, and the first invalid sigma.
-    pub fn with_pose_sigmas(
-        mut self,
-        sigmas: impl IntoIterator<Item = (CameraId, PoseSigma)>,
-    ) -> Result<Self, RigError> {
-        for (camera, sigma) in sigmas {
-            if !sigma.is_sound() || self.camera(&camera).is_none() {
-                return Err(RigError::PoseSigma(camera));
-            }
-            self.pose_sigmas.insert(camera, sigma);
-        }
-        Ok(self)
-    }
-
-    /// The rig with standard deviations of its lenses; lenses without one count as exact.
-    ///
-    /// # Errors
-    /// For the first missing camera, and the first invalid sigma.
-    pub fn with_lens_sigmas(
-        mut self,
-        sigmas: impl IntoIterator<Item = (CameraId, LensSigma)>,
-    ) -> Result<Self, RigError> {
-        for (camera, sigma) in sigmas {
-            let both = [sigma.focal_px, sigma.distortion_px];
-            let sound = both
-                .iter()
-                .all(|sigma| (0.0..=MOST_LENS_SIGMA_PX).contains(sigma));
-            if !sound || self.camera(&camera).is_none() {
-                return Err(RigError::LensSigma(camera));
-            }
-            self.lens_sigmas.insert(camera, sigma);
-        }
-        Ok(self)
-    }
-
-    /// Declares every number without a sigma exact: for simulations.
+    /// Makes every default prior exact: for simulations.
     #[must_use]
     pub fn exact(mut self) -> Self {
-        let nothing = LensSigma {
-            focal_px: 0.0,
-            distortion_px: 0.0,
-        };
-        for camera in &self.cameras {
-            let id = &camera.id;
-            self.pose_sigmas
-                .entry(id.clone())
-                .or_insert(PoseSigma::NONE);
-            self.lens_sigmas.entry(id.clone()).or_insert(nothing);
+        for camera in &mut self.cameras {
+            camera.pose_prior = camera.pose_prior.or(Prior::Exact);
+            camera.lens_prior = camera.lens_prior.or(Prior::Exact);
         }
         self
     }
 
-    /// The rig with another pose and lens of a camera, and their sigmas; unchanged if they are invalid.
+    /// The rig with this camera in place of the one with its name; unchanged if it is invalid or has no such camera.
     #[must_use]
-    pub fn with_camera(
-        mut self,
-        corrected: Camera,
-        sigma: PoseSigma,
-        lens_sigma: Option<LensSigma>,
-    ) -> Self {
+    pub fn with_camera(mut self, corrected: Camera) -> Self {
         let mut cameras = self.cameras.iter_mut();
         let known = cameras.find(|camera| camera.id == corrected.id);
-        if let Some(camera) = known.filter(|_| check(&corrected).is_ok()) {
-            let id = corrected.id.clone();
-            *camera = corrected;
-            self.pose_sigmas.insert(id.clone(), sigma);
-            if let Some(lens_sigma) = lens_sigma {
-                self.lens_sigmas.insert(id, lens_sigma);
-            }
+        if let Some((known, corrected)) = known.zip(checked(corrected).ok()) {
+            *known = corrected;
         }
         self
     }
 
-    /// Standard deviation of the lens of a camera, if given.
-    pub fn lens_sigma(&self, id: &CameraId) -> Option<LensSigma> {
-        self.lens_sigmas.get(id).copied()
-    }
-
-    /// Cameras with a given standard deviation of their lens.
-    pub fn lens_sigmas(&self) -> impl Iterator<Item = (CameraId, LensSigma)> {
-        let sigmas = self.lens_sigmas.iter();
-        sigmas.map(|(camera, sigma)| (camera.clone(), *sigma))
-    }
-
-    /// The rig with rolling shutters: seconds from a row of the camera's images to the next, negative if the lowest row
-    /// is read first. The capture time of such an image is that of its middle row. Without it, or with 0, all rows have one time.
-    ///
-    /// # Errors
-    /// For the first missing camera, and the first delay by which an image takes more than 0.1 s.
-    pub fn with_line_delays(
-        mut self,
-        delays_s: impl IntoIterator<Item = (CameraId, f64)>,
-    ) -> Result<Self, RigError> {
-        for (camera, delay_s) in delays_s {
-            let rows = self.camera(&camera).map(|camera| camera.resolution[1]);
-            let readout_s = delay_s.abs() * rows.map_or(f64::INFINITY, f64::from);
-            if !(0.0..=LONGEST_READOUT_S).contains(&readout_s) {
-                return Err(RigError::LineDelay(camera));
-            }
-            if delay_s != 0.0 {
-                self.line_delays_s.insert(camera, delay_s);
-            }
-        }
-        Ok(self)
-    }
-
-    /// Takes over what is still valid of a former rig: sigmas of unchanged poses and lenses, and
+    /// Takes over what is still valid of a former rig: priors of unchanged poses and lenses, and
     /// line delays and exposures of images of the same size, unless this rig has its own.
     #[must_use]
     pub fn holding_on_to(mut self, former: &Self) -> Self {
-        for camera in &self.cameras {
+        for camera in &mut self.cameras {
             let Some(before) = former.camera(&camera.id) else {
                 continue;
             };
-            let id = &camera.id;
-            if let Some(sigma) = former.pose_sigma(id)
-                && is_same(before.world_from_camera, camera.world_from_camera)
-            {
-                self.pose_sigmas.entry(id.clone()).or_insert(sigma);
+            if is_same(before.world_from_camera, camera.world_from_camera) {
+                camera.pose_prior = camera.pose_prior.or(before.pose_prior);
             }
-            if let Some(sigma) = former.lens_sigma(id)
-                && before.lens == camera.lens
-            {
-                self.lens_sigmas.entry(id.clone()).or_insert(sigma);
+            if before.lens == camera.lens {
+                camera.lens_prior = camera.lens_prior.or(before.lens_prior);
             }
-            if before.resolution != camera.resolution {
-                continue;
-            }
-            if let Some(delay_s) = former.line_delay_s(id) {
-                self.line_delays_s.entry(id.clone()).or_insert(delay_s);
-            }
-            if let Some(exposure) = former.exposure(id) {
-                self.exposures.entry(id.clone()).or_insert(exposure);
+            if before.resolution == camera.resolution {
+                camera.line_delay_s = camera.line_delay_s.or(before.line_delay_s);
+                camera.exposure = camera.exposure.or(before.exposure);
             }
         }
         self
-    }
-
-    /// Cameras with rolling shutters, with their line delays in seconds.
-    pub fn line_delays_s(&self) -> impl Iterator<Item = (CameraId, f64)> {
-        let delays = self.line_delays_s.iter();
-        delays.map(|(camera, delay_s)| (camera.clone(), *delay_s))
-    }
-
-    /// Seconds from a row of a camera's images to the next; `None` with a global shutter.
-    pub fn line_delay_s(&self, id: &CameraId) -> Option<f64> {
-        self.line_delays_s.get(id).copied()
-    }
-
-    /// Standard deviation of the pose of a camera, if given.
-    pub fn pose_sigma(&self, id: &CameraId) -> Option<PoseSigma> {
-        self.pose_sigmas.get(id).copied()
     }
 
     /// The cameras in the given order.
@@ -376,20 +301,39 @@ impl Rig {
     }
 }
 
-fn check(camera: &Camera) -> Result<(), RigError> {
+/// The camera with exact priors and a global shutter where its numbers are zero.
+fn checked(mut camera: Camera) -> Result<Camera, RigError> {
     let [width, height] = camera.resolution;
     let fits = |pixels: u32| (1..=65_535).contains(&pixels);
+    let id = || camera.id.clone();
     if !fits(width) || !fits(height) {
         return Err(RigError::Resolution {
-            camera: camera.id.clone(),
+            camera: id(),
             width,
             height,
         });
     }
-    match &camera.world_from_camera {
-        Some(pose) if !is_finite(pose) => Err(RigError::Pose(camera.id.clone())),
-        _ => Ok(()),
+    if !camera.world_from_camera.as_ref().is_none_or(is_finite) {
+        return Err(RigError::Pose(id()));
     }
+    let (pose_sigma, lens_sigma) = (camera.pose_prior.given(), camera.lens_prior.given());
+    if !pose_sigma.is_none_or(|sigma| sigma.is_sound()) {
+        return Err(RigError::PoseSigma(id()));
+    }
+    if !lens_sigma.is_none_or(|sigma| sigma.is_sound()) {
+        return Err(RigError::LensSigma(id()));
+    }
+    let readout_s = camera.line_delay_s.unwrap_or(0.0).abs() * f64::from(height);
+    if !(0.0..=LONGEST_READOUT_S).contains(&readout_s) {
+        return Err(RigError::LineDelay(id()));
+    }
+    if !camera.exposure.is_none_or(|exposure| exposure.is_sound()) {
+        return Err(RigError::Exposure(id()));
+    }
+    camera.pose_prior = pose_sigma.into();
+    camera.lens_prior = lens_sigma.into();
+    camera.line_delay_s = camera.line_delay_s.filter(|delay_s| *delay_s != 0.0);
+    Ok(camera)
 }
 
 /// Largest difference, in m and as quaternions, of poses that count as equal, since a transmitted pose may change in its last
@@ -413,4 +357,58 @@ pub fn is_finite(pose: &Pose) -> bool {
         .iter()
         .chain(pose.rotation.coords.iter())
         .all(|x| x.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sextant_geometry::Intrinsics;
+
+    fn camera() -> Camera {
+        let lens = Lens::pinhole(Intrinsics {
+            fx: 600.0,
+            fy: 600.0,
+            cx: 319.5,
+            cy: 239.5,
+        });
+        let id = CameraId::new("north").unwrap();
+        Camera::new(id, [640, 480], lens.unwrap(), Some(Pose::identity()))
+    }
+
+    fn checked(change: impl Fn(&mut Camera)) -> Result<Camera, RigError> {
+        let mut camera = camera();
+        change(&mut camera);
+        Ok(Rig::new(vec![camera])?.cameras()[0].clone())
+    }
+
+    #[test]
+    fn a_sigma_of_zero_is_exact_and_a_line_delay_of_zero_is_a_global_shutter() {
+        let zero = checked(|camera| {
+            camera.pose_prior = Prior::Sigma(PoseSigma::NONE);
+            camera.line_delay_s = Some(0.0);
+        });
+        let exact = checked(|camera| camera.pose_prior = Prior::Exact);
+        assert_eq!(zero, exact);
+    }
+
+    #[test]
+    fn invalid_numbers_are_refused_and_corrections_with_them_ignored() {
+        let much = PoseSigma::OF_CAMERA.times(1e3);
+        let refused = checked(|camera| camera.pose_prior = Prior::Sigma(much));
+        assert_eq!(refused, Err(RigError::PoseSigma(camera().id)));
+        let refused = checked(|camera| {
+            camera.lens_prior = Prior::Sigma(LensSigma::NONE.times(f64::NAN));
+        });
+        assert_eq!(refused, Err(RigError::LensSigma(camera().id)));
+        for line_delay_s in [0.1, f64::NAN] {
+            let refused = checked(|camera| camera.line_delay_s = Some(line_delay_s));
+            assert_eq!(refused, Err(RigError::LineDelay(camera().id)));
+        }
+        let rig = Rig::new(vec![camera()]).unwrap();
+        let corrected = rig.clone().with_camera(Camera {
+            pose_prior: Prior::Sigma(much),
+            ..camera()
+        });
+        assert_eq!(corrected, rig);
+    }
 }

@@ -19,19 +19,21 @@ fn announce(
 ) -> (Latest<RigConfig>, Latest<ObjectConfig>) {
     let [camera, object] = [&scenario.cameras[0].id, &scenario.objects[0].id];
     let seen = &scenario.cameras[0];
-    let rig = Rig::new(vec![Camera {
-        id: CameraId::new(camera).unwrap(),
-        resolution: seen.resolution,
-        lens: seen.lens,
-        world_from_camera: Some(seen.world_from_camera),
-    }]);
-    let tags = scenario.objects[0].tags.iter().map(|tag| ObjectTag {
-        tag: TagId {
-            family: tag.family,
-            id: tag.id,
-        },
-        size_m: tag.size,
-        object_from_tag: Some(tag.object_from_tag),
+    let rig = Rig::new(vec![Camera::new(
+        CameraId::new(camera).unwrap(),
+        seen.resolution,
+        seen.lens,
+        Some(seen.world_from_camera),
+    )]);
+    let tags = scenario.objects[0].tags.iter().map(|tag| {
+        ObjectTag::new(
+            TagId {
+                family: tag.family,
+                id: tag.id,
+            },
+            tag.size,
+            Some(tag.object_from_tag),
+        )
     });
     let id = ObjectId::new(object).unwrap();
     let model = ObjectModel::new(id.clone(), tags.collect()).unwrap();

@@ -52,14 +52,14 @@ fn north() -> CameraId {
 }
 
 fn cube() -> ObjectModel {
-    let tag = ObjectTag {
-        tag: TagId {
+    let tag = ObjectTag::new(
+        TagId {
             family: Family::Tag36h11,
             id: 1,
         },
-        size_m: 0.04,
-        object_from_tag: Some(Pose::identity()),
-    };
+        0.04,
+        Some(Pose::identity()),
+    );
     ObjectModel::new(ObjectId::new("cube").unwrap(), vec![tag]).unwrap()
 }
 
@@ -70,12 +70,12 @@ fn models() -> Models {
         cx: 319.5,
         cy: 239.5,
     };
-    let camera = Camera {
-        id: north(),
-        resolution: [640, 480],
-        lens: Lens::pinhole(intrinsics).unwrap(),
-        world_from_camera: Some(Pose::identity()),
-    };
+    let camera = Camera::new(
+        north(),
+        [640, 480],
+        Lens::pinhole(intrinsics).unwrap(),
+        Some(Pose::identity()),
+    );
     Models {
         rig: Rig::new(vec![camera]).unwrap(),
         objects: vec![cube()],

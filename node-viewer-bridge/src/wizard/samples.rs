@@ -16,11 +16,13 @@ pub(super) fn rig() -> Rig {
         cx: 319.5,
         cy: 239.5,
     };
-    let camera = |name: &str, world_from_camera| Camera {
-        id: CameraId::new(name).unwrap(),
-        resolution: [640, 480],
-        lens: Lens::pinhole(intrinsics).unwrap(),
-        world_from_camera,
+    let camera = |name: &str, world_from_camera| {
+        Camera::new(
+            CameraId::new(name).unwrap(),
+            [640, 480],
+            Lens::pinhole(intrinsics).unwrap(),
+            world_from_camera,
+        )
     };
     let placed = Some(Pose::translation(1.0, 2.0, 3.0));
     Rig::new(vec![camera("a", None), camera("b", placed)]).unwrap()
@@ -28,13 +30,15 @@ pub(super) fn rig() -> Rig {
 
 /// Six tags in a row of two, so near that any image shows them all.
 pub(crate) fn cube() -> ObjectModel {
-    let tag = |id: u32| ObjectTag {
-        tag: TagId {
-            family: Family::Tag36h11,
-            id,
-        },
-        size_m: 0.04,
-        object_from_tag: Some(Pose::translation(0.05 * f64::from(id), 0.0, 0.0)),
+    let tag = |id: u32| {
+        ObjectTag::new(
+            TagId {
+                family: Family::Tag36h11,
+                id,
+            },
+            0.04,
+            Some(Pose::translation(0.05 * f64::from(id), 0.0, 0.0)),
+        )
     };
     ObjectModel::new(ObjectId::new("cube").unwrap(), (0..6).map(tag).collect()).unwrap()
 }

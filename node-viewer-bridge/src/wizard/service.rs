@@ -210,7 +210,7 @@ mod tests {
     use super::*;
     use crate::wizard::samples;
     use sextant_site_files::write_rig;
-    use sextant_site_model::{CameraId, PoseSigma};
+    use sextant_site_model::{PoseSigma, Prior};
 
     const LENS: &str = r#"{"do":"start","wizard":"lens","camera":"a",
         "board":{"grid":{"columns":5,"rows":6,"size_m":0.028}}}"#;
@@ -247,22 +247,22 @@ mod tests {
     #[test]
     fn what_the_folder_knows_of_poses_stays_with_cameras_that_stayed() {
         let folder = tempfile::tempdir().unwrap();
-        let sigma = PoseSigma {
+        let prior = Prior::Sigma(PoseSigma {
             position_m: 0.001,
             orientation_rad: 0.002,
-        };
-        let b: CameraId = "b".parse().unwrap();
-        let kept = samples::rig()
-            .with_pose_sigmas([(b.clone(), sigma)])
-            .unwrap();
+        });
+        let mut cameras = samples::rig().cameras().to_vec();
+        cameras[1].pose_prior = prior;
+        let kept = Rig::new(cameras).unwrap();
         write_rig(&folder.path().join("rig.toml"), &kept).unwrap();
         let service = WizardService::new(Some(folder.path().to_owned()));
         let mut mirror = samples::mirror();
         let rig = service.rig_of_site(&mirror).unwrap();
-        assert_eq!(rig.pose_sigma(&b), Some(sigma));
+        assert_eq!(rig.cameras()[1].pose_prior, prior);
         let mut cameras = samples::rig().cameras().to_vec();
         cameras[1].world_from_camera = None;
         samples::hear_rig(&mut mirror, &Rig::new(cameras).unwrap());
-        assert_eq!(service.rig_of_site(&mirror).unwrap().pose_sigma(&b), None);
+        let rig = service.rig_of_site(&mirror).unwrap();
+        assert_eq!(rig.cameras()[1].pose_prior, Prior::Default);
     }
 }

@@ -3,27 +3,29 @@
 use crate::messages::object_config::{JointConfig, ObjectConfig, ObjectTagConfig};
 use crate::messages::pose_config::{PoseConfig, SigmaConfig};
 use sextant_geometry::Pose;
-use sextant_site_model::{Articulation, Joint, ObjectError, ObjectModel, ObjectTag, TagId};
+use sextant_site_model::{
+    Articulation, Joint, LinkId, ObjectError, ObjectModel, ObjectTag, PoseSigma, TagId,
+};
 
 impl From<&ObjectModel> for ObjectConfig {
     fn from(object: &ObjectModel) -> Self {
         let tree = object.articulation();
         let joints = tree.map_or(&[][..], Articulation::joints);
-        let tags = object.tags().iter().enumerate();
+        let tags = object.tags().iter();
         Self {
             id: object.id().clone(),
             links: tree.map_or_else(Vec::new, |tree| tree.links().to_vec()),
             joints: joints.iter().map(JointConfig::from).collect(),
             tags: tags
-                .map(|(index, tag)| ObjectTagConfig {
+                .map(|tag| ObjectTagConfig {
                     family: tag.tag.family,
                     id: tag.tag.id,
                     size_m: tag.size_m,
-                    size_sigma_m: object.size_sigma_m(&tag.tag),
+                    size_sigma_m: tag.size_prior.given(),
                     // An object has at most 32 links.
-                    link: object.link_of(index).map(|link| link as u8),
+                    link: object.link_of(tag).map(|link| link as u8),
                     object_from_tag: tag.object_from_tag.as_ref().map(PoseConfig::from),
-                    object_from_tag_sigma: object.tag_sigma(&tag.tag).map(SigmaConfig::from),
+                    object_from_tag_sigma: tag.pose_prior.given().map(SigmaConfig::from),
                 })
                 .collect(),
         }
@@ -34,55 +36,37 @@ impl TryFrom<&ObjectConfig> for ObjectModel {
     type Error = ObjectError;
 
     fn try_from(message: &ObjectConfig) -> Result<Self, ObjectError> {
-        let pose_sigmas = message.tags.iter().filter_map(|tag| {
-            let sigma = tag.object_from_tag_sigma?;
-            Some((TagId::from(tag), sigma.into()))
-        });
-        let size_sigmas = message
+        let id = message.id.clone();
+        let tags: Vec<ObjectTag> = message
             .tags
             .iter()
-            .filter_map(|tag| Some((TagId::from(tag), tag.size_sigma_m?)));
-        without_sigmas(message)?
-            .with_tag_sigmas(pose_sigmas)?
-            .with_size_sigmas(size_sigmas)
-    }
-}
-
-fn without_sigmas(message: &ObjectConfig) -> Result<ObjectModel, ObjectError> {
-    let id = message.id.clone();
-    if message.links.is_empty() {
-        return ObjectModel::new(id, message.tags.iter().map(ObjectTag::from).collect());
-    }
-    let joints = message.joints.iter().map(Joint::from).collect();
-    let tree = Articulation::new(message.links.clone(), joints);
-    let tree = tree.map_err(|error| ObjectError::Articulation {
-        object: id.clone(),
-        error,
-    })?;
-    // The tags of a checked message are on links that exist.
-    let on_links = message.tags.iter().filter_map(|tag| {
-        let link = message.links.get(usize::from(tag.link?))?;
-        Some((link.clone(), ObjectTag::from(tag)))
-    });
-    ObjectModel::articulated(id, tree, on_links.collect())
-}
-
-impl From<&ObjectTagConfig> for TagId {
-    fn from(message: &ObjectTagConfig) -> Self {
-        Self {
-            family: message.family,
-            id: message.id,
+            .map(|tag| object_tag(tag, &message.links))
+            .collect();
+        if message.links.is_empty() {
+            return Self::new(id, tags);
+        }
+        let joints = message.joints.iter().map(Joint::from).collect();
+        match Articulation::new(message.links.clone(), joints) {
+            Ok(tree) => Self::articulated(id, tree, tags),
+            Err(error) => Err(ObjectError::Articulation { object: id, error }),
         }
     }
 }
 
-impl From<&ObjectTagConfig> for ObjectTag {
-    fn from(message: &ObjectTagConfig) -> Self {
-        Self {
-            tag: TagId::from(message),
-            size_m: message.size_m,
-            object_from_tag: message.object_from_tag.as_ref().map(Pose::from),
-        }
+/// The links are those of the object; tags of a checked message are on links that exist.
+fn object_tag(message: &ObjectTagConfig, links: &[LinkId]) -> ObjectTag {
+    let tag = TagId {
+        family: message.family,
+        id: message.id,
+    };
+    let pose = message.object_from_tag.as_ref().map(Pose::from);
+    ObjectTag {
+        pose_prior: message.object_from_tag_sigma.map(PoseSigma::from).into(),
+        size_prior: message.size_sigma_m.into(),
+        link: message
+            .link
+            .and_then(|link| links.get(usize::from(link)).cloned()),
+        ..ObjectTag::new(tag, message.size_m, pose)
     }
 }
 

@@ -5,7 +5,7 @@ use crate::messages::rig_config::{
     CameraConfig, ExposureConfig, LensConfig, LensSigmaConfig, RigConfig,
 };
 use sextant_geometry::{Intrinsics, Lens, LensError, LensModel, Pose};
-use sextant_site_model::{Camera, CameraId, Exposure, LensSigma, Rig, RigError};
+use sextant_site_model::{Camera, CameraId, Exposure, LensSigma, PoseSigma, Rig, RigError};
 
 /// A message whose cameras make no rig.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -40,11 +40,11 @@ impl From<&Rig> for RigConfig {
             id: camera.id.clone(),
             resolution: camera.resolution,
             lens: LensConfig::from(&camera.lens),
-            lens_sigma: rig.lens_sigma(&camera.id).map(LensSigmaConfig::from),
+            lens_sigma: camera.lens_prior.given().map(LensSigmaConfig::from),
             world_from_camera: camera.world_from_camera.as_ref().map(PoseConfig::from),
-            world_from_camera_sigma: rig.pose_sigma(&camera.id).map(SigmaConfig::from),
-            line_delay_s: rig.line_delay_s(&camera.id),
-            exposure: rig.exposure(&camera.id).map(ExposureConfig::from),
+            world_from_camera_sigma: camera.pose_prior.given().map(SigmaConfig::from),
+            line_delay_s: camera.line_delay_s,
+            exposure: camera.exposure.map(ExposureConfig::from),
         });
         Self {
             cameras: cameras.collect(),
@@ -57,19 +57,7 @@ impl TryFrom<&RigConfig> for Rig {
 
     fn try_from(message: &RigConfig) -> Result<Self, RigConfigError> {
         let cameras: Result<Vec<Camera>, _> = message.cameras.iter().map(camera).collect();
-        let mut rig = Self::new(cameras?)?;
-        for one in &message.cameras {
-            let id = || one.id.clone();
-            let pose_sigma = one
-                .world_from_camera_sigma
-                .map(|sigma| (id(), sigma.into()));
-            rig = rig
-                .with_pose_sigmas(pose_sigma)?
-                .with_lens_sigmas(one.lens_sigma.map(|sigma| (id(), sigma.into())))?
-                .with_line_delays(one.line_delay_s.map(|delay_s| (id(), delay_s)))?
-                .with_exposures(one.exposure.map(|exposure| (id(), exposure.into())))?;
-        }
-        Ok(rig)
+        Ok(Self::new(cameras?)?)
     }
 }
 
@@ -78,11 +66,13 @@ fn camera(message: &CameraConfig) -> Result<Camera, RigConfigError> {
         camera: message.id.clone(),
         source,
     })?;
+    let pose = message.world_from_camera.as_ref().map(Pose::from);
     Ok(Camera {
-        id: message.id.clone(),
-        resolution: message.resolution,
-        lens,
-        world_from_camera: message.world_from_camera.as_ref().map(Pose::from),
+        pose_prior: message.world_from_camera_sigma.map(PoseSigma::from).into(),
+        lens_prior: message.lens_sigma.map(LensSigma::from).into(),
+        line_delay_s: message.line_delay_s,
+        exposure: message.exposure.map(Exposure::from),
+        ..Camera::new(message.id.clone(), message.resolution, lens, pose)
     })
 }
 
@@ -192,12 +182,12 @@ mod tests {
     }
 
     fn rig() -> Rig {
-        let camera = Camera {
-            id: CameraId::new("north").unwrap(),
-            resolution: [640, 480],
-            lens: Lens::pinhole(INTRINSICS).unwrap(),
-            world_from_camera: None,
-        };
+        let camera = Camera::new(
+            CameraId::new("north").unwrap(),
+            [640, 480],
+            Lens::pinhole(INTRINSICS).unwrap(),
+            None,
+        );
         Rig::new(vec![camera]).unwrap()
     }
 

@@ -230,10 +230,10 @@ fn placeholder(arguments: &LensArguments, resolution: [u32; 2]) -> anyhow::Resul
         cx: width / 2.0,
         cy: height / 2.0,
     });
-    Ok(Camera {
-        id: arguments.camera.clone(),
+    Ok(Camera::new(
+        arguments.camera.clone(),
         resolution,
-        lens: lens.exit_with(Exit::Input)?,
-        world_from_camera: None,
-    })
+        lens.exit_with(Exit::Input)?,
+        None,
+    ))
 }

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use sextant_geometry::{Pose, se3};
 use sextant_process::{Exit, Failure};
 use sextant_proto::{NodeId, ObjectConfig, Proposal, RigConfig};
-use sextant_site_model::{ObjectId, ObjectModel, Rig};
+use sextant_site_model::{Camera, ObjectId, ObjectModel, ObjectTag, Rig};
 
 /// Whether a change is made, or only shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -203,10 +203,12 @@ const SHOWN_RATIO: f64 = 5e-5;
 impl RefinementSummary {
     fn compare_rigs(&mut self, before: &Rig, after: &Rig) {
         for camera in after.cameras() {
-            let Some(known) = before.camera(&camera.id).filter(|known| *known != camera) else {
+            let model = |one: &Camera| (one.resolution, one.lens, one.world_from_camera);
+            let known = before.camera(&camera.id);
+            let Some(known) = known.filter(|known| model(known) != model(camera)) else {
                 continue;
             };
-            let focal = |camera: &sextant_site_model::Camera| camera.lens.intrinsics().fx;
+            let focal = |camera: &Camera| camera.lens.intrinsics().fx;
             self.moves.push(Move {
                 what: format!("camera {}", camera.id),
                 by: displacement(known.world_from_camera, camera.world_from_camera),
@@ -217,8 +219,11 @@ impl RefinementSummary {
 
     fn compare_objects(&mut self, before: &ObjectModel, after: &ObjectModel) {
         for tag in after.tags() {
+            let place = |one: &ObjectTag| (one.size_m, one.object_from_tag);
             let mut known = before.tags().iter();
-            let Some(known) = known.find(|known| known.tag == tag.tag && *known != tag) else {
+            let Some(known) =
+                known.find(|known| known.tag == tag.tag && place(known) != place(tag))
+            else {
                 continue;
             };
             self.moves.push(Move {

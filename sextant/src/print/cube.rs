@@ -70,11 +70,10 @@ pub fn cube(arguments: &CubeArguments, id: &str, paper: Paper) -> anyhow::Result
         largest.floor() * 1e-3
     );
     let faces = faces(edge * 1e-3);
-    let tags = ids.iter().zip(&faces).map(|(&tag, face)| ObjectTag {
-        tag,
-        size_m: size * 1e-3,
-        object_from_tag: Some(face.object_from_face),
-    });
+    let tags = ids
+        .iter()
+        .zip(&faces)
+        .map(|(&tag, face)| ObjectTag::new(tag, size * 1e-3, Some(face.object_from_face)));
     let model = ObjectModel::new(id.parse()?, tags.collect())?;
     let net = NetLayout {
         edge,

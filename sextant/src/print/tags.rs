@@ -73,11 +73,7 @@ pub fn tags(arguments: &TagsArguments, id: &str, paper: Paper) -> anyhow::Result
     let places = places_on(paper, edge)?;
     // A tag by itself is the object; where several are glued on, `sextant learn` finds out.
     let object_from_tag = (tags.len() == 1).then(Pose::identity);
-    let on_object = |&tag: &TagId| ObjectTag {
-        tag,
-        size_m: size * 1e-3,
-        object_from_tag,
-    };
+    let on_object = |&tag: &TagId| ObjectTag::new(tag, size * 1e-3, object_from_tag);
     let model = ObjectModel::new(id.parse()?, tags.iter().map(on_object).collect())?;
     let pages = tags.chunks(places.len()).map(|tags| {
         let mut sheet = Sheet::new(paper);

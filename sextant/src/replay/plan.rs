@@ -384,14 +384,14 @@ mod tests {
     }
 
     fn object(size_m: f64) -> ObjectConfig {
-        let tag = ObjectTag {
-            tag: TagId {
+        let tag = ObjectTag::new(
+            TagId {
                 family: Family::Tag36h11,
                 id: 3,
             },
             size_m,
-            object_from_tag: Some(sextant_geometry::Pose::identity()),
-        };
+            Some(sextant_geometry::Pose::identity()),
+        );
         let model = ObjectModel::new(ObjectId::new("cube").unwrap(), vec![tag]);
         ObjectConfig::from(&model.unwrap())
     }

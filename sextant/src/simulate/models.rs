@@ -9,20 +9,15 @@ use sextant_site_model::{
 
 /// The cameras as a rig file has them.
 pub fn rig(cameras: &[SceneCamera]) -> anyhow::Result<Rig> {
-    let known: Vec<Camera> = cameras.iter().map(camera).collect::<Result<_, _>>()?;
-    let ids = known.iter().map(|camera| camera.id.clone());
-    let delays: Vec<(CameraId, f64)> = ids
-        .zip(cameras.iter().map(|camera| camera.line_delay_s))
-        .collect();
-    Ok(Rig::new(known)?.with_line_delays(delays)?)
+    let cameras: Result<Vec<Camera>, IdError> = cameras.iter().map(camera).collect();
+    Ok(Rig::new(cameras?)?)
 }
 
 fn camera(camera: &SceneCamera) -> Result<Camera, IdError> {
+    let (id, pose) = (CameraId::new(&camera.id)?, camera.world_from_camera);
     Ok(Camera {
-        id: CameraId::new(&camera.id)?,
-        resolution: camera.resolution,
-        lens: camera.lens,
-        world_from_camera: Some(camera.world_from_camera),
+        line_delay_s: Some(camera.line_delay_s),
+        ..Camera::new(id, camera.resolution, camera.lens, Some(pose))
     })
 }
 
@@ -76,10 +71,13 @@ impl<'a> Body<'a> {
         let pairs = names.windows(2).zip(&self.links[1..]);
         let joints = pairs.map(|(pair, link)| joint(&pair[0], &pair[1], link));
         let tree = Articulation::new(names.clone(), joints.collect::<anyhow::Result<_>>()?)?;
-        let on_links = names.iter().zip(self.links);
-        let on_links =
-            on_links.flat_map(|(name, link)| tags(link).map(move |tag| (name.clone(), tag)));
-        Ok(ObjectModel::articulated(id, tree, on_links.collect())?)
+        let tags = names.iter().zip(self.links).flat_map(|(name, link)| {
+            tags(link).map(move |tag| ObjectTag {
+                link: Some(name.clone()),
+                ..tag
+            })
+        });
+        Ok(ObjectModel::articulated(id, tree, tags.collect())?)
     }
 }
 
@@ -108,13 +106,9 @@ fn joint(parent: &LinkId, child: &LinkId, link: &SceneObject) -> anyhow::Result<
 }
 
 fn tags(object: &SceneObject) -> impl Iterator<Item = ObjectTag> {
-    object.tags.iter().map(|tag| ObjectTag {
-        tag: TagId {
-            family: tag.family,
-            id: tag.id,
-        },
-        size_m: tag.size,
-        object_from_tag: Some(tag.object_from_tag),
+    object.tags.iter().map(|tag| {
+        let (family, id) = (tag.family, tag.id);
+        ObjectTag::new(TagId { family, id }, tag.size, Some(tag.object_from_tag))
     })
 }
 

@@ -30,11 +30,13 @@ impl Arm {
             folder: tempfile::tempdir().unwrap(),
             scenario: Scenario::arm(cameras, seed),
         };
-        let camera = |camera: &sextant_simulator::SceneCamera| Camera {
-            id: CameraId::new(&camera.id).unwrap(),
-            resolution: camera.resolution,
-            lens: camera.lens,
-            world_from_camera: Some(camera.world_from_camera),
+        let camera = |camera: &sextant_simulator::SceneCamera| {
+            Camera::new(
+                CameraId::new(&camera.id).unwrap(),
+                camera.resolution,
+                camera.lens,
+                Some(camera.world_from_camera),
+            )
         };
         let rig = Rig::new(arm.scenario.cameras.iter().map(camera).collect()).unwrap();
         write_rig(&arm.path("rig.toml"), &rig).unwrap();
@@ -153,15 +155,12 @@ fn model(scenario: &Scenario) -> ObjectModel {
         .enumerate()
         .flat_map(|(index, object)| {
             object.tags.iter().map(move |tag| {
-                let tag = ObjectTag {
-                    tag: TagId {
-                        family: tag.family,
-                        id: tag.id,
-                    },
-                    size_m: tag.size,
-                    object_from_tag: Some(tag.object_from_tag),
-                };
-                (LinkId::new(LINKS[index]).unwrap(), tag)
+                let (family, id) = (tag.family, tag.id);
+                let place = Some(tag.object_from_tag);
+                ObjectTag {
+                    link: Some(LinkId::new(LINKS[index]).unwrap()),
+                    ..ObjectTag::new(TagId { family, id }, tag.size, place)
+                }
             })
         });
     ObjectModel::articulated(ObjectId::new("arm").unwrap(), tree, tags.collect()).unwrap()

@@ -30,12 +30,12 @@ pub fn rig() -> Rig {
             cx: 318.0,
             cy: 242.0 - 6.0 * at as f64,
         };
-        Camera {
-            id: CameraId::new(name).unwrap(),
-            resolution: [640, 480],
-            lens: Lens::pinhole(numbers).unwrap(),
-            world_from_camera: Some(Isometry3::face_towards(&from, &to, &-Vector3::z())),
-        }
+        Camera::new(
+            CameraId::new(name).unwrap(),
+            [640, 480],
+            Lens::pinhole(numbers).unwrap(),
+            Some(Isometry3::face_towards(&from, &to, &-Vector3::z())),
+        )
     };
     let names = ["east", "north", "west"];
     Rig::new(names.iter().enumerate().map(camera).collect()).unwrap()
@@ -73,11 +73,7 @@ pub fn cap() -> ObjectModel {
 }
 
 fn object(name: &str, tags: impl Iterator<Item = (u32, f64, Pose)>) -> ObjectModel {
-    let tags = tags.map(|(id, size_m, pose)| ObjectTag {
-        tag: tag(id),
-        size_m,
-        object_from_tag: Some(pose),
-    });
+    let tags = tags.map(|(id, size_m, pose)| ObjectTag::new(tag(id), size_m, Some(pose)));
     ObjectModel::new(ObjectId::new(name).unwrap(), tags.collect()).unwrap()
 }
 

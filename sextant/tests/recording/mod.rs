@@ -108,22 +108,24 @@ impl Recording {
 }
 
 fn camera_of(camera: &SceneCamera) -> Camera {
-    Camera {
-        id: CameraId::new(&camera.id).unwrap(),
-        resolution: camera.resolution,
-        lens: camera.lens,
-        world_from_camera: Some(camera.world_from_camera),
-    }
+    Camera::new(
+        CameraId::new(&camera.id).unwrap(),
+        camera.resolution,
+        camera.lens,
+        Some(camera.world_from_camera),
+    )
 }
 
 fn object_of(object: &SceneObject) -> ObjectModel {
-    let tags = object.tags.iter().map(|tag| ObjectTag {
-        tag: TagId {
-            family: tag.family,
-            id: tag.id,
-        },
-        size_m: tag.size,
-        object_from_tag: Some(tag.object_from_tag),
+    let tags = object.tags.iter().map(|tag| {
+        ObjectTag::new(
+            TagId {
+                family: tag.family,
+                id: tag.id,
+            },
+            tag.size,
+            Some(tag.object_from_tag),
+        )
     });
     ObjectModel::new(ObjectId::new(&object.id).unwrap(), tags.collect()).unwrap()
 }

@@ -26,15 +26,15 @@ fn eye() -> Camera {
         cx: 159.5,
         cy: 119.5,
     };
-    Camera {
-        id: CameraId::new(CAMERA).expect("an id"),
-        resolution: [320, 240],
-        lens: Lens::pinhole(intrinsics).expect("a lens"),
-        world_from_camera: Some(Pose::from_parts(
+    Camera::new(
+        CameraId::new(CAMERA).expect("an id"),
+        [320, 240],
+        Lens::pinhole(intrinsics).expect("a lens"),
+        Some(Pose::from_parts(
             place.into(),
             UnitQuaternion::from_rotation_matrix(&rotation),
         )),
-    }
+    )
 }
 
 fn die() -> ObjectModel {

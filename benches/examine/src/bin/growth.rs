@@ -148,25 +148,25 @@ fn camera(k: usize, columns: usize) -> Camera {
     };
     let [x, y] = [k % columns, k / columns].map(|n| n as f64 * PITCH_M);
     let down = UnitQuaternion::from_euler_angles(std::f64::consts::PI, 0.0, 0.0);
-    Camera {
-        id: CameraId::new(&format!("cam{k}")).expect("an id"),
-        resolution: [SIDE_PX; 2],
-        lens: Lens::pinhole(intrinsics).expect("a lens"),
-        world_from_camera: Some(Pose::from_parts(Vector3::new(x, y, HEIGHT_M).into(), down)),
-    }
+    Camera::new(
+        CameraId::new(&format!("cam{k}")).expect("an id"),
+        [SIDE_PX; 2],
+        Lens::pinhole(intrinsics).expect("a lens"),
+        Some(Pose::from_parts(Vector3::new(x, y, HEIGHT_M).into(), down)),
+    )
 }
 
 fn plate(k: usize) -> ObjectModel {
     let tag = |corner: u32| {
         let [x, y] = [corner % 2, corner / 2].map(|n| 0.3 * (f64::from(n) - 0.5));
-        ObjectTag {
-            tag: TagId {
+        ObjectTag::new(
+            TagId {
                 family: Family::TagStandard41h12,
                 id: 4 * k as u32 + corner,
             },
-            size_m: TAG_M,
-            object_from_tag: Some(Pose::translation(x, y, 0.0)),
-        }
+            TAG_M,
+            Some(Pose::translation(x, y, 0.0)),
+        )
     };
     let id = ObjectId::new(&format!("object{k}")).expect("an id");
     ObjectModel::new(id, (0..4).map(tag).collect()).expect("an object")

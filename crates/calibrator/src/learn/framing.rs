@@ -45,24 +45,20 @@ impl LearnSession {
     }
 
     pub(super) fn object(&self, solved: &SolvedConstellation) -> Result<ObjectModel, LearnError> {
-        let tags = &solved.adjusted.solution.bundle.tags;
-        let sizes = tags.iter().map(|tag| tag.size_m);
-        let learned = self.wanted.iter().zip(solved.poses.iter().zip(sizes));
-        let learned = learned.map(|(w, (pose, size_m))| ObjectTag {
-            tag: w.tag,
-            size_m,
-            object_from_tag: Some(*pose),
+        let solution = &solved.adjusted.solution;
+        let learned = self.wanted.iter().enumerate().map(|(at, wanted)| {
+            let size_m = solution.bundle.tags[at].size_m;
+            let pose_sigma = solved.sought[at].then(|| sigma(&solved.covariance, at));
+            let size_sigma = solution
+                .covariance
+                .sigma(KeptParameter::TagSize { tag: at });
+            ObjectTag {
+                pose_prior: pose_sigma.into(),
+                size_prior: size_sigma.map(|sigma| sigma.min(1.0) * size_m).into(),
+                ..ObjectTag::new(wanted.tag, size_m, Some(solved.poses[at]))
+            }
         });
         let object = ObjectModel::new(self.plan.object.clone(), learned.collect())?;
-        let sought = (0..self.wanted.len()).filter(|at| solved.sought[*at]);
-        let stated = sought.map(|at| (self.wanted[at].tag, sigma(&solved.covariance, at)));
-        let size = |at: usize| {
-            let covariance = &solved.adjusted.solution.covariance;
-            let sigma = covariance.sigma(KeptParameter::TagSize { tag: at })?;
-            Some((self.wanted[at].tag, sigma.min(1.0) * tags[at].size_m))
-        };
-        let sizes = (0..self.wanted.len()).filter_map(size);
-        let object = object.with_tag_sigmas(stated)?.with_size_sigmas(sizes)?;
         Ok(match &self.plan.from {
             Some(from) => object.holding_on_to(from),
             None => object,

@@ -301,10 +301,9 @@ impl LearnSession {
         let used: BTreeSet<usize> = views.iter().map(|view| view.camera).collect();
         for (number, &at) in used.iter().enumerate() {
             let camera = &self.rig.cameras()[at];
-            let sigma = self.rig.lens_sigma(&camera.id);
-            priors.free_lens(cameras, at, camera.resolution, sigma);
+            priors.free_lens(cameras, at, camera);
             if number > 0 && groups.joins_cameras() {
-                priors.free_camera(cameras, at, self.rig.pose_sigma(&camera.id));
+                priors.free_camera(cameras, at, camera.pose_prior);
             }
         }
     }

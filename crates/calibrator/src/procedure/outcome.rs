@@ -4,7 +4,7 @@ use super::{Kind, LensReport, ProcedureError};
 use crate::lens::LensCalibration;
 use crate::{CalibratedRig, LearnReport, LearnedObject, RigReport, Verdict};
 use serde::Serialize;
-use sextant_site_model::{Camera, CameraId, ObjectModel, Rig};
+use sextant_site_model::{Camera, CameraId, ObjectModel, Prior, Rig};
 
 /// Result of a procedure.
 #[derive(Clone, Debug)]
@@ -85,16 +85,14 @@ impl Outcome {
 
 fn with_lens(rig: &Rig, camera: &CameraId, found: &LensCalibration) -> Result<Rig, ProcedureError> {
     let mut cameras = rig.cameras().to_vec();
+    let pose = rig.camera(camera).and_then(|known| known.world_from_camera);
     let calibrated = Camera {
-        id: camera.clone(),
-        resolution: found.resolution,
-        lens: found.lens,
-        world_from_camera: rig.camera(camera).and_then(|known| known.world_from_camera),
+        lens_prior: Prior::Sigma(found.sigma()),
+        ..Camera::new(camera.clone(), found.resolution, found.lens, pose)
     };
     match cameras.iter_mut().find(|known| known.id == *camera) {
         Some(known) => *known = calibrated,
         None => cameras.push(calibrated),
     }
-    let found = Rig::new(cameras)?.with_lens_sigmas([(camera.clone(), found.sigma())])?;
-    Ok(found.holding_on_to(rig))
+    Ok(Rig::new(cameras)?.holding_on_to(rig))
 }

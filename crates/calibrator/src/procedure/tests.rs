@@ -32,11 +32,7 @@ fn thing() -> ObjectModel {
         let row = f64::from(id / 3);
         let bend = Vector3::new(0.5 * row, 0.0, 0.0);
         let pose = Isometry3::new(Vector3::new(x, 0.06 * row, 0.015 * row), bend);
-        ObjectTag {
-            tag: tag(id),
-            size_m: 0.05,
-            object_from_tag: Some(pose),
-        }
+        ObjectTag::new(tag(id), 0.05, Some(pose))
     };
     let id = ObjectId::new("thing").unwrap();
     ObjectModel::new(id, (0..6).map(place).collect()).unwrap()
@@ -83,12 +79,7 @@ fn is_inside(seen: &TagCorners) -> bool {
 }
 
 fn rig() -> Rig {
-    let camera = |name: &str| Camera {
-        id: named(name),
-        resolution: [640, 480],
-        lens: pinhole(),
-        world_from_camera: None,
-    };
+    let camera = |name: &str| Camera::new(named(name), [640, 480], pinhole(), None);
     Rig::new(vec![camera("a"), camera("b")]).unwrap()
 }
 

@@ -5,14 +5,13 @@ use super::origin::Origin;
 use super::sightings::Sightings;
 use super::{CalibratedRig, RigError, RigSession};
 use crate::adjustment::AdjustmentResult;
-use crate::bundle::Freedom;
 use crate::learn::root_mean_square;
 use crate::lens::lens_sigma;
 use crate::verdict::{Finding, Verdict};
 use nalgebra::Matrix6;
 use serde::Serialize;
 use sextant_geometry::Pose;
-use sextant_site_model::{Camera, CameraId, LensSigma, PoseSigma, Rig};
+use sextant_site_model::{Camera, LensSigma, PoseSigma, Prior, Rig};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// One camera of a calibrated rig.
@@ -91,58 +90,32 @@ impl RigSession {
         let bundle = &found.adjusted.solution.bundle;
         let floor = self.floor_poses(&found);
         let world = self.plan.origin.world(&floor)?;
-        let cameras = self.rig.cameras().iter().zip(&bundle.cameras);
-        let cameras = cameras.map(|(camera, solved)| Camera {
+        let report = self.report(&found);
+        let solved = bundle.cameras.iter().zip(&report.cameras);
+        let cameras = self.rig.cameras().iter().zip(solved).enumerate();
+        let cameras = cameras.map(|(at, (camera, (solved, stated)))| Camera {
             world_from_camera: Some(world * solved.world_from_camera),
             lens: solved.lens,
+            pose_prior: Prior::Sigma(pose_sigma(stated)),
+            lens_prior: self.lens_prior(&found, at),
             ..camera.clone()
         });
-        let report = self.report(&found);
         let rig = Rig::new(cameras.collect())
-            .and_then(|rig| rig.with_pose_sigmas(self.sigmas(&report)))
-            .and_then(|rig| rig.with_lens_sigmas(self.lens_sigmas(&found)))
-            .and_then(|rig| rig.with_line_delays(self.rig.line_delays_s()))
-            .and_then(|rig| rig.with_exposures(self.rig.exposures()))
             .map_err(|error| RigError::Undetermined(error.to_string()))?;
         Ok(CalibratedRig { rig, report })
     }
 
-    /// As in the report: relative to the reference, for which it is zero. Where a tag is the world frame, the uncertainty of its pose
-    /// is excluded, since it moves all cameras together.
-    fn sigmas(&self, report: &RigReport) -> Vec<(CameraId, PoseSigma)> {
-        let cameras = self.rig.cameras().iter().zip(&report.cameras);
-        let sigma = |stated: &CalibratedCamera| PoseSigma {
-            position_m: stated.sigma_mm * 1e-3,
-            orientation_rad: stated.sigma_deg.to_radians(),
-        };
-        let named = cameras.map(|(camera, stated)| (camera.id.clone(), sigma(stated)));
-        named.collect()
-    }
-
-    /// Standard deviations of each focal length and distortion after the adjustment.
-    fn lens_sigmas(&self, found: &RigSolution) -> Vec<(CameraId, LensSigma)> {
-        let solution = &found.adjusted.solution;
-        let cameras = self.rig.cameras().iter().zip(&solution.bundle.cameras);
-        let known = cameras.enumerate().filter_map(|(at, (camera, solved))| {
-            let covariance = solution.covariance.lens(at);
-            let free = solved
-                .free_lens
-                .0
-                .iter()
-                .filter(|free| **free == Freedom::Free);
-            let whole = covariance.nrows() == solved.lens.n_parameters() && free.count() > 0;
-            let sigma = whole.then(|| lens_sigma(&solved.lens, camera.resolution, &covariance))?;
-            Some((camera.id.clone(), sigma))
-        });
-        let fixed = self.rig.lens_sigmas().filter(|(id, _)| {
-            let at = self
-                .rig
-                .cameras()
-                .iter()
-                .position(|camera| camera.id == *id);
-            at.is_some_and(|at| solution.covariance.lens(at).is_empty())
-        });
-        known.chain(fixed).collect()
+    /// Standard deviations of a focal length and distortion after the adjustment; those of before if the lens was fixed.
+    fn lens_prior(&self, found: &RigSolution, at: usize) -> Prior<LensSigma> {
+        let (solution, camera) = (&found.adjusted.solution, &self.rig.cameras()[at]);
+        let (solved, covariance) = (&solution.bundle.cameras[at], solution.covariance.lens(at));
+        if covariance.nrows() == solved.lens.n_parameters() {
+            Prior::Sigma(lens_sigma(&solved.lens, camera.resolution, &covariance))
+        } else if covariance.is_empty() {
+            camera.lens_prior
+        } else {
+            Prior::Default
+        }
     }
 
     /// Poses of the floor tags in the frame of the adjustment.
@@ -280,6 +253,15 @@ impl RigSession {
             *seen >= SEEN_OFTEN && *out as f64 > MANY_LEFT_OUT * *seen as f64
         })
         .collect()
+    }
+}
+
+/// As in the report: relative to the reference, for which it is zero. Where a tag is the world frame, the uncertainty of its pose
+/// is excluded, since it moves all cameras together.
+fn pose_sigma(stated: &CalibratedCamera) -> PoseSigma {
+    PoseSigma {
+        position_m: stated.sigma_mm * 1e-3,
+        orientation_rad: stated.sigma_deg.to_radians(),
     }
 }
 

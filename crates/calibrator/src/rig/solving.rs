@@ -15,7 +15,7 @@ use crate::priors::Priors;
 use crate::resection::{TagPlacement, views_of_object};
 use crate::verdict::{Finding, Grade, listed};
 use sextant_geometry::Pose;
-use sextant_site_model::{Camera, CameraId, Rig};
+use sextant_site_model::{Camera, CameraId, Prior, Rig};
 use std::collections::BTreeSet;
 
 /// Relative error of a focal length from which camera names may be swapped.
@@ -55,15 +55,7 @@ impl RigSession {
     fn with_former(&self, found: &Rig) -> Result<Rig, RigError> {
         let cameras = self.rig.cameras().iter();
         let cameras = cameras.map(|camera| found.camera(&camera.id).unwrap_or(camera).clone());
-        let sigmas = found
-            .cameras()
-            .iter()
-            .filter_map(|camera| Some((camera.id.clone(), found.pose_sigma(&camera.id)?)));
-        let rig = Rig::new(cameras.collect())
-            .and_then(|rig| rig.with_pose_sigmas(sigmas))
-            .and_then(|rig| rig.with_lens_sigmas(found.lens_sigmas()))
-            .map_err(|error| RigError::Undetermined(error.to_string()))?;
-        Ok(rig.holding_on_to(&self.rig))
+        Rig::new(cameras.collect()).map_err(|error| RigError::Undetermined(error.to_string()))
     }
 
     /// Solves for every camera.
@@ -284,12 +276,7 @@ impl RigSession {
         if rest.len() < 2 || rest.len() == self.rig.cameras().len() {
             return None;
         }
-        let rig = Rig::new(rest).ok()?.with_lens_sigmas(
-            self.rig
-                .lens_sigmas()
-                .filter(|(camera, _)| !apart.contains(camera)),
-        );
-        let mut fewer = Self::new(rig.ok()?, self.plan.clone()).ok()?;
+        let mut fewer = Self::new(Rig::new(rest).ok()?, self.plan.clone()).ok()?;
         self.images.iter().for_each(|image| fewer.handle(image));
         Some(fewer)
     }
@@ -310,8 +297,7 @@ impl RigSession {
         carried(sightings, &cameras, &mut instants, &mut images);
         let mut priors = Priors::default();
         for (at, camera) in self.rig.cameras().iter().enumerate() {
-            let sigma = self.rig.lens_sigma(&camera.id);
-            priors.free_lens(&mut cameras, at, camera.resolution, sigma);
+            priors.free_lens(&mut cameras, at, camera);
         }
         Adjustment {
             tags: self.bundle_tags(sightings, &mut priors),
@@ -348,25 +334,20 @@ impl RigSession {
         });
         let mut tags: Vec<BundleTag> = tags.collect();
         for (at, placed) in sightings.placed.iter().enumerate() {
-            match placed {
-                Some(_) if !sightings.seeking_tags => {
-                    let is_learned = self.plan.object.tag_sigma(&self.wanted[at].tag).is_some();
-                    if !is_learned {
-                        priors.free_pose(&mut tags, at);
-                    }
+            let mut own = self.plan.object.tags().iter();
+            let own = own.find(|own| own.tag == self.wanted[at].tag);
+            let is_placed = placed.is_some();
+            if sightings.seeking_tags {
+                if is_placed && Some(at) != frame {
+                    tags[at].pose = Freedom::Free;
                 }
-                Some(_) if Some(at) != frame => tags[at].pose = Freedom::Free,
-                _ => {}
+            } else if is_placed && own.is_none_or(|own| own.pose_prior == Prior::Default) {
+                priors.free_pose(&mut tags, at);
             }
-            if placed.is_some() || measured.contains(&at) {
-                let is_learned = self
-                    .plan
-                    .object
-                    .size_sigma_m(&self.wanted[at].tag)
-                    .is_some();
-                if !is_learned {
-                    priors.free_size(&mut tags, at);
-                }
+            if (is_placed || measured.contains(&at))
+                && own.is_none_or(|own| own.size_prior == Prior::Default)
+            {
+                priors.free_size(&mut tags, at);
             }
         }
         tags

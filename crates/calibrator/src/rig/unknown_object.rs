@@ -24,12 +24,11 @@ impl RigSession {
         }))
     }
 
-    /// The rig without its camera poses, which may be wrong.
+    /// The rig without its camera poses, which may be wrong, and without priors.
     fn blind(&self) -> Result<Rig, RigError> {
-        let blind = self.rig.cameras().iter().map(|camera| Camera {
-            world_from_camera: None,
-            ..camera.clone()
-        });
+        let blind = self.rig.cameras().iter();
+        let blind = blind
+            .map(|camera| Camera::new(camera.id.clone(), camera.resolution, camera.lens, None));
         Rig::new(blind.collect())
             .map_err(|_| RigError::Undetermined("the rig is not usable".to_owned()))
     }
@@ -66,10 +65,7 @@ impl RigSession {
         let own = self.plan.object.tags().iter();
         let unplaced = own
             .filter(|own| tags.contains(&own.tag))
-            .map(|own| ObjectTag {
-                object_from_tag: None,
-                ..own.clone()
-            });
+            .map(|own| ObjectTag::new(own.tag, own.size_m, None));
         ObjectModel::new(self.plan.object.id().clone(), unplaced.collect()).ok()
     }
 }

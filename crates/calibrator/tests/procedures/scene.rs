@@ -61,12 +61,12 @@ pub fn rig() -> Rig {
             cx: 318.0 + 5.0 * at as f64,
             cy: 242.0 - 6.0 * at as f64,
         };
-        Camera {
-            id: camera_id(at),
-            resolution: [640, 480],
-            lens: Lens::pinhole(intrinsics).unwrap(),
-            world_from_camera: Some(looking(from, [0.0, 0.0, 0.6])),
-        }
+        Camera::new(
+            camera_id(at),
+            [640, 480],
+            Lens::pinhole(intrinsics).unwrap(),
+            Some(looking(from, [0.0, 0.0, 0.6])),
+        )
     };
     Rig::new((0..4).map(camera).collect()).unwrap()
 }
@@ -126,11 +126,7 @@ fn body(name: &str, radius: f64, size_m: f64) -> ObjectModel {
 }
 
 pub fn object(name: &str, tags: impl Iterator<Item = (u32, f64, Pose)>) -> ObjectModel {
-    let tags = tags.map(|(id, size_m, pose)| ObjectTag {
-        tag: tag(id),
-        size_m,
-        object_from_tag: Some(pose),
-    });
+    let tags = tags.map(|(id, size_m, pose)| ObjectTag::new(tag(id), size_m, Some(pose)));
     ObjectModel::new(name.parse().unwrap(), tags.collect()).unwrap()
 }
 

@@ -50,14 +50,12 @@ pub fn arm() -> ObjectModel {
         for (side, turn) in [0.0, 1.2, -1.2].into_iter().enumerate() {
             let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), turn);
             let place = turn * Vector3::new(0.0, 0.0, 0.02) + Vector3::new(0.07, 0.0, 0.0);
-            tags.push((
-                link(name),
-                ObjectTag {
-                    tag: tag_id(10 + 3 * index as u32 + side as u32),
-                    size_m: 0.03,
-                    object_from_tag: Some(Pose::from_parts(place.into(), turn)),
-                },
-            ));
+            let tag = tag_id(10 + 3 * index as u32 + side as u32);
+            let link_from_tag = Pose::from_parts(place.into(), turn);
+            tags.push(ObjectTag {
+                link: Some(link(name)),
+                ..ObjectTag::new(tag, 0.03, Some(link_from_tag))
+            });
         }
     }
     ObjectModel::articulated(ObjectId::new("arm").unwrap(), tree, tags)
@@ -106,8 +104,8 @@ pub fn image(
     let camera_from_world = camera_model.world_from_camera.unwrap().inverse();
     let poses = links(&pose.0, pose.1);
     let mut tags = Vec::new();
-    for (index, tag) in arm.tags().iter().enumerate() {
-        let link = arm.link_of(index).unwrap();
+    for tag in arm.tags() {
+        let link = arm.link_of(tag).unwrap();
         let camera_from_tag = camera_from_world * poses[link] * tag.object_from_tag.unwrap();
         let towards = camera_from_tag.translation.vector.normalize();
         let facing = -(camera_from_tag.rotation * Vector3::z()).dot(&towards);

@@ -1,7 +1,7 @@
 //! Rig and objects change while the machine runs: whole or not at all.
 
 use sextant_estimator::{Fusion, FusionOptions, Input, ModelError, Output};
-use sextant_site_model::{ObjectId, ObjectModel, ObjectTag, Rig};
+use sextant_site_model::{ObjectId, ObjectModel, ObjectTag, PoseSigma, Prior, Rig};
 
 use crate::scene::{
     Random, START_NS, cube, cube_id, feed, fusion, path_at, position_error, rig, run,
@@ -63,6 +63,9 @@ fn an_object_that_keeps_a_tag_in_its_place_keeps_its_track() {
     let first = object.tags()[0].tag;
     let one_larger = |tag: &mut ObjectTag| tag.size_m *= if tag.tag == first { 1.1 } else { 1.0 };
     fusion.handle(START_NS, change(&one_larger));
+    assert_eq!(fusion.pose_at(&cube_id(), at_ns), known);
+    let inexact = |tag: &mut ObjectTag| tag.pose_prior = Prior::Sigma(PoseSigma::OF_TAG);
+    fusion.handle(START_NS, change(&inexact));
     assert_eq!(fusion.pose_at(&cube_id(), at_ns), known);
     fusion.handle(START_NS, change(&|tag| tag.size_m *= 2.0));
     assert_eq!(fusion.pose_at(&cube_id(), at_ns), None);

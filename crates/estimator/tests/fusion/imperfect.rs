@@ -7,7 +7,7 @@ use sextant_site_model::{Camera, ObjectModel, ObjectTag, Rig};
 use sextant_site_report::{Imperfection, ObjectEstimate, State};
 
 use crate::scene::{
-    Eye, PERIOD_NS, Random, START_NS, cube, error, feed, fusion, path, path_at, rig, run,
+    self, Eye, PERIOD_NS, Random, START_NS, cube, error, feed, fusion, path, path_at, rig, run,
 };
 
 fn vector(random: &mut Random, sigma: f64) -> Vector3<f64> {
@@ -26,7 +26,7 @@ pub fn measured(rig: &Rig, position_m: f64, orientation_rad: f64, random: &mut R
         world_from_camera: camera
             .world_from_camera
             .map(|pose| off(&pose, position_m, orientation_rad, random)),
-        ..camera.clone()
+        ..scene::unstated(camera)
     };
     Rig::new(rig.cameras().iter().map(camera).collect()).unwrap()
 }
@@ -38,13 +38,21 @@ pub fn glued(
     orientation_rad: f64,
     random: &mut Random,
 ) -> ObjectModel {
-    let tag = |tag: &ObjectTag| ObjectTag {
-        object_from_tag: tag
-            .object_from_tag
-            .map(|pose| off(&pose, position_m, orientation_rad, random)),
-        ..tag.clone()
+    let tag = |tag: &ObjectTag| {
+        let pose = tag.object_from_tag;
+        let glued = pose.map(|pose| off(&pose, position_m, orientation_rad, random));
+        ObjectTag::new(tag.tag, tag.size_m, glued)
     };
     ObjectModel::new(object.id().clone(), object.tags().iter().map(tag).collect()).unwrap()
+}
+
+/// The models as files have them that give no priors.
+pub fn files(rig: &Rig, object: &ObjectModel) -> (Rig, ObjectModel) {
+    let tag = |tag: &ObjectTag| ObjectTag::new(tag.tag, tag.size_m, tag.object_from_tag);
+    let tags = object.tags().iter().map(tag).collect();
+    let rig = Rig::new(rig.cameras().iter().map(scene::unstated).collect());
+    let object = ObjectModel::new(object.id().clone(), tags);
+    (rig.unwrap(), object.unwrap())
 }
 
 /// What is published of images that all cameras take at once.
@@ -135,8 +143,7 @@ fn tags_glued_on_by_hand_leave_honest_poses() {
 #[test]
 fn exact_files_are_recognised_with_the_first_images() {
     let (rig, object) = (rig(3), cube());
-    let files = Rig::new(rig.cameras().to_vec()).unwrap();
-    let tags = ObjectModel::new(object.id().clone(), object.tags().to_vec()).unwrap();
+    let (files, tags) = files(&rig, &object);
     let mut known = fusion(&rig, &object, FusionOptions::default());
     let mut learned = fusion(&files, &tags, FusionOptions::default());
     let known = watched(&mut known, (&rig, &object), 60, &mut Random(3));
@@ -189,8 +196,7 @@ fn a_hit_body_has_a_pose_in_the_very_next_image() {
 #[test]
 fn exact_files_are_recognised_where_shutters_run_free() {
     let (rig, object) = (rig(4), cube());
-    let files = Rig::new(rig.cameras().to_vec()).unwrap();
-    let tags = ObjectModel::new(object.id().clone(), object.tags().to_vec()).unwrap();
+    let (files, tags) = files(&rig, &object);
     let mut learned = fusion(&files, &tags, FusionOptions::default());
     let mut worst: f64 = 0.0;
     for mut image in run(&rig, &object, 0.05, 4.0, &mut Random(5)) {

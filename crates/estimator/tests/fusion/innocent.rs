@@ -4,10 +4,12 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use sextant_estimator::{Fusion, FusionOptions, Input};
 use sextant_geometry::Pose;
-use sextant_site_model::{Camera, PoseSigma, Rig};
+use sextant_site_model::{Camera, PoseSigma, Prior, Rig};
 use sextant_site_report::Fault;
 
-use crate::scene::{Eye, PERIOD_NS, Random, START_NS, camera_id, cube, fusion, path, poses, rig};
+use crate::scene::{
+    Eye, PERIOD_NS, Random, START_NS, camera_id, cube, fusion, path, poses, rig, with_cameras,
+};
 
 /// When what is true of the cameras changes, seconds.
 const CHANGE_S: f64 = 2.0;
@@ -88,9 +90,12 @@ fn imprecise(sigma: PoseSigma, is_stated: bool, random: &mut Random) -> (Rig, Ri
         let turn = UnitQuaternion::from_scaled_axis(vector(random, sigma.orientation_rad));
         Pose::from_parts(vector(random, sigma.position_m).into(), turn)
     });
-    let said = (0..4).map(|camera| (camera_id(camera), sigma));
-    let rig = rig(4).with_pose_sigmas(said.filter(|_| is_stated));
-    (truth, rig.unwrap())
+    let rig = with_cameras(&rig(4), |camera| {
+        if is_stated {
+            camera.pose_prior = Prior::Sigma(sigma);
+        }
+    });
+    (truth, rig)
 }
 
 #[test]

@@ -5,11 +5,13 @@ use sextant_estimator::FusionOptions;
 use sextant_geometry::lens::Intrinsics;
 use sextant_geometry::{Lens, Pose, se3};
 use sextant_site_model::{
-    Camera, Exposure, ImageObservation, LensSigma, ObjectModel, PoseSigma, Rig, Stamp,
+    Camera, Exposure, ImageObservation, LensSigma, ObjectModel, PoseSigma, Prior, Rig, Stamp,
 };
 
 use crate::arm_scene::{self, ALL, arm};
-use crate::scene::{Random, camera_id, cube, feed, fusion, path_at, rig, run};
+use crate::scene::{
+    self, Random, cube, feed, fusion, path_at, rig, run, with_cameras, with_pose_priors,
+};
 use crate::uncertainty::nees;
 
 const MISPLACED: PoseSigma = PoseSigma {
@@ -73,7 +75,12 @@ fn changed(rig: &Rig, change: impl FnMut(Camera) -> Camera) -> Rig {
 }
 
 fn unstated(rig: &Rig, change: impl FnMut(Camera) -> Camera) -> Rig {
-    Rig::new(rig.cameras().iter().cloned().map(change).collect()).unwrap()
+    let cameras = rig.cameras().iter().map(scene::unstated);
+    Rig::new(cameras.map(change).collect()).unwrap()
+}
+
+fn placed(camera: &mut Camera) {
+    camera.pose_prior = Prior::Sigma(MISPLACED);
 }
 
 #[test]
@@ -92,10 +99,8 @@ fn what_is_stated_about_the_cameras_poses_is_in_the_covariance() {
             }
         },
         |site| {
-            let (rig, object) = site.believed.clone();
-            let cameras = site.truth.0.cameras().iter();
-            let sigmas = cameras.map(|camera| (camera.id.clone(), MISPLACED));
-            (rig.with_pose_sigmas(sigmas).unwrap(), object)
+            let (rig, object) = &site.believed;
+            (with_cameras(rig, placed), object.clone())
         },
     );
     assert!((0.5..1.5).contains(&with), "NEES {with}");
@@ -106,7 +111,6 @@ fn what_is_stated_about_the_cameras_poses_is_in_the_covariance() {
 #[test]
 fn what_is_stated_about_the_cameras_poses_holds_for_the_links_of_an_arm() {
     let truth = rig(3);
-    let sigmas = || (0..3).map(|camera| (camera_id(camera), MISPLACED));
     for clock_error_ns in [0, ImageObservation::CLOCK_ERROR_UNKNOWN] {
         let mut all = Vec::new();
         for seed in 0..20 {
@@ -117,7 +121,7 @@ fn what_is_stated_about_the_cameras_poses_holds_for_the_links_of_an_arm() {
                     .map(|pose| displaced(&pose, MISPLACED, random)),
                 ..camera
             });
-            let believed = believed.with_pose_sigmas(sigmas()).unwrap();
+            let believed = with_cameras(&believed, placed);
             let mut fusion = fusion(&believed, &arm(), FusionOptions::default());
             let mut last = None;
             for mut image in arm_scene::run(&truth, 0.8, |_| ALL, seed) {
@@ -173,10 +177,9 @@ fn what_is_stated_about_the_lenses_is_in_the_covariance() {
             ),
         },
         |site| {
-            let (rig, object) = site.believed.clone();
-            let cameras = site.truth.0.cameras().iter();
-            let sigmas = cameras.map(|camera| (camera.id.clone(), MISCAST));
-            (rig.with_lens_sigmas(sigmas).unwrap(), object)
+            let (rig, object) = &site.believed;
+            let cast = |camera: &mut Camera| camera.lens_prior = Prior::Sigma(MISCAST);
+            (with_cameras(rig, cast), object.clone())
         },
     );
     assert!((0.5..1.5).contains(&with), "NEES {with}");
@@ -201,13 +204,8 @@ fn what_is_stated_about_the_tags_places_is_in_the_covariance() {
             }
         },
         |site| {
-            let (rig, object) = site.believed.clone();
-            let sigmas: Vec<_> = object
-                .tags()
-                .iter()
-                .map(|tag| (tag.tag, MISSTUCK))
-                .collect();
-            (rig, object.with_tag_sigmas(sigmas).unwrap())
+            let (rig, object) = &site.believed;
+            (rig.clone(), with_pose_priors(object, MISSTUCK))
         },
     );
     assert!((0.5..1.5).contains(&with), "NEES {with}");
@@ -216,14 +214,12 @@ fn what_is_stated_about_the_tags_places_is_in_the_covariance() {
 
 #[test]
 fn what_a_former_rig_states_holds_as_long_as_what_it_is_about() {
-    let ids: Vec<_> = rig(3).cameras().iter().map(|one| one.id.clone()).collect();
-    let all = || ids.iter().cloned();
-    let stated = rig(3)
-        .with_pose_sigmas(all().map(|id| (id, MISPLACED)))
-        .and_then(|rig| rig.with_lens_sigmas(all().map(|id| (id, MISCAST))))
-        .and_then(|rig| rig.with_line_delays(all().map(|id| (id, 2e-5))))
-        .and_then(|rig| rig.with_exposures(all().map(|id| (id, EXPOSED))))
-        .unwrap();
+    let stated = with_cameras(&rig(3), |camera| {
+        placed(camera);
+        camera.lens_prior = Prior::Sigma(MISCAST);
+        camera.line_delay_s = Some(2e-5);
+        camera.exposure = Some(EXPOSED);
+    });
     let mut index = 0;
     let other = unstated(&rig(3), |camera| {
         index += 1;
@@ -243,12 +239,13 @@ fn what_a_former_rig_states_holds_as_long_as_what_it_is_about() {
         }
     });
     let held = other.holding_on_to(&stated);
-    let of = |id| {
-        let (pose, lens) = (held.pose_sigma(id).is_some(), held.lens_sigma(id).is_some());
-        assert_eq!(held.line_delay_s(id).is_some(), held.exposure(id).is_some());
-        [pose, lens, held.line_delay_s(id).is_some()]
+    let of = |camera: &Camera| {
+        let pose = camera.pose_prior == Prior::Sigma(MISPLACED);
+        let lens = camera.lens_prior == Prior::Sigma(MISCAST);
+        assert_eq!(camera.line_delay_s.is_some(), camera.exposure.is_some());
+        [pose, lens, camera.line_delay_s.is_some()]
     };
-    let found: Vec<[bool; 3]> = ids.iter().map(of).collect();
+    let found: Vec<[bool; 3]> = held.cameras().iter().map(of).collect();
     assert_eq!(
         found,
         [

@@ -4,11 +4,14 @@ use nalgebra::Matrix2;
 use proptest::prelude::*;
 use sextant_estimator::{FusionOptions, Input};
 use sextant_geometry::Lens;
-use sextant_site_model::{Camera, ImageObservation, LensSigma, ObjectModel, PoseSigma, Rig};
+use sextant_site_model::{ImageObservation, LensSigma, ObjectModel, PoseSigma, Prior, Rig};
 use sextant_site_report::ObjectEstimate;
 
 use crate::arm_scene::{self, ALL, arm};
-use crate::scene::{Eye, PERIOD_NS, Random, START_NS, cube, fusion, poses, rig, run_in_phase};
+use crate::scene::{
+    Eye, PERIOD_NS, Random, START_NS, cube, fusion, poses, rig, run_in_phase, with_cameras,
+    with_pose_priors,
+};
 
 /// What is there and what it looks like.
 struct Show {
@@ -63,21 +66,14 @@ fn with_everything(seed: u64) -> Show {
         focal_px: 0.5,
         distortion_px: 0.2,
     };
-    let bent = |camera: &Camera| Camera {
-        lens: Lens::brown_conrady(camera.lens.intrinsics(), [-0.3, 0.1, 0.0, 0.0, 0.0]).unwrap(),
-        ..camera.clone()
-    };
-    let rig = Rig::new(rig(3).cameras().iter().map(bent).collect())
-        .unwrap()
-        .exact();
-    let ids: Vec<_> = rig.cameras().iter().map(|one| one.id.clone()).collect();
-    let rig = rig
-        .with_line_delays(ids.iter().map(|id| (id.clone(), 2e-5)))
-        .and_then(|rig| rig.with_pose_sigmas(ids.iter().map(|id| (id.clone(), PLACED))))
-        .and_then(|rig| rig.with_lens_sigmas(ids.iter().map(|id| (id.clone(), CAST))));
-    let (rig, tags) = (rig.unwrap(), arm());
-    let tags = tags.tags().iter().map(|tag| (tag.tag, PLACED));
-    let object = arm().with_tag_sigmas(tags).unwrap();
+    let rig = with_cameras(&rig(3), |camera| {
+        let intrinsics = camera.lens.intrinsics();
+        camera.lens = Lens::brown_conrady(intrinsics, [-0.3, 0.1, 0.0, 0.0, 0.0]).unwrap();
+        camera.pose_prior = Prior::Sigma(PLACED);
+        camera.lens_prior = Prior::Sigma(CAST);
+        camera.line_delay_s = Some(2e-5);
+    });
+    let object = with_pose_priors(&arm(), PLACED);
     let mut random = Random(seed);
     let mut images = Vec::new();
     for number in 0..39u64 {

@@ -4,7 +4,7 @@ use sextant_estimator::{Fusion, FusionOptions, Input, Proposal};
 use sextant_geometry::{Pose, se3};
 use sextant_site_model::{ObjectModel, Rig};
 
-use crate::imperfect::{glued, measured, watched};
+use crate::imperfect::{files, glued, measured, watched};
 use crate::scene::{Random, cube, fusion, rig};
 
 /// Half a minute of images.
@@ -32,12 +32,6 @@ fn seen(object: &ObjectModel) -> Vec<Pose> {
     let mut tags = tags(object);
     tags.remove(2);
     tags
-}
-
-fn files(rig: &Rig, object: &ObjectModel) -> (Rig, ObjectModel) {
-    let rig = Rig::new(rig.cameras().to_vec()).unwrap();
-    let object = ObjectModel::new(object.id().clone(), object.tags().to_vec()).unwrap();
-    (rig, object)
 }
 
 fn proposed(fusion: &mut Fusion, truth: (&Rig, &ObjectModel), seed: u64) -> Option<Proposal> {
@@ -70,10 +64,7 @@ fn wrong_cameras_and_tags_are_proposed_nearer_to_the_truth() {
         let [before, after] =
             [&stuck, model].map(|model| worst_apart(&seen(model), &seen(&object)));
         assert!(after < 0.3 * before, "seed {seed}: {after} of {before}");
-        let sigmas = rig
-            .cameras()
-            .iter()
-            .map(|camera| rig.pose_sigma(&camera.id));
+        let sigmas = rig.cameras().iter().map(|camera| camera.pose_prior.given());
         assert!(sigmas.flatten().all(|sigma| sigma.position_m < 0.005));
         assert_eq!(machine.proposal(), Some(proposal), "asking changes nothing");
     }

@@ -5,7 +5,8 @@ use sextant_estimator::{Fusion, FusionOptions, Input, Output};
 use sextant_geometry::lens::Intrinsics;
 use sextant_geometry::{Lens, Pose, se3, tag_corners_in_tag};
 use sextant_site_model::{
-    Camera, CameraId, ImageObservation, ObjectId, ObjectModel, ObjectTag, Rig, TagCorners, TagId,
+    Camera, CameraId, ImageObservation, ObjectId, ObjectModel, ObjectTag, PoseSigma, Prior, Rig,
+    TagCorners, TagId,
 };
 use sextant_site_report::ObjectEstimate;
 use sextant_tag_families::Family;
@@ -75,16 +76,42 @@ pub fn rig(cameras: usize) -> Rig {
     };
     let camera = |index: usize| {
         let angle = std::f64::consts::TAU * index as f64 / cameras.max(4) as f64;
-        Camera {
-            id: camera_id(index),
-            resolution: [640, 480],
-            lens: Lens::pinhole(intrinsics).unwrap(),
-            world_from_camera: Some(looking_from(Vector3::new(angle.cos(), angle.sin(), 0.7))),
-        }
+        Camera::new(
+            camera_id(index),
+            [640, 480],
+            Lens::pinhole(intrinsics).unwrap(),
+            Some(looking_from(Vector3::new(angle.cos(), angle.sin(), 0.7))),
+        )
     };
     Rig::new((0..cameras).map(camera).collect())
         .unwrap()
         .exact()
+}
+
+/// The camera as a file has it that gives no priors.
+pub fn unstated(camera: &Camera) -> Camera {
+    Camera::new(
+        camera.id.clone(),
+        camera.resolution,
+        camera.lens,
+        camera.world_from_camera,
+    )
+}
+
+/// The rig with all cameras changed.
+pub fn with_cameras(rig: &Rig, change: impl FnMut(&mut Camera)) -> Rig {
+    let mut cameras = rig.cameras().to_vec();
+    cameras.iter_mut().for_each(change);
+    Rig::new(cameras).unwrap()
+}
+
+/// The object with this prior of the poses of all tags.
+pub fn with_pose_priors(object: &ObjectModel, sigma: PoseSigma) -> ObjectModel {
+    let pose_prior = Prior::Sigma(sigma);
+    let tags = object.tags().iter().cloned();
+    tags.fold(object.clone(), |object, tag| {
+        object.with_tag(ObjectTag { pose_prior, ..tag })
+    })
 }
 
 /// A cube of 6 cm edge with a tag of 4 cm on each side.
@@ -104,11 +131,11 @@ pub fn cube() -> ObjectModel {
             0.0,
         );
         let place = turn * Vector3::new(0.0, 0.0, 0.03);
-        ObjectTag {
-            tag: tag_id(id as u32),
-            size_m: 0.04,
-            object_from_tag: Some(Pose::from_parts(place.into(), turn)),
-        }
+        ObjectTag::new(
+            tag_id(id as u32),
+            0.04,
+            Some(Pose::from_parts(place.into(), turn)),
+        )
     };
     ObjectModel::new(cube_id(), turns.into_iter().enumerate().map(tag).collect())
         .unwrap()
@@ -117,11 +144,7 @@ pub fn cube() -> ObjectModel {
 
 /// A card with one tag, its face along z of the object.
 pub fn card() -> ObjectModel {
-    let tag = ObjectTag {
-        tag: tag_id(0),
-        size_m: 0.04,
-        object_from_tag: Some(Pose::identity()),
-    };
+    let tag = ObjectTag::new(tag_id(0), 0.04, Some(Pose::identity()));
     ObjectModel::new(cube_id(), vec![tag]).unwrap().exact()
 }
 
@@ -196,7 +219,7 @@ impl Eye<'_> {
     ) -> Option<TagCorners> {
         let (camera_from_world, object_from_tag) =
             (camera.world_from_camera?.inverse(), tag.object_from_tag?);
-        let line_delay_s = self.rig.line_delay_s(&camera.id).unwrap_or(0.0);
+        let line_delay_s = camera.line_delay_s.unwrap_or(0.0);
         let middle_row = 0.5 * f64::from(camera.resolution[1] - 1);
         let camera_from_tag = camera_from_world * pose(0.0) * object_from_tag;
         let towards = camera_from_tag.translation.vector.normalize();

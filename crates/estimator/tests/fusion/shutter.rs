@@ -6,26 +6,19 @@ use sextant_geometry::Pose;
 use sextant_site_model::{CameraId, Exposure, ObjectModel, Rig, Stamp};
 
 use crate::scene::{
-    Eye, PERIOD_NS, Random, START_NS, cube, error, exact_options, feed, fusion, position_error, rig,
+    Eye, PERIOD_NS, Random, START_NS, cube, error, exact_options, feed, fusion, position_error,
+    rig, with_cameras,
 };
 
 /// Seconds a row: 14 ms an image.
 const LINE_DELAY_S: f64 = 3e-5;
 const SIGMA_PX: f64 = 0.05;
 
-fn rolling(rig: Rig) -> Rig {
-    let ids: Vec<CameraId> = rig.cameras().iter().map(|one| one.id.clone()).collect();
+fn rolling(rig: &Rig) -> Rig {
     // One reads from below.
-    let delay = |index: usize| {
-        if index == 1 {
-            -LINE_DELAY_S
-        } else {
-            LINE_DELAY_S
-        }
-    };
-    let delays = ids.into_iter().enumerate();
-    let delays = delays.map(|(index, id)| (id, delay(index)));
-    rig.with_line_delays(delays).unwrap()
+    let delays = [LINE_DELAY_S, -LINE_DELAY_S, LINE_DELAY_S, LINE_DELAY_S];
+    let mut delays_s = delays.into_iter();
+    with_cameras(rig, |camera| camera.line_delay_s = delays_s.next())
 }
 
 /// Swings at up to 1.1 m/s and turns at up to 3 rad/s.
@@ -42,9 +35,9 @@ fn swift(seconds: f64) -> Pose {
 /// Rows are exposed for 10 ms; the cameras stamp this moment of their images.
 fn stamping(rig: &Rig, stamp: Stamp) -> Rig {
     let length_s = 0.010;
-    let ids: Vec<CameraId> = rig.cameras().iter().map(|one| one.id.clone()).collect();
-    let exposures = ids.into_iter().map(|id| (id, Exposure { length_s, stamp }));
-    rig.clone().with_exposures(exposures).unwrap()
+    with_cameras(rig, |camera| {
+        camera.exposure = Some(Exposure { length_s, stamp });
+    })
 }
 
 /// Seconds from the start of such an image to the middle of its middle row: half of 10 ms and of 479 rows.
@@ -90,7 +83,7 @@ fn followed(truth: &Rig, believed: &Rig, object: &ObjectModel) -> (f64, f64) {
 fn a_rolling_shutter_that_is_known_costs_no_accuracy() {
     for cameras in [2, 4] {
         let (global, object) = (rig(cameras), cube());
-        let rolling = rolling(global.clone());
+        let rolling = rolling(&global);
         let best = followed(&global, &global, &object);
         let known = followed(&rolling, &rolling, &object);
         let unknown = followed(&rolling, &global, &object);
@@ -108,7 +101,8 @@ fn a_rolling_shutter_that_is_known_costs_no_accuracy() {
 /// What a camera of the true rig stamps an image with whose exposure has its middle then.
 fn stamp_ns(truth: &Rig, camera: &CameraId, middle_ns: u64) -> u64 {
     let half_ns = (HALF_S * 1e9) as u64;
-    match truth.exposure(camera).map(|exposure| exposure.stamp) {
+    let exposure = truth.camera(camera).and_then(|camera| camera.exposure);
+    match exposure.map(|exposure| exposure.stamp) {
         Some(Stamp::Start) => middle_ns - half_ns,
         Some(Stamp::End) => middle_ns + half_ns,
         Some(Stamp::Middle) | None => middle_ns,
@@ -118,7 +112,7 @@ fn stamp_ns(truth: &Rig, camera: &CameraId, middle_ns: u64) -> u64 {
 /// 12 ms at 1 m/s: stamps of another moment than the rig says displace what moves by a centimetre.
 #[test]
 fn stamps_of_the_start_or_end_of_the_exposure_cost_nothing_where_the_rig_says_so() {
-    let (rolling, object) = (rolling(rig(3)), cube());
+    let (rolling, object) = (rolling(&rig(3)), cube());
     let middle = followed(&rolling, &rolling, &object);
     for stamp in [Stamp::Start, Stamp::End] {
         let truth = stamping(&rolling, stamp);
@@ -138,7 +132,7 @@ fn stamps_of_the_start_or_end_of_the_exposure_cost_nothing_where_the_rig_says_so
 /// The first image of an object that moves: nothing but the corners' own times tells how fast.
 #[test]
 fn one_image_tells_that_an_object_moves() {
-    let (rig, object) = (rolling(rig(1)), cube());
+    let (rig, object) = (rolling(&rig(1)), cube());
     let eye = Eye {
         rig: &rig,
         object: &object,

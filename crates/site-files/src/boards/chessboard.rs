@@ -33,13 +33,15 @@ impl Chessboard {
             return Err(BoardError::Corners { columns, rows });
         }
         let middle = |index: u16| (f64::from(index) + 0.5) * square_m;
-        let tags = places(columns - 1, rows - 1).map(|place| ObjectTag {
-            tag: TagId {
-                family: Family::Chessboard,
-                id: chessboard_id(place),
-            },
-            size_m: square_m,
-            object_from_tag: Some(upside_down(place.map(middle))),
+        let tags = places(columns - 1, rows - 1).map(|place| {
+            ObjectTag::new(
+                TagId {
+                    family: Family::Chessboard,
+                    id: chessboard_id(place),
+                },
+                square_m,
+                Some(upside_down(place.map(middle))),
+            )
         });
         object_of(id, tags.collect())
     }

@@ -48,13 +48,15 @@ impl MarkerGrid {
         );
         let tags = places(self.columns, self.rows)
             .zip(0..)
-            .map(|(place, index)| ObjectTag {
-                tag: TagId {
-                    family: self.family,
-                    id: self.first.saturating_add(index),
-                },
-                size_m: self.marker_m,
-                object_from_tag: Some(upside_down(place.map(middle)) * turn),
+            .map(|(place, index)| {
+                ObjectTag::new(
+                    TagId {
+                        family: self.family,
+                        id: self.first.saturating_add(index),
+                    },
+                    self.marker_m,
+                    Some(upside_down(place.map(middle)) * turn),
+                )
             });
         object_of(id, tags.collect())
     }

@@ -48,12 +48,12 @@ pub(super) fn camera(document: &Value, stem: &str) -> Result<Camera, Complaint> 
     let name = document.get("camera_name").and_then(Value::as_str);
     let id = CameraId::new(&name_of(name.unwrap_or(stem)))
         .map_err(|error| Complaint::new("camera_name", error.to_string(), ""))?;
-    Ok(Camera {
+    Ok(Camera::new(
         id,
-        resolution: [size(document, &WIDTH)?, size(document, &HEIGHT)?],
+        [size(document, &WIDTH)?, size(document, &HEIGHT)?],
         lens,
-        world_from_camera: None,
-    })
+        None,
+    ))
 }
 
 fn size(document: &Value, keys: &[&'static str; 3]) -> Result<u32, Complaint> {

@@ -76,13 +76,13 @@ fn camera(index: usize, link: &Value) -> Result<Camera, Complaint> {
         _ => list(KEYS.coefficients)?,
     };
     let lens = lens_of(&KEYS, model, Intrinsics { fx, fy, cx, cy }, &coefficients)?;
-    Ok(Camera {
-        id: CameraId::new(&name_in(index, text("rostopic")))
+    Ok(Camera::new(
+        CameraId::new(&name_in(index, text("rostopic")))
             .map_err(|error| Complaint::new("rostopic", error.to_string(), ""))?,
-        resolution: resolution(link)?,
+        resolution(link)?,
         lens,
-        world_from_camera: None,
-    })
+        None,
+    ))
 }
 
 fn resolution(link: &Value) -> Result<[u32; 2], Complaint> {

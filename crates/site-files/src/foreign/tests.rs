@@ -269,12 +269,12 @@ fn yaml_that_would_grow_without_end_is_refused() {
 }
 
 fn camera(id: &str, lens: Lens, world_from_camera: Option<Pose>) -> Camera {
-    Camera {
-        id: CameraId::new(id).unwrap(),
-        resolution: [640, 480],
+    Camera::new(
+        CameraId::new(id).unwrap(),
+        [640, 480],
         lens,
         world_from_camera,
-    }
+    )
 }
 
 fn lenses() -> [Lens; 3] {

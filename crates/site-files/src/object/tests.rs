@@ -1,6 +1,7 @@
 //! Objects as written, read and refused.
 
 use super::*;
+use sextant_site_model::Prior;
 
 const GOOD: &str = r#"
 id = "cube"
@@ -43,7 +44,7 @@ fn how_well_a_tags_place_is_known_may_be_stated() {
     let stated =
         "[0, 0, 0, 1] }\nobject_from_tag_sigma = { position = 0.0002, orientation = 0.003 }";
     let object = parsed(&GOOD.replacen("[0, 0, 0, 1] }", stated, 1)).unwrap();
-    let sigma = |index: usize| object.tag_sigma(&object.tags()[index].tag);
+    let sigma = |index: usize| object.tags()[index].pose_prior.given();
     assert_eq!(sigma(0).map(|sigma| sigma.orientation_rad), Some(0.003));
     assert_eq!(sigma(1), None);
     assert_eq!(parsed(&object_toml(&object)).unwrap(), object);
@@ -66,9 +67,8 @@ fn how_well_a_tags_place_is_known_may_be_stated() {
 fn a_simulated_object_is_exact() {
     let object = parsed(&format!("exact = true{GOOD}")).unwrap();
     for tag in object.tags() {
-        assert_eq!(object.size_sigma_m(&tag.tag), Some(0.0));
-        let sigma = object.tag_sigma(&tag.tag).unwrap();
-        assert_eq!((sigma.position_m, sigma.orientation_rad), (0.0, 0.0));
+        assert_eq!(tag.size_prior, Prior::Exact);
+        assert_eq!(tag.pose_prior, Prior::Exact);
     }
     assert_eq!(parsed(&object_toml(&object)).unwrap(), object);
 }
@@ -77,7 +77,7 @@ fn a_simulated_object_is_exact() {
 fn the_sigma_of_a_size_is_read_in_metres() {
     let given = GOOD.replacen("size = 0.04\n", "size = 0.04\nsize_sigma = 0.0002\n", 1);
     let object = parsed(&given).unwrap();
-    assert_eq!(object.size_sigma_m(&object.tags()[0].tag), Some(0.0002));
+    assert_eq!(object.tags()[0].size_prior, Prior::Sigma(0.0002));
     assert_eq!(parsed(&object_toml(&object)).unwrap(), object);
     let message = parsed(&given.replace("0.0002", "0.5")).unwrap_err();
     assert!(message.contains("tag[0].size_sigma"), "{message}");

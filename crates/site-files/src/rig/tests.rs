@@ -1,6 +1,7 @@
 //! Rigs as written, read and refused.
 
 use super::*;
+use sextant_site_model::Prior;
 
 const GOOD: &str = r#"
 [[camera]]
@@ -41,8 +42,8 @@ fn the_designs_file_is_read() {
 fn a_simulated_rig_is_exact() {
     let rig = parsed(&format!("exact = true\n{GOOD}")).unwrap();
     for camera in rig.cameras() {
-        assert_eq!(rig.pose_sigma(&camera.id).unwrap().position_m, 0.0);
-        assert_eq!(rig.lens_sigma(&camera.id).unwrap().focal_px, 0.0);
+        assert_eq!(camera.pose_prior, Prior::Exact);
+        assert_eq!(camera.lens_prior, Prior::Exact);
     }
 }
 
@@ -52,7 +53,7 @@ const WITH_SIGMA: &str =
 #[test]
 fn how_well_a_pose_is_known_may_be_stated() {
     let rig = parsed(&GOOD.replacen("[0, 0, 0, 1] }", WITH_SIGMA, 1)).unwrap();
-    let sigma = |index: usize| rig.pose_sigma(&rig.cameras()[index].id);
+    let sigma = |index: usize| rig.cameras()[index].pose_prior.given();
     assert_eq!(sigma(0).map(|sigma| sigma.position_m), Some(0.0004));
     assert_eq!(sigma(1), None);
     assert_eq!(parsed(&rig_toml(&rig)).unwrap(), rig);
@@ -68,7 +69,7 @@ fn how_well_a_pose_is_known_may_be_stated() {
 fn how_well_a_lens_is_known_may_be_stated() {
     let stated = "[640, 480]\nlens_sigma = { focal = 0.3, distortion = 0.05 }\n";
     let rig = parsed(&GOOD.replacen("[640, 480]\n", stated, 1)).unwrap();
-    let sigma = |index: usize| rig.lens_sigma(&rig.cameras()[index].id);
+    let sigma = |index: usize| rig.cameras()[index].lens_prior.given();
     let both = sigma(0).map(|sigma| (sigma.focal_px, sigma.distortion_px));
     assert_eq!((both, sigma(1)), (Some((0.3, 0.05)), None));
     assert_eq!(parsed(&rig_toml(&rig)).unwrap(), rig);
@@ -80,7 +81,7 @@ fn how_well_a_lens_is_known_may_be_stated() {
 fn a_shutter_may_roll() {
     let rolling = GOOD.replacen("[640, 480]\n", "[640, 480]\nline_delay = 2.95e-5\n", 1);
     let rig = parsed(&rolling).unwrap();
-    let delay_s = |index: usize| rig.line_delay_s(&rig.cameras()[index].id);
+    let delay_s = |index: usize| rig.cameras()[index].line_delay_s;
     assert_eq!((delay_s(0), delay_s(1)), (Some(2.95e-5), None));
     assert_eq!(parsed(&rig_toml(&rig)).unwrap(), rig);
     let message = with("[640, 480]\n", "[640, 480]\nline_delay = 0.0003\n");
@@ -91,7 +92,7 @@ fn a_shutter_may_roll() {
 fn stamps_may_be_of_the_start_or_the_end_of_the_exposure() {
     let stated = "[640, 480]\nexposure = 0.004\nstamp = \"end\"\n";
     let rig = parsed(&GOOD.replacen("[640, 480]\n", stated, 1)).unwrap();
-    let exposure = |index: usize| rig.exposure(&rig.cameras()[index].id);
+    let exposure = |index: usize| rig.cameras()[index].exposure;
     let read = exposure(0).map(|exposure| (exposure.length_s, exposure.stamp));
     assert_eq!((read, exposure(1)), (Some((0.004, Stamp::End)), None));
     assert_eq!(parsed(&rig_toml(&rig)).unwrap(), rig);

@@ -9,7 +9,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::rig::{Rig, RigError};
+use crate::rig::{Camera, Rig};
 use crate::{CameraId, ImageObservation};
 
 /// Longest valid exposure, s.
@@ -38,7 +38,7 @@ pub struct Exposure {
 }
 
 impl Exposure {
-    fn is_sound(&self) -> bool {
+    pub(super) fn is_sound(&self) -> bool {
         (0.0..=LONGEST_S).contains(&self.length_s)
     }
 
@@ -52,40 +52,14 @@ impl Exposure {
 }
 
 impl Rig {
-    /// The rig with exposures of its cameras.
-    ///
-    /// # Errors
-    /// For the first missing camera, and the first exposure time that is not between 0 and 1 s.
-    pub fn with_exposures(
-        mut self,
-        exposures: impl IntoIterator<Item = (CameraId, Exposure)>,
-    ) -> Result<Self, RigError> {
-        for (camera, exposure) in exposures {
-            if !exposure.is_sound() || self.camera(&camera).is_none() {
-                return Err(RigError::Exposure(camera));
-            }
-            self.exposures.insert(camera, exposure);
-        }
-        Ok(self)
-    }
-
-    /// Exposure of a camera, if given.
-    pub fn exposure(&self, id: &CameraId) -> Option<Exposure> {
-        self.exposures.get(id).copied()
-    }
-
-    /// Cameras with a given exposure.
-    pub fn exposures(&self) -> impl Iterator<Item = (CameraId, Exposure)> {
-        let exposures = self.exposures.iter();
-        exposures.map(|(camera, exposure)| (camera.clone(), *exposure))
-    }
-
     /// Middle of the exposure of an image with this timestamp, given its own exposure in ns, or 0 if unknown.
     pub fn middle_of_exposure_ns(&self, id: &CameraId, stamp_ns: u64, stated_ns: u64) -> u64 {
-        let Some(exposure) = self.exposures.get(id) else {
+        let camera = self.camera(id);
+        let Some((camera, exposure)) = camera.and_then(|camera| Some((camera, camera.exposure?)))
+        else {
             return stamp_ns;
         };
-        let whole_s = exposure.length_of_s(stated_ns) + self.readout_s(id);
+        let whole_s = exposure.length_of_s(stated_ns) + readout_s(camera);
         let half_ns = (0.5e9 * whole_s).round() as u64;
         match exposure.stamp {
             Stamp::Start => stamp_ns.saturating_add(half_ns),
@@ -106,19 +80,17 @@ impl Rig {
             ..image
         }
     }
+}
 
-    /// Seconds from the start of the first row to that of the last.
-    fn readout_s(&self, id: &CameraId) -> f64 {
-        let steps = self.camera(id).map(|camera| camera.resolution[1] - 1);
-        let delay_s = self.line_delay_s(id).unwrap_or(0.0).abs();
-        f64::from(steps.unwrap_or(0)) * delay_s
-    }
+/// Seconds from the start of the first row to that of the last.
+fn readout_s(camera: &Camera) -> f64 {
+    f64::from(camera.resolution[1] - 1) * camera.line_delay_s.unwrap_or(0.0).abs()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Camera;
+    use crate::RigError;
     use sextant_geometry::{Intrinsics, Lens};
 
     fn north() -> CameraId {
@@ -132,15 +104,11 @@ mod tests {
             cx: 319.5,
             cy: 239.5,
         });
-        let camera = Camera {
-            id: north(),
-            resolution: [640, 481],
-            lens: lens.unwrap(),
-            world_from_camera: None,
-        };
-        Rig::new(vec![camera])?
-            .with_line_delays([(north(), line_delay_s)])?
-            .with_exposures([(north(), exposure)])
+        Rig::new(vec![Camera {
+            line_delay_s: Some(line_delay_s),
+            exposure: Some(exposure),
+            ..Camera::new(north(), [640, 481], lens.unwrap(), None)
+        }])
     }
 
     /// 8 ms of exposure, and 480 rows of 25 us: 12 ms from the first to the last.

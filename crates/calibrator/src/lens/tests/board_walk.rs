@@ -51,18 +51,18 @@ pub(super) fn fisheye() -> Lens {
 pub(super) fn board(sizes: f64, places: f64) -> ObjectModel {
     let tags = (0..30_u32).map(|id| {
         let (column, row) = (f64::from(id % 5), f64::from(id / 5));
-        ObjectTag {
-            tag: TagId {
+        ObjectTag::new(
+            TagId {
                 family: Family::Tag36h11,
                 id,
             },
-            size_m: SIZE * sizes,
-            object_from_tag: Some(Pose::translation(
+            SIZE * sizes,
+            Some(Pose::translation(
                 (column - 2.0) * PITCH * places,
                 (2.5 - row) * PITCH * places,
                 0.0,
             )),
-        }
+        )
     });
     ObjectModel::new(ObjectId::new("board").unwrap(), tags.collect()).unwrap()
 }
