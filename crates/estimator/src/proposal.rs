@@ -59,15 +59,11 @@ fn corrected_object(object: &ObjectModel, corrections: &Corrections, site: &Site
     let mut corrected = object.clone();
     for tag in object.tags() {
         if let Some(one) = corrections.tags.get(&tag.tag) {
-<<<<<<< HEAD
             let file = site.placement(&tag.tag).map_or(tag, |place| &place.file);
-            corrected = corrected.with_tag(one.tag(file), one.sigma);
-=======
             corrected = corrected.with_tag(ObjectTag {
                 pose_prior: Prior::Sigma(one.sigma),
-                ..one.tag(tag)
+                ..one.tag(file)
             });
->>>>>>> help-a
         }
     }
     corrected

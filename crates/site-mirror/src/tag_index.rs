@@ -65,6 +65,9 @@ impl TagIndex {
 }
 
 fn real_tags(config: &ObjectConfig) -> impl Iterator<Item = (TagId, f64)> {
-    let tags = config.tags.iter().map(|tag| (TagId::from(tag), tag.size_m));
+    let tags = config.tags.iter().map(|tag| {
+        let (family, id) = (tag.family, tag.id);
+        (TagId { family, id }, tag.size_m)
+    });
     tags.filter(|(tag, _)| (tag.id as usize) < tag.family.data().codes.len())
 }

@@ -311,14 +311,16 @@ fn faults() -> Vec<Fault> {
         },
         Fault::LensOff { camera: south() },
         Fault::ObjectScaled {
-            object: object(),
+            object: self::object(),
             ratio: 1.5,
         },
         Fault::ObjectContradicted {
-            object: object(),
+            object: self::object(),
             share: 0.75,
         },
-        Fault::ObjectUnplaced { object: object() },
+        Fault::ObjectUnplaced {
+            object: self::object(),
+        },
     ]
 }
 

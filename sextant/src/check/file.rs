@@ -88,7 +88,7 @@ fn rig(path: &Path, together: &mut CrossChecks) -> anyhow::Result<String> {
     let summary = format!(
         "{} cameras{}",
         cameras.len(),
-        missing(uncalibrated.count(), "not calibrated")
+        missing(uncalibrated.count(), uncalibrated_remedy(cameras.len()))
     );
     together.rig(path, rig);
     Ok(summary)
@@ -99,14 +99,29 @@ fn object(path: &Path, together: &mut CrossChecks) -> anyhow::Result<String> {
     encode(&ObjectConfig::from(&object)).with_context(|| path.display().to_string())?;
     let tags = object.tags();
     let unlearned = tags.iter().filter(|tag| tag.object_from_tag.is_none());
+    let n_unlearned = unlearned.count();
+    let remedy = match tags.len() {
+        1 => "not learned: it is the object's frame",
+        n if n == n_unlearned => {
+            "not learned: it can't be tracked until `sextant learn` has placed them"
+        }
+        _ => "not learned: they take no part until `sextant learn` has placed them",
+    };
     let summary = format!(
         "\"{}\" with {}{}",
         object.id(),
         words::count(tags.len(), "tag"),
-        missing(unlearned.count(), "not learned")
+        missing(n_unlearned, remedy)
     );
     together.object(object);
     Ok(summary)
+}
+
+fn uncalibrated_remedy(n_cameras: usize) -> &'static str {
+    match n_cameras {
+        1 => "not calibrated: the world is its frame",
+        _ => "not calibrated: they take no part until `sextant calibrate rig` has placed them",
+    }
 }
 
 fn missing(count: usize, what: &str) -> String {

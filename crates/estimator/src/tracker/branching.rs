@@ -194,22 +194,8 @@ fn jolted(predicted: &ObjectState, dt: f64, strength: f64, options: &FusionOptio
     jolted
 }
 
-/// Share of the evidence of the corners that counts where the cost is no parabola: it rests on covariances that are rough there.
-const VAGUE_WORTH: f64 = 0.3;
-
-/// Discounts the evidence of the corners where one of the hypotheses is vague: for all alike, since corners that contradict all would else
-/// count for the vague one.
-fn discount_vague(hypotheses: &mut [Hypothesis]) {
-    if hypotheses.iter().any(|one| one.vague) {
-        for one in hypotheses {
-            one.evidence -= (1.0 - VAGUE_WORTH) * one.fitted;
-        }
-    }
-}
-
 /// Sorts by evidence, merges equal hypotheses and drops hopeless ones. The likeliest then has evidence zero.
 pub(crate) fn weigh(hypotheses: &mut Vec<Hypothesis>, options: &FusionOptions) {
-    discount_vague(hypotheses);
     hypotheses.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     let Some(best) = hypotheses.first().map(|one| one.evidence) else {
         return;
@@ -274,19 +260,9 @@ mod tests {
         };
         Hypothesis {
             evidence,
-            fitted: evidence,
             vague,
             ..refused(state, &[], &FusionOptions::default())
         }
-    }
-
-    #[test]
-    pub(crate) fn what_speaks_against_all_does_not_count_for_the_vague_one() {
-        let mut both = vec![hypothesis(0.0, -44.0, true), hypothesis(1.0, -31.0, false)];
-        weigh(&mut both, &FusionOptions::default());
-        assert!(!both[0].vague);
-        let odds = VAGUE_WORTH * (-44.0 + 31.0);
-        assert!((both[1].evidence - odds).abs() < 1e-12);
     }
 
     #[test]

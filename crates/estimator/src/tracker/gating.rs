@@ -47,7 +47,6 @@ pub(crate) fn updated<const D: usize>(
         if let Some(update) = updated_by_group::<D>(&sum.state, start.take(), &members, options) {
             let nothing = vec![false; members.len()];
             sum.evidence += update.fitted - update.refusal + refusal(&members, &nothing, options);
-            sum.fitted += update.fitted;
             sum.vague |= update.vague;
             group
                 .iter()
@@ -71,7 +70,6 @@ pub(crate) fn refused(
     Hypothesis {
         state,
         evidence: -refusal(weighted_views, &vec![false; weighted_views.len()], options),
-        fitted: 0.0,
         vague: false,
         mirrored: f64::NEG_INFINITY,
         confirmed_odds: 0.0,

@@ -16,8 +16,6 @@ pub(crate) struct Hypothesis {
     pub state: ObjectState,
     /// Logarithm of its odds against the likeliest.
     pub evidence: f64,
-    /// Part of the evidence that the corners of this instant give.
-    pub fitted: f64,
     /// Whether the attitude is so vague that the cost of this instant's corners may be no parabola about the fit.
     pub vague: bool,
     /// Logarithm of the odds of the mirrored attitude against this one; minus infinity where it is out of question.
