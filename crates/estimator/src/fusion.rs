@@ -203,12 +203,21 @@ impl Fusion {
     /// A calibration that explains images better than that in force; `None` while there is no clearly better one, or while a fault of a
     /// camera or a tag is named. Takes some milliseconds.
     pub fn proposal(&self) -> Option<Proposal> {
-        let is_of_clock =
-            |fault: &Fault| matches!(fault, Fault::ClockOff { .. } | Fault::Untimely { .. });
+        let spoils_nothing = |fault: &Fault| {
+            matches!(
+                fault,
+                Fault::ClockOff { .. }
+                    | Fault::Untimely { .. }
+                    | Fault::HostClockOff { .. }
+                    | Fault::CameraFrozen { .. }
+                    | Fault::ObjectScaled { .. }
+                    | Fault::ObjectUnplaced { .. }
+            )
+        };
         let (corrections, held_back) = self.self_calibration.proposal(&self.site)?;
         let models = (&self.rig, &self.objects[..]);
         let proposal = Proposal::of(models, (&corrections, held_back), &self.site);
-        self.faults().iter().all(is_of_clock).then_some(proposal)
+        self.faults().iter().all(spoils_nothing).then_some(proposal)
     }
 
     /// Counts since the start.

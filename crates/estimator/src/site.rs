@@ -156,17 +156,19 @@ impl Site {
     }
 
     pub fn set_rig(&mut self, rig: &Rig) {
-        let placed = rig
-            .cameras()
-            .iter()
-            .filter(|camera| camera.world_from_camera.is_some());
-        // The world is where the cameras are: a camera by itself is off from nothing.
-        let is_alone = placed.count() == 1;
+        // The world is where the cameras are: a camera by itself is off from nothing, and needs no place.
+        let is_only = rig.cameras().len() == 1;
+        let place = |camera: &Camera| {
+            camera
+                .world_from_camera
+                .or_else(|| is_only.then(Pose::identity))
+        };
+        let is_alone = rig.cameras().iter().filter_map(place).count() == 1;
         let file = |camera: &Camera| {
             let middle_row = 0.5 * f64::from(camera.resolution[1] - 1);
             Some(FileCamera {
                 lens: camera.lens,
-                world_from_camera: camera.world_from_camera?,
+                world_from_camera: place(camera)?,
                 sigma: if is_alone {
                     PoseSigma::NONE
                 } else {
@@ -220,16 +222,19 @@ impl Site {
                 return Err(ModelError::DuplicateObject(object.id().clone()));
             }
             let chain = object.articulation().map(KinematicChain::new).map(Arc::new);
-            let mut placed = object
-                .tags()
-                .iter()
-                .filter(|tag| tag.object_from_tag.is_some());
-            // An object is where its tags are: one by itself is off from nothing.
-            let usual = match (placed.next(), placed.next()) {
-                (Some(_), None) => PoseSigma::NONE,
+            // An object is where its tags are: one by itself is off from nothing, and needs no place.
+            let is_only = object.tags().len() == 1;
+            let placed = object.tags().iter().cloned().map(|tag| ObjectTag {
+                object_from_tag: tag.object_from_tag.or_else(|| is_only.then(Pose::identity)),
+                ..tag
+            });
+            let tags: Vec<ObjectTag> = placed.collect();
+            let n_placed = tags.iter().filter(|tag| tag.object_from_tag.is_some());
+            let usual = match n_placed.count() {
+                1 => PoseSigma::NONE,
                 _ => PoseSigma::OF_TAG,
             };
-            for tag in object.tags() {
+            for tag in &tags {
                 let chain_link = |chain: &Arc<KinematicChain>| {
                     Some(ChainLink {
                         chain: chain.clone(),

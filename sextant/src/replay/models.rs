@@ -85,11 +85,12 @@ pub fn rig(file: &Path) -> anyhow::Result<Rig> {
 /// Object files.
 ///
 /// # Errors
-/// [`Exit::Input`] for a file that cannot be used, and an object that is not learned yet.
+/// [`Exit::Input`] for a file that cannot be used, and an object of several tags that is not learned yet.
 pub fn objects(files: &[PathBuf]) -> anyhow::Result<Vec<ObjectModel>> {
     let objects = files.iter().map(|file| {
         let object = read_object(file).exit_with(Exit::Input)?;
-        if object.tags().iter().all(|tag| tag.object_from_tag.is_none()) {
+        let tags = object.tags();
+        if tags.len() > 1 && tags.iter().all(|tag| tag.object_from_tag.is_none()) {
             wrong(format!(
                 "{}: no tag has an object_from_tag; write where the tags sit, or learn it with `sextant learn`",
                 file.display()

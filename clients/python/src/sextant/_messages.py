@@ -970,8 +970,65 @@ class FaultDuplicateTag(VariantRecord):
     tag: TagId
 
 
+@dataclass(frozen=True)
+class FaultHostClockOff(VariantRecord):
+    """The fusion host's clock minus most cameras'; poses have the cameras' time: set the clock."""
+
+    VARIANT: ClassVar[str] = "host_clock_off"
+    FORM: ClassVar[str] = "fields"
+    offset_s: float
+
+
+@dataclass(frozen=True)
+class FaultCameraFrozen(VariantRecord):
+    """Its picture has not changed for so long: restart its capture."""
+
+    VARIANT: ClassVar[str] = "camera_frozen"
+    FORM: ClassVar[str] = "fields"
+    camera: str
+    still_s: float
+
+
+@dataclass(frozen=True)
+class FaultLensOff(VariantRecord):
+    """Bends otherwise than the rig says: calibrate the lens."""
+
+    VARIANT: ClassVar[str] = "lens_off"
+    FORM: ClassVar[str] = "fields"
+    camera: str
+
+
+@dataclass(frozen=True)
+class FaultObjectScaled(VariantRecord):
+    """True size of all its tags over the object's: measure them and correct the sizes."""
+
+    VARIANT: ClassVar[str] = "object_scaled"
+    FORM: ClassVar[str] = "fields"
+    object: str
+    ratio: float
+
+
+@dataclass(frozen=True)
+class FaultObjectContradicted(VariantRecord):
+    """So large a share of its views contradicts any pose: check object and cameras."""
+
+    VARIANT: ClassVar[str] = "object_contradicted"
+    FORM: ClassVar[str] = "fields"
+    object: str
+    share: float
+
+
+@dataclass(frozen=True)
+class FaultObjectUnplaced(VariantRecord):
+    """No tag has a place on it: learn the object."""
+
+    VARIANT: ClassVar[str] = "object_unplaced"
+    FORM: ClassVar[str] = "fields"
+    object: str
+
+
 #: Fault.
-Fault = Union[FaultCameraMoved, FaultCamerasDisagree, FaultTagMisplaced, FaultTagSize, FaultTagElsewhere, FaultClockOff, FaultUntimely, FaultDuplicateTag]
+Fault = Union[FaultCameraMoved, FaultCamerasDisagree, FaultTagMisplaced, FaultTagSize, FaultTagElsewhere, FaultClockOff, FaultUntimely, FaultDuplicateTag, FaultHostClockOff, FaultCameraFrozen, FaultLensOff, FaultObjectScaled, FaultObjectContradicted, FaultObjectUnplaced]
 
 
 @dataclass(frozen=True)
@@ -2451,6 +2508,72 @@ def _write_FaultDuplicateTag(w: Writer, value: FaultDuplicateTag) -> None:
     _write_TagId(w, value.tag)
 
 
+def _read_FaultHostClockOff(r: Reader) -> FaultHostClockOff:
+    return FaultHostClockOff(
+        r.f64(),
+    )
+
+
+def _write_FaultHostClockOff(w: Writer, value: FaultHostClockOff) -> None:
+    w.f64(value.offset_s)
+
+
+def _read_FaultCameraFrozen(r: Reader) -> FaultCameraFrozen:
+    return FaultCameraFrozen(
+        r.string(),
+        r.f64(),
+    )
+
+
+def _write_FaultCameraFrozen(w: Writer, value: FaultCameraFrozen) -> None:
+    w.string(value.camera)
+    w.f64(value.still_s)
+
+
+def _read_FaultLensOff(r: Reader) -> FaultLensOff:
+    return FaultLensOff(
+        r.string(),
+    )
+
+
+def _write_FaultLensOff(w: Writer, value: FaultLensOff) -> None:
+    w.string(value.camera)
+
+
+def _read_FaultObjectScaled(r: Reader) -> FaultObjectScaled:
+    return FaultObjectScaled(
+        r.string(),
+        r.f64(),
+    )
+
+
+def _write_FaultObjectScaled(w: Writer, value: FaultObjectScaled) -> None:
+    w.string(value.object)
+    w.f64(value.ratio)
+
+
+def _read_FaultObjectContradicted(r: Reader) -> FaultObjectContradicted:
+    return FaultObjectContradicted(
+        r.string(),
+        r.f64(),
+    )
+
+
+def _write_FaultObjectContradicted(w: Writer, value: FaultObjectContradicted) -> None:
+    w.string(value.object)
+    w.f64(value.share)
+
+
+def _read_FaultObjectUnplaced(r: Reader) -> FaultObjectUnplaced:
+    return FaultObjectUnplaced(
+        r.string(),
+    )
+
+
+def _write_FaultObjectUnplaced(w: Writer, value: FaultObjectUnplaced) -> None:
+    w.string(value.object)
+
+
 def _read_Fault(r: Reader) -> Fault:
     value: Fault = r.alternative(_ALL_Fault)
     return value
@@ -2872,6 +2995,12 @@ _ALL_Fault = (
     Alternative(FaultClockOff, _read_FaultClockOff, _write_FaultClockOff),
     Alternative(FaultUntimely, _read_FaultUntimely, _write_FaultUntimely),
     Alternative(FaultDuplicateTag, _read_FaultDuplicateTag, _write_FaultDuplicateTag),
+    Alternative(FaultHostClockOff, _read_FaultHostClockOff, _write_FaultHostClockOff),
+    Alternative(FaultCameraFrozen, _read_FaultCameraFrozen, _write_FaultCameraFrozen),
+    Alternative(FaultLensOff, _read_FaultLensOff, _write_FaultLensOff),
+    Alternative(FaultObjectScaled, _read_FaultObjectScaled, _write_FaultObjectScaled),
+    Alternative(FaultObjectContradicted, _read_FaultObjectContradicted, _write_FaultObjectContradicted),
+    Alternative(FaultObjectUnplaced, _read_FaultObjectUnplaced, _write_FaultObjectUnplaced),
 )
 _ALL_Imperfection = (
     Alternative(ImperfectionCamerasDisagree, _read_ImperfectionCamerasDisagree, _write_ImperfectionCamerasDisagree),
@@ -3015,6 +3144,12 @@ __all__ = [
     "FaultClockOff",
     "FaultUntimely",
     "FaultDuplicateTag",
+    "FaultHostClockOff",
+    "FaultCameraFrozen",
+    "FaultLensOff",
+    "FaultObjectScaled",
+    "FaultObjectContradicted",
+    "FaultObjectUnplaced",
     "Imperfection",
     "ImperfectionCamerasDisagree",
     "ImperfectionTagOff",

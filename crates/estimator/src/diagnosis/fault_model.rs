@@ -33,6 +33,11 @@ pub(crate) trait FaultModel {
         0.03
     }
 
+    /// Share of what a named fault usually explains of the contradiction that this one must explain.
+    fn explains(&self) -> f64 {
+        1.0
+    }
+
     /// Whether a fault of such parameters is large enough to be named.
     fn is_worth_naming(
         &self,

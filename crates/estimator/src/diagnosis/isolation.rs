@@ -162,7 +162,10 @@ impl Isolation {
         let best = candidates.first()?;
         self.suspicion = self.suspicion.max(best.score);
         let misfit = test.equations.misfit - ratio.explained;
-        if best.score < options.named_odds || best.gain.odds < options.explained_share * misfit {
+        if best.score < options.named_odds
+            || best.gain.odds
+                < best.hypothesis.model().explains() * options.explained_share * misfit
+        {
             return None;
         }
         let margin = options

@@ -156,7 +156,7 @@ pub(crate) fn of_objects(
     });
     let is_placed = |model: &ObjectModel| {
         let mut tags = model.tags().iter();
-        tags.any(|tag| tag.object_from_tag.is_some())
+        tags.len() == 1 || tags.any(|tag| tag.object_from_tag.is_some())
     };
     let unplaced = objects.iter().filter(|model| !is_placed(model));
     let unplaced = unplaced.map(|model| Fault::ObjectUnplaced {

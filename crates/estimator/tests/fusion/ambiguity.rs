@@ -12,7 +12,7 @@ use crate::scene::{
 };
 
 /// A card at the world's origin that faces the first camera but for a tilt about a level axis.
-fn tilted(tilt: f64) -> Pose {
+pub fn tilted(tilt: f64) -> Pose {
     let camera = looking_from(Vector3::new(1.0, 0.0, 0.7));
     let facing =
         camera.rotation * UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
@@ -76,7 +76,8 @@ fn a_frontal_tag_says_how_little_it_knows() {
         for estimate in watch(&rig(1), &pose, 0.1, 20, seed) {
             let sigma = estimate.covariance.fixed_view::<3, 3>(3, 3).trace().sqrt();
             let off = attitude_error(&estimate, &pose);
-            assert!(off < 4.0 * sigma, "seed {seed}: {off} with sigma {sigma}");
+            // One in 6000 lies beyond this of three degrees of freedom; 400 are looked at.
+            assert!(off < 4.5 * sigma, "seed {seed}: {off} with sigma {sigma}");
             vaguest = vaguest.max(sigma);
         }
     }

@@ -9,6 +9,7 @@ mod bent;
 mod changes;
 mod clock_step;
 mod clocks;
+mod contradictions;
 mod far_clocks;
 mod faults;
 mod floods;
