@@ -187,11 +187,16 @@ impl Fusion {
             &self.frozen_cameras,
             &self.diagnosis,
         ));
-        all.extend(faults::of_objects(
-            &self.site,
-            &self.objects,
-            &self.timelines,
-        ));
+        // Of two cameras that contradict each other nobody knows which views are right.
+        let is_explained = all
+            .iter()
+            .any(|fault| matches!(fault, Fault::CamerasDisagree { .. }));
+        let of_objects = faults::of_objects(&self.site, &self.objects, &self.timelines);
+        all.extend(
+            of_objects.into_iter().filter(|fault| {
+                !(is_explained && matches!(fault, Fault::ObjectContradicted { .. }))
+            }),
+        );
         all
     }
 
