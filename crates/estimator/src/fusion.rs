@@ -182,16 +182,17 @@ impl Fusion {
             &self.offset_search,
             self.now_ns,
         );
-        all.extend(faults::of_cameras(
-            &self.site,
-            &self.frozen_cameras,
-            &self.diagnosis,
-        ));
+        let frozen = self.frozen_cameras.frozen(self.now_ns);
+        all.extend(faults::of_cameras(&self.site, frozen, &self.diagnosis));
         // Of two cameras that contradict each other nobody knows which views are right.
         let is_explained = all
             .iter()
             .any(|fault| matches!(fault, Fault::CamerasDisagree { .. }));
-        let of_objects = faults::of_objects(&self.site, &self.objects, &self.timelines);
+        let of_objects = faults::of_objects(&self.site, &self.objects, |object| {
+            self.timelines[object]
+                .at(u64::MAX)
+                .refused_share(self.present_ns())
+        });
         all.extend(
             of_objects.into_iter().filter(|fault| {
                 !(is_explained && matches!(fault, Fault::ObjectContradicted { .. }))
@@ -252,7 +253,10 @@ impl Fusion {
             return;
         };
         self.frozen_cameras.record(camera_index, now_ns, image);
-        if self.frozen_cameras.is_left_behind(camera_index) {
+        if self.frozen_cameras.is_left_behind(camera_index, now_ns) {
+            let n_views = associated.objects.values().map(|seen| seen.views.len());
+            let n_views = n_views.sum();
+            self.intake.count_views(&image.camera, n_views, n_views);
             return;
         }
         let tags = image.tags.iter().map(|seen| seen.tag);
@@ -442,6 +446,7 @@ impl Fusion {
     fn take_clock_step(&mut self, by_ns: i64) {
         self.forget_times();
         self.offset_search = OffsetSearch::default();
+        self.frozen_cameras = FrozenCameras::default();
         self.intake.clock_stepped(self.now_ns);
         self.outputs.push_back(Output::ClockStep { by_ns });
     }

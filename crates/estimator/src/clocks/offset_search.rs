@@ -29,6 +29,8 @@ const LEFT_S: f64 = 0.003;
 const USUAL_AGE_S: std::ops::Range<f64> = -0.25..0.5;
 /// Time for which filters must estimate a clock to be off, s.
 const STEADY_S: f64 = 0.6;
+/// Age on arrival up to which a host that was off is right again, ns.
+const RIGHT_NS: i64 = 500_000_000;
 /// Difference of arrivals that matters, ns.
 const TELLING_NS: i64 = 60_000_000;
 /// Images, fading with a second, of which most must be untimely.
@@ -41,6 +43,8 @@ pub(crate) struct OffsetSearch {
     latencies: ArrivalDelays,
     /// When the first image arrived, ns.
     first_ns: Option<u64>,
+    /// How far this host's clock is ahead of that of most cameras, ns: 0 where it agrees with them.
+    host_offset_ns: i64,
     timeliness: BTreeMap<usize, Timeliness>,
     /// Offset that is subtracted from the timestamps, by camera index.
     found: BTreeMap<usize, ClockOffset>,
@@ -117,6 +121,7 @@ impl OffsetSearch {
         self.first_ns.get_or_insert(now_ns);
         self.latencies
             .record(camera_index, now_ns, stamp_ns, together_ns);
+        self.update_host_offset();
         let lead_ns = self.latencies.lead_ns(camera_index).unwrap_or(0);
         let age_ns = self.latencies.age_ns(camera_index);
         let is_early = lead_ns > TELLING_NS && age_ns < Some(-TELLING_NS);
@@ -158,11 +163,20 @@ impl OffsetSearch {
 
     /// How far this host's clock is ahead of that of most cameras, ns: 0 where it agrees with them.
     pub fn host_offset_ns(&self) -> i64 {
-        let majority = self
-            .latencies
-            .majority()
-            .filter(|majority| !majority.has_host);
-        majority.map_or(0, |majority| majority.age_ns)
+        self.host_offset_ns
+    }
+
+    /// Once it is off, it agrees again only where it is clearly right, so that ages about the limit don't make it waver.
+    fn update_host_offset(&mut self) {
+        let Some(majority) = self.latencies.majority() else {
+            return;
+        };
+        let is_wavering = self.host_offset_ns != 0 && majority.age_ns.saturating_abs() > RIGHT_NS;
+        self.host_offset_ns = if majority.has_host && !is_wavering {
+            0
+        } else {
+            majority.age_ns
+        };
     }
 
     /// Whether images of a camera are dropped where they are late: its timestamps are being searched and seem to be behind.

@@ -7,6 +7,8 @@ use std::collections::BTreeMap;
 
 use sextant_site_model::{ImageObservation, TagCorners};
 
+/// After so long without an image a camera is not there any more, ns.
+const GONE_NS: u64 = 2_000_000_000;
 /// Seconds and images for which a picture must stand still.
 const STILL_S: f64 = 0.3;
 const STILL_IMAGES: u32 = 5;
@@ -49,18 +51,26 @@ impl FrozenCameras {
         }
     }
 
+    /// The cameras that are there.
+    fn present(&self, now_ns: u64) -> impl Iterator<Item = (usize, &LastPicture)> {
+        let cameras = self.cameras.iter();
+        let present =
+            cameras.filter(move |(_, last)| last.last_ns.saturating_add(GONE_NS) >= now_ns);
+        present.map(|(camera, last)| (*camera, last))
+    }
+
     /// Whether the pictures of a camera stand still while another's do not: then they show what is no more. Where all stand still, somebody
     /// shows a picture.
-    pub fn is_left_behind(&self, camera_index: usize) -> bool {
+    pub fn is_left_behind(&self, camera_index: usize, now_ns: u64) -> bool {
         let is_frozen = |index: usize| self.cameras.get(&index).is_some_and(LastPicture::is_frozen);
         let lives = |last: &LastPicture| !last.tags.is_empty() && !last.is_frozen();
-        is_frozen(camera_index) && self.cameras.values().any(lives)
+        is_frozen(camera_index) && self.present(now_ns).any(|(_, last)| lives(last))
     }
 
     /// The cameras whose pictures stand still, by index, and for how long, s.
-    pub fn frozen(&self) -> impl Iterator<Item = (usize, f64)> {
-        let frozen = self.cameras.iter().filter(|(_, last)| last.is_frozen());
-        frozen.map(|(camera, last)| (*camera, last.still_s()))
+    pub fn frozen(&self, now_ns: u64) -> impl Iterator<Item = (usize, f64)> {
+        let frozen = self.present(now_ns).filter(|(_, last)| last.is_frozen());
+        frozen.map(|(camera, last)| (camera, last.still_s()))
     }
 }
 
@@ -97,12 +107,16 @@ mod tests {
         for n in 0..40_u64 {
             let now_ns = n * 33_000_000;
             cameras.record(0, now_ns, &image(100.0));
-            assert!(n > 9 || cameras.frozen().next().is_none());
-            assert!(!cameras.is_left_behind(0));
+            assert!(n > 9 || cameras.frozen(now_ns).next().is_none());
+            assert!(!cameras.is_left_behind(0, now_ns));
         }
-        cameras.record(1, 0, &image(50.0));
-        assert!(cameras.is_left_behind(0) && !cameras.is_left_behind(1));
-        cameras.record(0, 40 * 33_000_000, &image(100.01));
-        assert!(cameras.frozen().next().is_none() && !cameras.is_left_behind(0));
+        let now_ns = 40 * 33_000_000;
+        cameras.record(1, now_ns, &image(50.0));
+        assert!(cameras.is_left_behind(0, now_ns) && !cameras.is_left_behind(1, now_ns));
+        let later_ns = now_ns + 3_000_000_000;
+        cameras.record(0, later_ns, &image(100.0));
+        assert!(!cameras.is_left_behind(0, later_ns));
+        cameras.record(0, later_ns, &image(100.01));
+        assert!(cameras.frozen(later_ns).next().is_none());
     }
 }

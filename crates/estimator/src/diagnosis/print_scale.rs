@@ -34,14 +34,16 @@ const LARGEST_STEP: f64 = 0.3;
 pub(crate) struct PrintScale {
     /// Logarithms; zero of an image that another scale does not explain.
     samples: VecDeque<f64>,
+    /// How many images have been looked at, and when the last one was taken.
+    looked_at: usize,
     last_ns: u64,
 }
 
 impl PrintScale {
     /// Takes an image in; the size of the tags over that in force where images agree that it is another.
     pub fn take(&mut self, image: &ObjectImage, site: &Site) -> Option<f64> {
-        let is_due = self.samples.len() < IMAGES
-            || image.capture_ns >= self.last_ns.saturating_add(SPACING_NS);
+        let is_due =
+            self.looked_at < IMAGES || image.capture_ns >= self.last_ns.saturating_add(SPACING_NS);
         let has_one_link = image
             .views
             .iter()
@@ -49,6 +51,7 @@ impl PrintScale {
         if image.views.len() < 2 || !is_due || !has_one_link {
             return None;
         }
+        self.looked_at = self.looked_at.saturating_add(1);
         self.last_ns = image.capture_ns;
         let camera = site.cameras().get(image.camera_index)?.posed.as_ref()?;
         // By the places in the file: self-calibration may have moved the tags to where they agree with their sizes.
@@ -65,7 +68,7 @@ impl PrintScale {
         }
         self.samples.push_back(log_scale);
         let ratio = self.agreed()?;
-        self.samples.clear();
+        *self = Self::default();
         Some(ratio)
     }
 

@@ -3,10 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::clocks::offset_search::OffsetSearch;
-use crate::diagnosis::frozen_cameras::FrozenCameras;
 use crate::diagnosis::{Diagnosis, MovedCamera};
 use crate::site::Site;
-use crate::tracker::timeline::Timeline;
 use sextant_site_model::{CameraId, ObjectModel};
 use sextant_site_report::{ClockOffset, Fault};
 
@@ -119,10 +117,10 @@ fn of_clocks(
 /// Cameras whose pictures stand still, then those with other lenses.
 pub(crate) fn of_cameras(
     site: &Site,
-    frozen_cameras: &FrozenCameras,
+    frozen: impl Iterator<Item = (usize, f64)>,
     diagnosis: &Diagnosis,
 ) -> Vec<Fault> {
-    let frozen = frozen_cameras.frozen().filter_map(|(index, still_s)| {
+    let frozen = frozen.filter_map(|(index, still_s)| {
         Some(Fault::CameraFrozen {
             camera: site.camera_id(index)?,
             still_s,
@@ -140,7 +138,7 @@ pub(crate) fn of_cameras(
 pub(crate) fn of_objects(
     site: &Site,
     objects: &[ObjectModel],
-    timelines: &[Timeline],
+    refused_share: impl Fn(usize) -> Option<f64>,
 ) -> Vec<Fault> {
     let scaled = objects.iter().enumerate().filter_map(|(index, model)| {
         Some(Fault::ObjectScaled {
@@ -148,10 +146,10 @@ pub(crate) fn of_objects(
             ratio: site.print_scale(index)?,
         })
     });
-    let contradicted = timelines.iter().filter_map(|timeline| {
+    let contradicted = objects.iter().enumerate().filter_map(|(index, model)| {
         Some(Fault::ObjectContradicted {
-            object: timeline.object().clone(),
-            share: timeline.at(u64::MAX).refused_share()?,
+            object: model.id().clone(),
+            share: refused_share(index)?,
         })
     });
     let is_placed = |model: &ObjectModel| {

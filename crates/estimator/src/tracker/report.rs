@@ -116,7 +116,7 @@ impl Track {
 
     pub fn state(&self, covariance: &Matrix6<f64>, options: &FusionOptions) -> State {
         let vague = is_wider(covariance, options.vague_position, options.vague_attitude);
-        if vague || self.refused_share().is_some() {
+        if vague || self.refused_share(self.time_ns).is_some() {
             State::Initialising
         } else if self.summary.tags == 0 {
             State::Coasting

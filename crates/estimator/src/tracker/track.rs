@@ -336,9 +336,10 @@ impl Track {
     }
 
     /// Share of the object's views in the last second that contradict its pose, where these are most; then nothing is known for certain.
-    pub fn refused_share(&self) -> Option<f64> {
-        let share = self.views.share();
-        (self.views.total >= FEWEST_VIEWS && share > MOST_REFUSED).then_some(share)
+    pub fn refused_share(&self, now_ns: u64) -> Option<f64> {
+        let views = self.views.faded(now_ns);
+        let share = views.share();
+        (views.total >= FEWEST_VIEWS && share > MOST_REFUSED).then_some(share)
     }
 
     /// Clocks may have jumped, by a standard deviation of `sigma_s`.
