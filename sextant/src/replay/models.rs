@@ -33,7 +33,7 @@ impl Models {
         })
     }
 
-    /// Every camera of the recording is in the rig and its pose is known.
+    /// Every camera of the recording is in the rig, and its pose is known unless it is the only one.
     ///
     /// # Errors
     /// [`Exit::Input`] for the first that is not.
@@ -47,9 +47,13 @@ impl Models {
                     "{}: the rig {file} has no camera \"{id}\"; add it there or take the folder away",
                     folder.display()
                 ))?,
-                Some(camera) if camera.world_from_camera.is_none() => wrong(format!(
-                    "{file}: camera \"{id}\" has no world_from_camera; calibrate it with `sextant calibrate rig`"
-                ))?,
+                Some(camera)
+                    if camera.world_from_camera.is_none() && self.rig.cameras().len() > 1 =>
+                {
+                    wrong(format!(
+                        "{file}: camera \"{id}\" has no world_from_camera; calibrate it with `sextant calibrate rig`"
+                    ))?
+                }
                 Some(_) => {}
             }
         }
