@@ -7,7 +7,7 @@
 
 use std::collections::VecDeque;
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{SMatrix, SVector, Vector3};
 use sextant_geometry::{Pose, se3};
 
 use crate::measurement::corners::{CalibratedCamera, TagView, WeightedView};
@@ -24,6 +24,8 @@ const LEAST: f64 = 0.077;
 const SPREAD: f64 = 0.25;
 /// Share of the squared residuals by the file's sizes that another scale may leave: tags off their places leave more.
 const LEFT: f64 = 0.15;
+/// Cosine of the angle between tags in about one plane.
+const PARALLEL: f64 = 0.98;
 /// Gauss-Newton steps, and the largest change of the logarithm by one.
 const STEPS: usize = 8;
 const LEAST_INFORMATION: f64 = 1e-9;
@@ -62,6 +64,9 @@ impl PrintScale {
         };
         let views = image.views.iter().map(as_in_file);
         let views: Vec<TagView> = views.collect::<Option<_>>()?;
+        if is_pair_in_a_plane(&views) {
+            return None;
+        }
         let log_scale = log_scale(&views, image.camera_index, camera)?;
         if self.samples.len() == IMAGES {
             self.samples.pop_front();
@@ -77,6 +82,15 @@ impl PrintScale {
         let spread = median(self.samples.iter().map(|scale| (scale - middle).abs()));
         let is_clear = middle.abs() > LEAST && spread < SPREAD * middle.abs();
         (self.samples.len() == IMAGES && is_clear).then(|| middle.exp())
+    }
+}
+
+/// Whether one of two tags may as well be off its place along the line between them.
+fn is_pair_in_a_plane(views: &[TagView]) -> bool {
+    let normal = |view: &TagView| view.object_from_tag.rotation * Vector3::z();
+    match views {
+        [one, other] => normal(one).dot(&normal(other)) > PARALLEL,
+        _ => false,
     }
 }
 

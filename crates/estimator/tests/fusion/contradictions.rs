@@ -78,6 +78,19 @@ fn tags_that_are_all_printed_larger_are_named_and_allowed_for() {
 }
 
 #[test]
+fn one_of_two_tags_in_a_plane_that_is_off_its_place_is_no_print_scale() {
+    let random = &mut Random(19);
+    let at =
+        |id: u32, x: f64| ObjectTag::new(tag_id(id), 0.04, Some(Pose::translation(x, 0.0, 0.0)));
+    let object = |x: f64| ObjectModel::new(cube_id(), vec![at(0, 0.0), at(1, x)]).unwrap();
+    let (rig_file, file) = files(2, &object(0.06), random);
+    let mut fusion = fusion(&rig_file, &file, FusionOptions::default());
+    let said = watch(&mut fusion, run(&rig(2), &object(0.08), 0.1, 3.0, random));
+    let is_scaled = |fault: &Fault| matches!(fault, Fault::ObjectScaled { .. });
+    assert!(said.iter().all(|(_, faults)| !faults.iter().any(is_scaled)));
+}
+
+#[test]
 fn an_object_with_its_tags_in_other_places_is_contradicted_and_not_tracked() {
     for cameras in [1, 4] {
         let random = &mut Random(7);
