@@ -23,11 +23,12 @@ pub fn undecodable(error: DecodeError) -> Refusal {
     }
 }
 
-/// A message whose cameras make no rig.
+/// A message that makes no rig.
 pub fn invalid_camera(error: &RigConfigError) -> Refusal {
-    Refusal::InvalidCamera {
-        camera: error.camera().clone(),
-        detail: detail(error),
+    let detail = detail(error);
+    match error.camera().cloned() {
+        Some(camera) => Refusal::InvalidCamera { camera, detail },
+        None => Refusal::Undecodable { detail },
     }
 }
 

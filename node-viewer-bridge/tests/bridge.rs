@@ -153,6 +153,7 @@ impl Site {
         };
         let rig = RigConfig {
             cameras: vec![camera("a"), camera("b")],
+            scale_sigma: None,
         };
         let publisher = self
             .bus

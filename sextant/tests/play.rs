@@ -37,6 +37,8 @@ fn recorded() -> Vec<u8> {
         links: Vec::new(),
         joints: Vec::new(),
         tags: vec![tag()],
+        frame_sigma: None,
+        scale_sigma: None,
     };
     let grey = GreyImage {
         width: 32,

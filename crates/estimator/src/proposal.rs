@@ -3,7 +3,7 @@
 use crate::HeldBack;
 use crate::site::Site;
 use crate::site::corrections::Corrections;
-use sextant_site_model::{ObjectModel, ObjectTag, Prior, Rig};
+use sextant_site_model::{ObjectModel, ObjectTag, PoseSigma, Prior, Rig};
 
 /// The models with the errors taken off that self-calibration has found in them. Corrected poses and lenses have the sigmas that are left;
 /// everything else is as it was.
@@ -26,14 +26,43 @@ impl Proposal {
         let corrected = corrected_rig(rig, corrections, site);
         let changed = |object: &ObjectModel| {
             let corrected = corrected_object(object, corrections, site);
-            (corrected != *object).then_some(corrected)
+            (corrected != *object).then(|| with_frame_of(corrected, corrections, site))
         };
         Self {
-            rig: (corrected != *rig).then_some(corrected),
+            rig: (corrected != *rig).then(|| with_scale_of(corrected, corrections)),
             objects: objects.iter().filter_map(changed).collect(),
             held_back,
         }
     }
+}
+
+/// What the images do not show of the scale is no smaller for their number, and no part of the cameras' sigmas.
+fn with_scale_of(rig: Rig, corrections: &Corrections) -> Rig {
+    let of_frames = corrections.frames.values();
+    let left = of_frames.fold(0.0_f64, |most, frame| most.max(frame.scale_variance));
+    let stated = rig.scale_sigma().unwrap_or(0.0);
+    let sigma = (stated.powi(2) + left).sqrt().min(1.0);
+    rig.clone().with_scale_sigma(Some(sigma)).unwrap_or(rig)
+}
+
+/// As [`with_scale_of`], of the frame of an object in its tags.
+fn with_frame_of(object: ObjectModel, corrections: &Corrections, site: &Site) -> ObjectModel {
+    let index = site.objects().iter().position(|id| id == object.id());
+    let Some(left) = index.and_then(|index| corrections.frames.get(&index)) else {
+        return object;
+    };
+    let (left, stated) = (
+        left.sigma(),
+        object.frame_sigma().unwrap_or(PoseSigma::NONE),
+    );
+    let sigma = PoseSigma {
+        position_m: left.position_m.hypot(stated.position_m).min(1.0),
+        orientation_rad: left.orientation_rad.hypot(stated.orientation_rad).min(1.0),
+    };
+    object
+        .clone()
+        .with_frame_sigma(Some(sigma))
+        .unwrap_or(object)
 }
 
 fn corrected_rig(rig: &Rig, corrections: &Corrections, site: &Site) -> Rig {

@@ -5,7 +5,7 @@ pub(crate) mod corrections;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use nalgebra::Matrix6;
+use nalgebra::{Matrix6, Vector3};
 use sextant_geometry::{Lens, Pose, tag_corners_in_tag};
 use thiserror::Error;
 
@@ -18,7 +18,7 @@ use crate::site::corrections::{CameraCorrection, Corrections, ObjectFrame};
 use crate::{FusionOptions, OptionsError};
 use sextant_site_model::{
     Camera, CameraId, ImageObservation, LensSigma, ObjectId, ObjectModel, ObjectTag, PoseSigma,
-    Rig, TagCorners, TagId,
+    Rig, SIZE_SIGMA, TagCorners, TagId,
 };
 
 /// Why objects can't be tracked together.
@@ -96,6 +96,10 @@ pub(crate) struct Site {
     frames: BTreeMap<usize, ObjectFrame>,
     /// Variance of the common scale of the sizes of each object's tags: all are of one printer.
     scales: Vec<f64>,
+    /// Sigmas of each object's frame as its file states them.
+    frame_sigmas: Vec<PoseSigma>,
+    /// Variance of the common scale of the rig as its file states it.
+    rig_scale_variance: f64,
     /// Size of the tags of an object over that in its file, where all have been printed at another scale; by object index.
     print_scales: BTreeMap<usize, f64>,
 }
@@ -196,6 +200,7 @@ impl Site {
         for camera in &mut self.cameras {
             (camera.file, camera.posed) = (None, None);
         }
+        self.rig_scale_variance = rig.scale_sigma().unwrap_or(0.0).powi(2);
         self.frames.clear();
         self.camera_index.clear();
         for camera in rig.cameras().iter().map(site_camera) {
@@ -263,7 +268,10 @@ impl Site {
         }
         self.objects = objects.iter().map(|object| object.id().clone()).collect();
         self.places = places;
+        let scale_variance = |object: &ObjectModel| object.scale_sigma_or_usual().powi(2);
         self.scales = objects.iter().map(scale_variance).collect();
+        let frame_sigma = |object: &ObjectModel| object.frame_sigma().unwrap_or(PoseSigma::NONE);
+        self.frame_sigmas = objects.iter().map(frame_sigma).collect();
         self.print_scales.clear();
         self.frames.clear();
         Ok(())
@@ -318,17 +326,25 @@ impl Site {
         self.objects.get(self.places.get(tag)?.object)
     }
 
-    /// Uncertainty of the frame of an object and of the common scale. Of a single camera nothing but the sizes of tags gives the scale.
+    /// Uncertainty of the frame of an object and of the common scale; `None` where nothing is uncertain. Of a single camera nothing but the
+    /// sizes of tags gives the scale.
     pub fn frame(&self, object: usize) -> Option<ObjectFrame> {
-        let alone = || {
-            let camera = self.placed().next().filter(|_| self.has_one_camera())?;
-            Some(ObjectFrame {
-                covariance: Matrix6::zeros(),
-                scale_variance: self.scales[object],
-                centre: camera.centre,
-            })
+        let centre = || {
+            let centres = self.placed().map(|camera| camera.centre);
+            centres.sum::<Vector3<f64>>() / self.placed().count().max(1) as f64
         };
-        self.frames.get(&object).copied().or_else(alone)
+        let is_alone = self.has_one_camera();
+        let none = || ObjectFrame {
+            covariance: Matrix6::zeros(),
+            scale_variance: if is_alone { self.scales[object] } else { 0.0 },
+            centre: centre(),
+        };
+        let mut frame = self.frames.get(&object).copied().unwrap_or_else(none);
+        frame.covariance += Matrix6::from_diagonal(&self.frame_sigmas[object].variance());
+        if !is_alone {
+            frame.scale_variance += self.rig_scale_variance;
+        }
+        Some(frame).filter(ObjectFrame::is_some)
     }
 
     /// Size of the tags of an object over that in its file, where all have been printed at another scale.
@@ -501,28 +517,13 @@ fn usual_lens_sigma(lens: &Lens, is_alone: bool) -> LensSigma {
     }
 }
 
-/// Prior standard deviation of the logarithm of a tag size: printers scale by some tenths of a per cent.
-const USUAL_SIZE_SIGMA: f64 = 0.005;
-
 /// Standard deviation of the logarithm of a print's scale as images show it: tags are off their places.
 const PRINT_SCALE_SIGMA: f64 = 0.03;
 
 /// Prior standard deviation of the logarithm of the size of a tag.
 fn size_sigma(tag: &ObjectTag) -> f64 {
     let given_m = tag.size_prior.given();
-    given_m.map_or(USUAL_SIZE_SIGMA, |sigma_m| sigma_m / tag.size_m)
-}
-
-/// Prior variance of the logarithm of the common scale of an object's tags: a stated sigma of a size is about a tag among the others, whose
-/// printer or ruler may be off for all of them. None where everything is exact.
-fn scale_variance(object: &ObjectModel) -> f64 {
-    let mut tags = object.tags().iter();
-    let is_exact = tags.all(|tag| size_sigma(tag) == 0.0);
-    if is_exact {
-        0.0
-    } else {
-        USUAL_SIZE_SIGMA.powi(2)
-    }
+    given_m.map_or(SIZE_SIGMA, |sigma_m| sigma_m / tag.size_m)
 }
 
 impl FileCamera {

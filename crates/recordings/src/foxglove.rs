@@ -357,10 +357,15 @@ mod tests {
             links: Vec::new(),
             joints: Vec::new(),
             tags: vec![tag],
+            frame_sigma: None,
+            scale_sigma: None,
         };
         let cameras = vec![camera];
         let all = [
-            AnyMessage::RigConfig(RigConfig { cameras }),
+            AnyMessage::RigConfig(RigConfig {
+                cameras,
+                scale_sigma: None,
+            }),
             AnyMessage::ObjectConfig(object),
             AnyMessage::ObjectPose(Box::new(pose())),
         ];

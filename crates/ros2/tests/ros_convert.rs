@@ -306,12 +306,15 @@ fn a_rig_makes_lenses_and_all_static_transforms() {
             }),
             object_from_tag_sigma: None,
         }],
+        frame_sigma: None,
+        scale_sigma: None,
     };
     let key = || KeyRef::ConfigObject(object.id.clone());
     let first = take(&mut bridge, key(), &object);
     assert_eq!(names(&first), ["/tf_static"]);
     let rig = RigConfig {
         cameras: vec![camera("north"), camera("east")],
+        scale_sigma: None,
     };
     let second = take(&mut bridge, KeyRef::ConfigRig, &rig);
     let lenses = ["north", "east"].map(|id| format!("/sextant/camera/{id}/camera_info"));
@@ -339,6 +342,7 @@ fn pictures_come_with_their_lens() {
     assert_eq!(names(&outgoing), [picture]);
     let rig = RigConfig {
         cameras: vec![camera("north")],
+        scale_sigma: None,
     };
     take(&mut bridge, KeyRef::ConfigRig, &rig);
     let later = Preview {

@@ -7,7 +7,7 @@ use crate::boards::{AniposeFile, BoardError, Chessboard, parse_board};
 use crate::document::Document;
 use crate::error::{Complaint, FileError, InvalidFile};
 use crate::foreign::{is_foreign, name_of, stem_of};
-use crate::pose::{SigmaTable, pose_of, pose_toml, sigma_toml};
+use crate::pose::{SCALE_SIGMA_REMEDY, SigmaTable, pose_of, pose_toml, sigma_toml};
 use crate::read::read_text;
 use links::{JointTable, LinkTable, articulation_of, articulation_toml};
 use serde::Deserialize;
@@ -27,6 +27,10 @@ struct ObjectFile {
     /// Whether every number without a sigma is exact: a simulation.
     #[serde(default)]
     exact: bool,
+    /// Standard deviation of the object's frame in its tags; optional.
+    frame_sigma: Option<SigmaTable>,
+    /// Standard deviation of the common scale, as a share of it; optional.
+    scale_sigma: Option<f64>,
     /// Empty for a rigid object.
     #[serde(default)]
     link: Vec<LinkTable>,
@@ -152,6 +156,14 @@ fn object_of(file: &ObjectFile, document: &Document<'_>) -> Result<ObjectModel, 
         Some(tree) => ObjectModel::articulated(file.id.clone(), tree, tags?),
     };
     let object = object.map_err(|error| complaint("tag", "object", &error))?;
+    let frame_sigma = file.frame_sigma.as_ref().map(PoseSigma::from);
+    let object = object.with_frame_sigma(frame_sigma).map_err(|error| {
+        let remedy = "write metres and radians, one sigma an axis, or leave it out";
+        Complaint::new("frame_sigma", error.to_string(), remedy)
+    })?;
+    let object = object
+        .with_scale_sigma(file.scale_sigma)
+        .map_err(|error| Complaint::new("scale_sigma", error.to_string(), SCALE_SIGMA_REMEDY))?;
     Ok(if file.exact { object.exact() } else { object })
 }
 
@@ -270,11 +282,17 @@ fn complaint(key: &str, outer: &str, error: &ObjectError) -> Complaint {
 /// The text of an object file. Numbers have enough digits to be read back exactly.
 pub fn object_toml(object: &ObjectModel) -> String {
     let mut text = format!("id = \"{}\"\n", object.id());
+    if let Some(sigma) = object.frame_sigma() {
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "frame_sigma = {}", sigma_toml(&sigma));
+    }
+    if let Some(sigma) = object.scale_sigma() {
+        let _ = writeln!(text, "scale_sigma = {sigma:?}");
+    }
     let tree = object.articulation().map(articulation_toml);
     text.push_str(&tree.unwrap_or_default());
     for tag in object.tags() {
         let TagId { family, id } = tag.tag;
-        // Writing to a String cannot fail.
         let _ = write!(
             text,
             "\n[[tag]]\nfamily = \"{family}\"\nid = {id}\nsize = {:?}\n",

@@ -8,6 +8,10 @@ use sextant_site_model::PoseSigma;
 /// Largest deviation of a quaternion's length from 1; within it, it is normalised.
 const QUATERNION_TOLERANCE: f64 = 1e-3;
 
+/// What to do about an invalid standard deviation of a scale.
+pub(crate) const SCALE_SIGMA_REMEDY: &str =
+    "write a share of 1, such as 0.003 for 0.3 %, or leave it out";
+
 /// Standard deviations of a pose, equal for all axes.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

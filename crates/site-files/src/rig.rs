@@ -4,7 +4,7 @@ use crate::atomic::write_keeping_former;
 use crate::document::Document;
 use crate::error::{Complaint, FileError};
 use crate::foreign::{is_foreign, read_foreign};
-use crate::pose::{SigmaTable, pose_of, pose_toml, sigma_toml};
+use crate::pose::{SCALE_SIGMA_REMEDY, SigmaTable, pose_of, pose_toml, sigma_toml};
 use crate::read::read_text;
 use serde::Deserialize;
 use sextant_geometry::{Lens, PoseParts};
@@ -19,6 +19,8 @@ struct RigFile {
     /// Whether every number without a sigma is exact: a simulation.
     #[serde(default)]
     exact: bool,
+    /// Standard deviation of the common scale, as a share of it; optional.
+    scale_sigma: Option<f64>,
     #[serde(default)]
     camera: Vec<CameraTable>,
 }
@@ -85,6 +87,9 @@ fn rig_of(file: &RigFile, document: &Document<'_>) -> Result<Rig, Complaint> {
     let cameras: Result<Vec<Camera>, Complaint> =
         file.camera.iter().enumerate().map(camera_of).collect();
     let rig = Rig::new(cameras?).map_err(|error| complaint("camera", &error))?;
+    let rig = rig
+        .with_scale_sigma(file.scale_sigma)
+        .map_err(|error| Complaint::new("scale_sigma", error.to_string(), SCALE_SIGMA_REMEDY))?;
     Ok(if file.exact { rig.exact() } else { rig })
 }
 
@@ -172,9 +177,12 @@ fn complaint(key: &str, error: &RigError) -> Complaint {
 /// The text of a rig file. Numbers have enough digits to be read back exactly.
 pub fn rig_toml(rig: &Rig) -> String {
     let mut text = String::new();
+    if let Some(sigma) = rig.scale_sigma() {
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "scale_sigma = {sigma:?}\n");
+    }
     for camera in rig.cameras() {
         let [width, height] = camera.resolution;
-        // Writing to a String cannot fail.
         let _ = write!(
             text,
             "[[camera]]\nid = \"{}\"\nresolution = [{width}, {height}]\nlens = {}\n",

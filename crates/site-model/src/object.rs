@@ -41,12 +41,17 @@ impl ObjectTag {
     }
 }
 
+/// Default standard deviation of the size of a printed tag, as a share of it: printers scale by some tenths of a per cent.
+pub const SIZE_SIGMA: f64 = 0.005;
+
 /// An object with its tags.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObjectModel {
     id: ObjectId,
     tags: Vec<ObjectTag>,
     articulation: Option<Articulation>,
+    frame_sigma: Option<PoseSigma>,
+    scale_sigma: Option<f64>,
 }
 
 /// An invalid object.
@@ -91,6 +96,12 @@ pub enum ObjectError {
         /// The tag.
         tag: TagId,
     },
+    /// An invalid sigma of the object's frame.
+    #[error("object {0}: the sigmas of its frame must lie between 0 and 1 (m, rad)")]
+    FrameSigma(ObjectId),
+    /// An invalid sigma of the common scale.
+    #[error("object {0}: the sigma of its scale must lie between 0 and 1")]
+    ScaleSigma(ObjectId),
     /// An invalid sigma of a size.
     #[error(
         "object {object}: the sigma of the size of tag {tag} must lie between 0 and the size itself"
@@ -140,7 +151,10 @@ impl ObjectError {
             | Self::SizeSigma { tag, .. }
             | Self::UnknownLink { tag, .. }
             | Self::NoLink { tag, .. } => Some(*tag),
-            Self::NoTag(_) | Self::Articulation { .. } => None,
+            Self::NoTag(_)
+            | Self::FrameSigma(_)
+            | Self::ScaleSigma(_)
+            | Self::Articulation { .. } => None,
         }
     }
 }
@@ -178,6 +192,8 @@ impl ObjectModel {
             id,
             tags: Vec::new(),
             articulation,
+            frame_sigma: None,
+            scale_sigma: None,
         };
         let mut seen = BTreeSet::new();
         for tag in tags {
@@ -236,6 +252,53 @@ impl ObjectModel {
         self
     }
 
+    /// The object with standard deviations of its frame in its tags, in axes of the object about its origin; zero is `None`.
+    ///
+    /// # Errors
+    /// Where they do not lie between 0 and 1 (m, rad).
+    pub fn with_frame_sigma(mut self, sigma: Option<PoseSigma>) -> Result<Self, ObjectError> {
+        if !sigma.is_none_or(|sigma| sigma.is_sound()) {
+            return Err(ObjectError::FrameSigma(self.id));
+        }
+        self.frame_sigma = sigma.filter(PoseSigma::is_some);
+        Ok(self)
+    }
+
+    /// Standard deviations of its frame in its tags, which no image shows: the tags' sigmas are without them, since they displace all of
+    /// them alike. `None` if the file does not state them.
+    pub fn frame_sigma(&self) -> Option<PoseSigma> {
+        self.frame_sigma
+    }
+
+    /// The object with a standard deviation of the scale that the sizes and places of its tags share, as a share of it; zero is exact.
+    ///
+    /// # Errors
+    /// Where it does not lie between 0 and 1.
+    pub fn with_scale_sigma(mut self, sigma: Option<f64>) -> Result<Self, ObjectError> {
+        if !sigma.is_none_or(|sigma| (0.0..=1.0).contains(&sigma)) {
+            return Err(ObjectError::ScaleSigma(self.id));
+        }
+        self.scale_sigma = sigma;
+        Ok(self)
+    }
+
+    /// Standard deviation of the scale that the sizes and places of its tags share, as a share of it, as the file states it: the tags' sigmas
+    /// are without it.
+    pub fn scale_sigma(&self) -> Option<f64> {
+        self.scale_sigma
+    }
+
+    /// As [`Self::scale_sigma`], by default that of a printer; zero if all sizes are exact.
+    pub fn scale_sigma_or_usual(&self) -> f64 {
+        let is_exact = |tag: &ObjectTag| tag.size_prior == Prior::Exact;
+        let usual = if self.tags.iter().all(is_exact) {
+            0.0
+        } else {
+            SIZE_SIGMA
+        };
+        self.scale_sigma.unwrap_or(usual)
+    }
+
     /// The object with this tag in place of the one with its name; unchanged if it is invalid or the object has no such tag. The standard
     /// deviation of the former size scales with the size.
     #[must_use]
@@ -255,16 +318,23 @@ impl ObjectModel {
         self
     }
 
-    /// Takes over the pose priors of a former model for tags with unchanged poses, unless this model has its own.
+    /// Takes over the pose priors of a former model for tags with unchanged poses, and the sigmas of its frame and scale where some pose
+    /// is unchanged, unless this model has its own.
     #[must_use]
     pub fn holding_on_to(mut self, former: &Self) -> Self {
+        let mut is_placed_alike = false;
         for tag in &mut self.tags {
             let before = former.tags.iter().find(|before| before.tag == tag.tag);
             if let Some(before) = before
                 && is_same(before.object_from_tag, tag.object_from_tag)
             {
                 tag.pose_prior = tag.pose_prior.or(before.pose_prior);
+                is_placed_alike = true;
             }
+        }
+        if is_placed_alike {
+            self.frame_sigma = self.frame_sigma.or(former.frame_sigma);
+            self.scale_sigma = self.scale_sigma.or(former.scale_sigma);
         }
         self
     }

@@ -173,6 +173,7 @@ impl Deviation for LensSigma {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Rig {
     cameras: Vec<Camera>,
+    scale_sigma: Option<f64>,
 }
 
 /// Largest valid standard deviation of a lens, px.
@@ -205,6 +206,9 @@ pub enum RigError {
     /// An invalid sigma of a lens.
     #[error("camera {0}: the sigmas of its lens must lie between 0 and 100 px")]
     LensSigma(CameraId),
+    /// An invalid sigma of the common scale.
+    #[error("the sigma of the rig's scale must lie between 0 and 1")]
+    ScaleSigma,
     /// An invalid line delay.
     #[error("camera {0}: the line delay must be seconds, all rows within 0.1 s")]
     LineDelay(CameraId),
@@ -217,8 +221,8 @@ pub enum RigError {
 }
 
 impl RigError {
-    /// The camera concerned.
-    pub fn camera(&self) -> &CameraId {
+    /// The camera concerned, if any.
+    pub fn camera(&self) -> Option<&CameraId> {
         match self {
             Self::DuplicateCamera(camera)
             | Self::Resolution { camera, .. }
@@ -226,7 +230,8 @@ impl RigError {
             | Self::LensSigma(camera)
             | Self::LineDelay(camera)
             | Self::Exposure(camera)
-            | Self::Pose(camera) => camera,
+            | Self::Pose(camera) => Some(camera),
+            Self::ScaleSigma => None,
         }
     }
 }
@@ -239,7 +244,10 @@ impl Rig {
     /// is in use.
     pub fn new(cameras: Vec<Camera>) -> Result<Self, RigError> {
         let cameras: Result<Vec<Camera>, RigError> = cameras.into_iter().map(checked).collect();
-        let rig = Self { cameras: cameras? };
+        let rig = Self {
+            cameras: cameras?,
+            scale_sigma: None,
+        };
         let mut seen = BTreeSet::new();
         match rig.cameras.iter().find(|camera| !seen.insert(&camera.id)) {
             Some(twice) => Err(RigError::DuplicateCamera(twice.id.clone())),
@@ -257,6 +265,24 @@ impl Rig {
         self
     }
 
+    /// The rig with a standard deviation of the scale that all its positions share, as a share of it; zero is `None`.
+    ///
+    /// # Errors
+    /// Where it does not lie between 0 and 1.
+    pub fn with_scale_sigma(mut self, sigma: Option<f64>) -> Result<Self, RigError> {
+        if !sigma.is_none_or(|sigma| (0.0..=1.0).contains(&sigma)) {
+            return Err(RigError::ScaleSigma);
+        }
+        self.scale_sigma = sigma.filter(|sigma| *sigma > 0.0);
+        Ok(self)
+    }
+
+    /// Standard deviation of the scale that all positions share, as a share of it: the cameras' sigmas are without it, since it displaces
+    /// all of them alike. `None` if the file does not state it.
+    pub fn scale_sigma(&self) -> Option<f64> {
+        self.scale_sigma
+    }
+
     /// The rig with this camera in place of the one with its name; unchanged if it is invalid or has no such camera.
     #[must_use]
     pub fn with_camera(mut self, corrected: Camera) -> Self {
@@ -268,16 +294,18 @@ impl Rig {
         self
     }
 
-    /// Takes over what is still valid of a former rig: priors of unchanged poses and lenses, and
-    /// line delays and exposures of images of the same size, unless this rig has its own.
+    /// Takes over what is still valid of a former rig: priors of unchanged poses and lenses, line delays and exposures of images of the same
+    /// size, and the sigma of the scale where some pose is unchanged, unless this rig has its own.
     #[must_use]
     pub fn holding_on_to(mut self, former: &Self) -> Self {
+        let mut is_placed_alike = false;
         for camera in &mut self.cameras {
             let Some(before) = former.camera(&camera.id) else {
                 continue;
             };
             if is_same(before.world_from_camera, camera.world_from_camera) {
                 camera.pose_prior = camera.pose_prior.or(before.pose_prior);
+                is_placed_alike = true;
             }
             if before.lens == camera.lens {
                 camera.lens_prior = camera.lens_prior.or(before.lens_prior);
@@ -286,6 +314,9 @@ impl Rig {
                 camera.line_delay_s = camera.line_delay_s.or(before.line_delay_s);
                 camera.exposure = camera.exposure.or(before.exposure);
             }
+        }
+        if is_placed_alike {
+            self.scale_sigma = self.scale_sigma.or(former.scale_sigma);
         }
         self
     }

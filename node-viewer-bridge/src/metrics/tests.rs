@@ -87,6 +87,7 @@ fn rig(ids: &[&str]) -> RigConfig {
     };
     RigConfig {
         cameras: ids.iter().map(camera).collect(),
+        scale_sigma: None,
     }
 }
 

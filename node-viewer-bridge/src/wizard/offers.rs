@@ -64,7 +64,10 @@ mod tests {
     }
 
     fn proposal(name: &str) -> Proposal {
-        let rig = RigConfig { cameras: vec![] };
+        let rig = RigConfig {
+            cameras: vec![],
+            scale_sigma: None,
+        };
         Proposal {
             rig: Some(ModelPayload::of(&rig).unwrap()),
             ..Proposal::none(node(name), 1)
@@ -76,7 +79,10 @@ mod tests {
         let mut offers = Offers::default();
         assert!(offers.changes(&node("a"), Offer::Refinement).is_err());
         offers.take(Offer::Refinement, proposal("a"));
-        let rig = Outgoing::Rig(RigConfig { cameras: vec![] });
+        let rig = Outgoing::Rig(RigConfig {
+            cameras: vec![],
+            scale_sigma: None,
+        });
         assert_eq!(
             offers.changes(&node("a"), Offer::Refinement).ok(),
             Some(vec![rig])

@@ -148,7 +148,10 @@ mod tests {
 
     #[test]
     fn every_node_is_waited_for_but_not_for_ever() {
-        let outgoing = Outgoing::Rig(RigConfig { cameras: vec![] });
+        let outgoing = Outgoing::Rig(RigConfig {
+            cameras: vec![],
+            scale_sigma: None,
+        });
         let number = outgoing.fingerprint().unwrap();
         let nodes = ["a", "b"].map(|node| NodeId::new(node).unwrap());
         let start = Instant::now();
@@ -170,7 +173,10 @@ mod tests {
 
     #[test]
     fn a_flood_of_answers_ends_at_the_bound_and_hides_none_that_is_waited_for() {
-        let outgoing = Outgoing::Rig(RigConfig { cameras: vec![] });
+        let outgoing = Outgoing::Rig(RigConfig {
+            cameras: vec![],
+            scale_sigma: None,
+        });
         let number = outgoing.fingerprint().unwrap();
         let awaited = BTreeSet::from([NodeId::new("real").unwrap()]);
         let start = Instant::now();

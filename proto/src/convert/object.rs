@@ -28,6 +28,8 @@ impl From<&ObjectModel> for ObjectConfig {
                     object_from_tag_sigma: tag.pose_prior.given().map(SigmaConfig::from),
                 })
                 .collect(),
+            frame_sigma: object.frame_sigma().map(SigmaConfig::from),
+            scale_sigma: object.scale_sigma(),
         }
     }
 }
@@ -42,14 +44,19 @@ impl TryFrom<&ObjectConfig> for ObjectModel {
             .iter()
             .map(|tag| object_tag(tag, &message.links))
             .collect();
-        if message.links.is_empty() {
-            return Self::new(id, tags);
-        }
-        let joints = message.joints.iter().map(Joint::from).collect();
-        match Articulation::new(message.links.clone(), joints) {
-            Ok(tree) => Self::articulated(id, tree, tags),
-            Err(error) => Err(ObjectError::Articulation { object: id, error }),
-        }
+        let object = if message.links.is_empty() {
+            Self::new(id, tags)
+        } else {
+            let joints = message.joints.iter().map(Joint::from).collect();
+            match Articulation::new(message.links.clone(), joints) {
+                Ok(tree) => Self::articulated(id, tree, tags),
+                Err(error) => Err(ObjectError::Articulation { object: id, error }),
+            }
+        };
+        let frame_sigma = message.frame_sigma.map(PoseSigma::from);
+        object?
+            .with_frame_sigma(frame_sigma)?
+            .with_scale_sigma(message.scale_sigma)
     }
 }
 

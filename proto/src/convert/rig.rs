@@ -24,11 +24,11 @@ pub enum RigConfigError {
 }
 
 impl RigConfigError {
-    /// The camera that it is about.
+    /// The camera that it is about, if any.
     #[must_use]
-    pub fn camera(&self) -> &CameraId {
+    pub fn camera(&self) -> Option<&CameraId> {
         match self {
-            Self::Lens { camera, .. } => camera,
+            Self::Lens { camera, .. } => Some(camera),
             Self::Rig(error) => error.camera(),
         }
     }
@@ -48,6 +48,7 @@ impl From<&Rig> for RigConfig {
         });
         Self {
             cameras: cameras.collect(),
+            scale_sigma: rig.scale_sigma(),
         }
     }
 }
@@ -57,7 +58,7 @@ impl TryFrom<&RigConfig> for Rig {
 
     fn try_from(message: &RigConfig) -> Result<Self, RigConfigError> {
         let cameras: Result<Vec<Camera>, _> = message.cameras.iter().map(camera).collect();
-        Ok(Self::new(cameras?)?)
+        Ok(Self::new(cameras?)?.with_scale_sigma(message.scale_sigma)?)
     }
 }
 

@@ -23,6 +23,10 @@ pub struct ObjectConfig {
     /// Its tags, in the order of its file. An object without tags does not exist: the message removes it.
     #[serde(deserialize_with = "wire::list::at_most::<_, _, MAX_OBJECT_TAGS>")]
     pub tags: Vec<ObjectTagConfig>,
+    /// Standard deviation of its frame in its tags; none where the file gives none.
+    pub frame_sigma: Option<SigmaConfig>,
+    /// Standard deviation of the scale that the sizes and places of its tags share, as a share of it; none where the file gives none.
+    pub scale_sigma: Option<f64>,
 }
 
 /// One tag of an object.
@@ -74,6 +78,8 @@ impl ObjectConfig {
             links: Vec::new(),
             joints: Vec::new(),
             tags: Vec::new(),
+            frame_sigma: None,
+            scale_sigma: None,
         }
     }
 
@@ -92,6 +98,8 @@ impl Message for ObjectConfig {
         holds(self.joints.len() <= MAX_LINKS, "joints")?;
         holds(self.tags.len() <= MAX_OBJECT_TAGS, "tags")?;
         self.joints.iter().try_for_each(JointConfig::check)?;
+        SigmaConfig::check(self.frame_sigma, "frame_sigma")?;
+        check::amount(self.scale_sigma.unwrap_or(0.0), "scale_sigma")?;
         let n_links = self.links.len();
         self.tags.iter().try_for_each(|tag| tag.check(n_links))
     }

@@ -14,6 +14,8 @@ pub struct RigConfig {
     /// In the order of the rig's file; ids are unique.
     #[serde(deserialize_with = "wire::list::at_most::<_, _, MAX_CAMERAS>")]
     pub cameras: Vec<CameraConfig>,
+    /// Standard deviation of the scale that all positions share, as a share of it; none where the file gives none.
+    pub scale_sigma: Option<f64>,
 }
 
 /// One camera of a site; optional fields are none where the file does not give them.
@@ -105,7 +107,8 @@ impl Message for RigConfig {
 
     fn check(&self) -> Result<(), OutOfRange> {
         holds(self.cameras.len() <= MAX_CAMERAS, "cameras")?;
-        self.cameras.iter().try_for_each(CameraConfig::check)
+        self.cameras.iter().try_for_each(CameraConfig::check)?;
+        check::amount(self.scale_sigma.unwrap_or(0.0), "scale_sigma")
     }
 }
 

@@ -475,6 +475,7 @@ pub fn rig_config() -> RigConfig {
     };
     RigConfig {
         cameras: vec![north, south, top],
+        scale_sigma: Some(0.003),
     }
 }
 
@@ -505,6 +506,11 @@ pub fn object_config() -> ObjectConfig {
         links: vec![link("base"), link("lid"), link("foot")],
         joints: vec![hinge, joint("weld", JointKind::Fixed, "foot")],
         tags,
+        frame_sigma: Some(SigmaConfig {
+            position_m: 0.000_5,
+            orientation_rad: 0.004,
+        }),
+        scale_sigma: Some(0.001),
     }
 }
 
@@ -538,6 +544,8 @@ pub fn rigid_object_config() -> ObjectConfig {
         links: vec![],
         joints: vec![],
         tags: vec![learned, new],
+        frame_sigma: None,
+        scale_sigma: None,
     }
 }
 

@@ -50,6 +50,8 @@ impl Site {
                 links: Vec::new(),
                 joints: Vec::new(),
                 tags: vec![tag()],
+                frame_sigma: None,
+                scale_sigma: None,
             };
             let kept = self.bus.raw_latest(&key, Qos::Config).unwrap();
             kept.put(&encode(&object).unwrap()).unwrap();

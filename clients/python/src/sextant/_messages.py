@@ -705,6 +705,8 @@ class RigConfig(Record):
 
     #: at most 256
     cameras: tuple[Camera, ...]
+    #: of the scale that all positions share, as a share of it
+    scale_sigma: Optional[float]
 
 
 @dataclass(frozen=True)
@@ -824,6 +826,10 @@ class ObjectConfig(Record):
     joints: tuple[Joint, ...]
     #: at most 1024; empty: the object is removed
     tags: tuple[ObjectTag, ...]
+    #: of the object's frame in its tags
+    frame_sigma: Optional[Sigma]
+    #: of the scale that its tags share, as a share of it
+    scale_sigma: Optional[float]
 
 
 class JointKind(Word):
@@ -2164,11 +2170,13 @@ def _write_Proposal(w: Writer, value: Proposal) -> None:
 def _read_RigConfig(r: Reader) -> RigConfig:
     return RigConfig(
         r.list(_read_Camera, 256),
+        r.optional(Reader.f64),
     )
 
 
 def _write_RigConfig(w: Writer, value: RigConfig) -> None:
     w.list(_write_Camera, value.cameras)
+    w.optional(Writer.f64, value.scale_sigma)
 
 
 def _read_CameraLensSigma(r: Reader) -> CameraLensSigma:
@@ -2318,6 +2326,8 @@ def _read_ObjectConfig(r: Reader) -> ObjectConfig:
         r.list(Reader.string, 32),
         r.list(_read_Joint, 32),
         r.list(_read_ObjectTag, 1024),
+        r.optional(_read_Sigma),
+        r.optional(Reader.f64),
     )
 
 
@@ -2326,6 +2336,8 @@ def _write_ObjectConfig(w: Writer, value: ObjectConfig) -> None:
     w.list(Writer.string, value.links)
     w.list(_write_Joint, value.joints)
     w.list(_write_ObjectTag, value.tags)
+    w.optional(_write_Sigma, value.frame_sigma)
+    w.optional(Writer.f64, value.scale_sigma)
 
 
 def _read_JointKind(r: Reader) -> JointKind:

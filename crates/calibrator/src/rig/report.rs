@@ -100,7 +100,9 @@ impl RigSession {
             lens_prior: self.lens_prior(&found, at),
             ..camera.clone()
         });
+        let scale_sigma = Some(self.plan.object.scale_sigma_or_usual());
         let rig = Rig::new(cameras.collect())
+            .and_then(|rig| rig.with_scale_sigma(scale_sigma))
             .map_err(|error| RigError::Undetermined(error.to_string()))?;
         Ok(CalibratedRig { rig, report })
     }

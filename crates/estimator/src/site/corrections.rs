@@ -114,6 +114,7 @@ impl Corrections {
         Self {
             cameras: self.cameras.iter().filter_map(camera).collect(),
             tags: self.tags.iter().filter_map(tag).collect(),
+            frames: self.frames.clone(),
             ..Self::default()
         }
     }
@@ -262,6 +263,23 @@ impl TagCorrection {
 }
 
 impl ObjectFrame {
+    /// Whether anything is uncertain.
+    pub fn is_some(&self) -> bool {
+        self.scale_variance > 0.0 || self.covariance.diagonal().amax() > 0.0
+    }
+
+    /// Standard deviations of the frame: root mean squares of the axes.
+    pub fn sigma(&self) -> PoseSigma {
+        let of_axes = |first: usize| {
+            let variances = self.covariance.diagonal();
+            (variances.fixed_rows::<3>(first).sum() / 3.0).sqrt()
+        };
+        PoseSigma {
+            position_m: of_axes(0),
+            orientation_rad: of_axes(3),
+        }
+    }
+
     /// What it adds to the covariance of the object's pose in the world.
     pub fn covariance_of(&self, world_from_object: &Pose) -> Matrix6<f64> {
         let turn = world_from_object.rotation.to_rotation_matrix();

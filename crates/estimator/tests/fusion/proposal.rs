@@ -66,6 +66,12 @@ fn wrong_cameras_and_tags_are_proposed_nearer_to_the_truth() {
         assert!(after < 0.3 * before, "seed {seed}: {after} of {before}");
         let sigmas = rig.cameras().iter().map(|camera| camera.pose_prior.given());
         assert!(sigmas.flatten().all(|sigma| sigma.position_m < 0.005));
+        let (scale, frame) = (rig.scale_sigma().unwrap(), model.frame_sigma().unwrap());
+        assert!((0.001..0.01).contains(&scale), "no image shows it: {scale}");
+        assert!(
+            (1e-4..1e-3).contains(&frame.position_m),
+            "nor this: {frame:?}"
+        );
         assert_eq!(machine.proposal(), Some(proposal), "asking changes nothing");
     }
 }

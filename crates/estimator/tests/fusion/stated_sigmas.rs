@@ -212,6 +212,72 @@ fn what_is_stated_about_the_tags_places_is_in_the_covariance() {
     assert!(without > 2.0 * with, "NEES {without} against {with}");
 }
 
+/// A cube whose tags are all off by one motion of its frame.
+fn off_its_frame(sigma: PoseSigma, random: &mut Random) -> ObjectModel {
+    let frame = displaced(&Pose::identity(), sigma, random);
+    let mut tags = cube().tags().to_vec();
+    for tag in &mut tags {
+        tag.object_from_tag = tag.object_from_tag.map(|place| frame * place);
+    }
+    ObjectModel::new(cube().id().clone(), tags).unwrap().exact()
+}
+
+#[test]
+fn what_is_stated_about_an_objects_frame_is_in_the_covariance() {
+    let (with, without) = with_and_without(
+        |random| Site {
+            truth: (rig(3), cube()),
+            believed: (rig(3), off_its_frame(MISSTUCK, random)),
+        },
+        |site| {
+            let (rig, object) = site.believed.clone();
+            (rig, object.with_frame_sigma(Some(MISSTUCK)).unwrap())
+        },
+    );
+    assert!((0.5..1.5).contains(&with), "NEES {with}");
+    assert!(without > 2.0 * with, "NEES {without} against {with}");
+}
+
+#[test]
+fn what_is_stated_about_the_scale_of_a_rig_is_in_the_covariance() {
+    let sigma = 0.003;
+    let scaled = |factor: f64| {
+        let centres = rig(3);
+        let centres = centres
+            .cameras()
+            .iter()
+            .map(|camera| camera.world_from_camera.unwrap().translation.vector);
+        let centre = centres.sum::<Vector3<f64>>() / 3.0;
+        let rig = changed(&rig(3), |mut camera| {
+            let pose = camera.world_from_camera.as_mut().unwrap();
+            pose.translation.vector = centre + (pose.translation.vector - centre) * factor;
+            camera
+        });
+        let mut tags = cube().tags().to_vec();
+        for tag in &mut tags {
+            tag.size_m *= factor;
+            let place = tag.object_from_tag.as_mut().unwrap();
+            place.translation.vector *= factor;
+        }
+        (
+            rig,
+            ObjectModel::new(cube().id().clone(), tags).unwrap().exact(),
+        )
+    };
+    let (with, without) = with_and_without(
+        |random| Site {
+            truth: (rig(3), cube()),
+            believed: scaled(1.0 + sigma * random.gauss()),
+        },
+        |site| {
+            let (rig, object) = site.believed.clone();
+            (rig.with_scale_sigma(Some(sigma)).unwrap(), object)
+        },
+    );
+    assert!((0.5..1.5).contains(&with), "NEES {with}");
+    assert!(without > 2.0 * with, "NEES {without} against {with}");
+}
+
 #[test]
 fn what_a_former_rig_states_holds_as_long_as_what_it_is_about() {
     let stated = with_cameras(&rig(3), |camera| {
@@ -220,6 +286,7 @@ fn what_a_former_rig_states_holds_as_long_as_what_it_is_about() {
         camera.line_delay_s = Some(2e-5);
         camera.exposure = Some(EXPOSED);
     });
+    let stated = stated.with_scale_sigma(Some(0.003)).unwrap();
     let mut index = 0;
     let other = unstated(&rig(3), |camera| {
         index += 1;
@@ -239,6 +306,11 @@ fn what_a_former_rig_states_holds_as_long_as_what_it_is_about() {
         }
     });
     let held = other.holding_on_to(&stated);
+    assert_eq!(
+        held.scale_sigma(),
+        Some(0.003),
+        "two cameras stand where they stood"
+    );
     let of = |camera: &Camera| {
         let pose = camera.pose_prior == Prior::Sigma(MISPLACED);
         let lens = camera.lens_prior == Prior::Sigma(MISCAST);

@@ -74,6 +74,24 @@ fn a_simulated_object_is_exact() {
 }
 
 #[test]
+fn how_well_frame_and_scale_are_known_may_be_stated() {
+    let stated = "frame_sigma = { position = 0.0005, orientation = 0.004 }\nscale_sigma = 0.001";
+    let object = parsed(&format!("{stated}{GOOD}")).unwrap();
+    let frame = object.frame_sigma().unwrap();
+    assert_eq!((frame.position_m, frame.orientation_rad), (0.0005, 0.004));
+    assert_eq!(object.scale_sigma(), Some(0.001));
+    assert_eq!(parsed(&object_toml(&object)).unwrap(), object);
+    for (sigma, key) in [("0.004", "frame_sigma"), ("0.001", "scale_sigma")] {
+        let wrong = stated.replacen(sigma, "nan", 1);
+        let message = parsed(&format!("{wrong}{GOOD}")).unwrap_err();
+        assert!(
+            message.contains(&format!("{key}: object cube")),
+            "{message}"
+        );
+    }
+}
+
+#[test]
 fn the_sigma_of_a_size_is_read_in_metres() {
     let given = GOOD.replacen("size = 0.04\n", "size = 0.04\nsize_sigma = 0.0002\n", 1);
     let object = parsed(&given).unwrap();

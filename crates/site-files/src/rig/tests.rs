@@ -78,6 +78,18 @@ fn how_well_a_lens_is_known_may_be_stated() {
 }
 
 #[test]
+fn how_well_the_common_scale_is_known_may_be_stated() {
+    let rig = parsed(&format!("scale_sigma = 0.003\n{GOOD}")).unwrap();
+    assert_eq!(rig.scale_sigma(), Some(0.003));
+    assert_eq!(parsed(&rig_toml(&rig)).unwrap(), rig);
+    let message = parsed(&format!("scale_sigma = -1\n{GOOD}")).unwrap_err();
+    assert!(
+        message.contains("rig.toml:1:15: scale_sigma: "),
+        "{message}"
+    );
+}
+
+#[test]
 fn a_shutter_may_roll() {
     let rolling = GOOD.replacen("[640, 480]\n", "[640, 480]\nline_delay = 2.95e-5\n", 1);
     let rig = parsed(&rolling).unwrap();
@@ -222,7 +234,7 @@ fn wrong_cameras_are_refused_with_line_key_and_remedy() {
         (
             "[[camera]]\nid = \"south\"",
             "[[camra]]\nid = \"south\"",
-            "rig.toml:8:3: camra: unknown field `camra`, expected `exact` or `camera`; did you mean `camera`?",
+            "rig.toml:8:3: camra: unknown field `camra`, expected one of `exact`, `scale_sigma`, `camera`; did you mean `camera`?",
         ),
         ("[[camera]]", "[[camera]", "rig.toml:2:"),
     ] {
