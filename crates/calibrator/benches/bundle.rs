@@ -158,6 +158,7 @@ fn image(
         camera,
         instant,
         seconds_after_instant: delay,
+        stamp_error_s: 0.0,
         tags,
     })
 }

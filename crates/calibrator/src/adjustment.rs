@@ -8,7 +8,7 @@ use crate::image_store::ImageView;
 use crate::priors::Priors;
 use crate::resection::edge_px;
 use nalgebra::Vector6;
-use sextant_geometry::Pose;
+use sextant_geometry::{Pose, se3};
 
 /// An image with its instant and the tags that are used.
 #[derive(Clone, Debug)]
@@ -21,6 +21,8 @@ pub(crate) struct UsedImage {
     pub instant: usize,
     /// Capture time by the camera's clock less the instant's, seconds.
     pub seconds_after_instant: f64,
+    /// As [`BundleImage::stamp_error_s`].
+    pub stamp_error_s: f64,
     /// Indices into the view's tags.
     pub tags: Vec<usize>,
 }
@@ -111,6 +113,15 @@ const SETTLED: f64 = 0.05;
 const FIRST: usize = 2;
 
 impl Instant {
+    /// The instant `seconds` later by its twist.
+    fn after(&self, seconds: f64) -> Self {
+        Self {
+            seconds: self.seconds + seconds,
+            world_from_object: self.world_from_object * se3::exp(&(self.twist * seconds)),
+            twist: self.twist,
+        }
+    }
+
     /// An instant without motion.
     pub(crate) fn at(seconds: f64, world_from_object: Pose) -> Self {
         Self {
@@ -120,6 +131,11 @@ impl Instant {
         }
     }
 }
+
+/// Instants before this are of what does not move, s.
+const FLOOR_SECONDS: f64 = -1e5;
+/// Least time between two instants, s: what is nearer is hardly moved meanwhile.
+const LEAST_APART_S: f64 = 1e-3;
 
 impl Adjustment {
     /// Solves repeatedly, each time with the noise, prior scales and outliers that the last solution shows.
@@ -135,9 +151,7 @@ impl Adjustment {
         loop {
             round += 1;
             let solution = solve(self.bundle(views), options)?;
-            self.cameras.clone_from(&solution.bundle.cameras);
-            self.tags.clone_from(&solution.bundle.tags);
-            self.instants.clone_from(&solution.bundle.instants);
+            self.take(&solution.bundle);
             let mut change = self.measure_noise(&solution.bundle, self.parameters());
             let mut wrong = Vec::new();
             if round >= FIRST {
@@ -162,6 +176,53 @@ impl Adjustment {
         }
     }
 
+    /// Takes what was sought from a solution of [`Self::bundle`].
+    pub(crate) fn take(&mut self, solved: &Bundle) {
+        self.cameras.clone_from(&solved.cameras);
+        self.tags.clone_from(&solved.tags);
+        self.instants.clone_from(&solved.instants);
+        for (image, solved) in self.images.iter_mut().zip(&solved.images) {
+            image.stamp_error_s = solved.stamp_error_s;
+        }
+    }
+
+    /// Puts an instant to the time of each image by the clocks as they are, where the motion is modelled; those of images that show what
+    /// does not move stay.
+    pub(crate) fn anchor_anew(&mut self) {
+        let moving = |image: &UsedImage| self.instants[image.instant].seconds > FLOOR_SECONDS;
+        let (mut carried, mut images): (Vec<UsedImage>, Vec<UsedImage>) =
+            self.images.drain(..).partition(moving);
+        let n_still = images.last().map_or(0, |image| image.instant + 1);
+        let at = |image: &UsedImage| {
+            let instant = &self.instants[image.instant];
+            let offset_s = self.cameras[image.camera].clock_offset_s;
+            let delay_s = image.seconds_after_instant + offset_s;
+            (instant.seconds + delay_s, instant.after(delay_s))
+        };
+        carried.sort_by(|a, b| at(a).0.total_cmp(&at(b).0));
+        let mut instants = self.instants[..n_still].to_vec();
+        for mut image in carried {
+            let (seconds, instant) = at(&image);
+            let is_apart = |last: &Instant| seconds > last.seconds + LEAST_APART_S;
+            if instants.last().is_none_or(is_apart) {
+                instants.push(instant);
+            }
+            image.instant = instants.len() - 1;
+            let offset_s = self.cameras[image.camera].clock_offset_s;
+            image.seconds_after_instant = seconds - instants[image.instant].seconds - offset_s;
+            images.push(image);
+        }
+        (self.instants, self.images) = (instants, images);
+    }
+
+    /// The first instants, at most so many, with their images.
+    pub(crate) fn beginning(&self, most: usize) -> Self {
+        let mut part = self.clone();
+        part.images.retain(|image| image.instant < most);
+        part.instants.truncate(most);
+        part
+    }
+
     /// Number of free parameters.
     fn parameters(&self) -> f64 {
         (self.instants.len() * if self.motion.is_some() { 12 } else { 6 }) as f64
@@ -169,7 +230,7 @@ impl Adjustment {
 
     /// Updates the corner noise of each camera, as a multiple of the detector's, from its median tag; returns the largest change of its
     /// logarithm.
-    fn measure_noise(&mut self, bundle: &Bundle, parameters: f64) -> f64 {
+    pub(crate) fn measure_noise(&mut self, bundle: &Bundle, parameters: f64) -> f64 {
         self.noise.resize(self.cameras.len(), 1.0);
         let mut sums = vec![Vec::new(); self.cameras.len()];
         for residual in bundle.residuals() {
@@ -219,6 +280,7 @@ impl Adjustment {
                 camera: image.camera,
                 instant: image.instant,
                 seconds_after_instant: image.seconds_after_instant,
+                stamp_error_s: image.stamp_error_s,
                 tags: image.tags.iter().map(|&at| seen(view, at)).collect(),
             }
         });

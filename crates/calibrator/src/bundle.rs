@@ -19,6 +19,7 @@ mod observability;
 mod prior_knowledge;
 mod residuals;
 mod solver;
+mod stamps;
 mod state;
 
 pub use covariance::KeptCovariance;

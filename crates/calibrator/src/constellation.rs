@@ -168,6 +168,7 @@ fn refined(views: &[[GroupedView<'_>; 2]], pose: &Pose, sizes: [f64; 2]) -> Opti
                 camera: bundle.cameras.len() - 1,
                 instant,
                 seconds_after_instant: 0.0,
+                stamp_error_s: 0.0,
                 tags: vec![TagObservation::with_sigma(
                     tag,
                     seen.view.corners.corners,

@@ -40,6 +40,7 @@ enum Kind {
     Distortion,
     CameraPosition,
     CameraRotation,
+    Clock,
 }
 
 impl Kind {
@@ -51,9 +52,8 @@ impl Kind {
             KeptParameter::Lens { parameter, .. } if parameter < 2 => Self::Focal,
             KeptParameter::Lens { parameter, .. } if parameter < 4 => Self::Centre,
             KeptParameter::Lens { .. } => Self::Distortion,
-            KeptParameter::CameraPosition { .. } | KeptParameter::Clock { .. } => {
-                Self::CameraPosition
-            }
+            KeptParameter::CameraPosition { .. } => Self::CameraPosition,
+            KeptParameter::Clock { .. } => Self::Clock,
             KeptParameter::CameraRotation { .. } => Self::CameraRotation,
         }
     }
@@ -159,6 +159,17 @@ impl Priors {
         self.anchors.push((anchor, prior != Prior::Default));
     }
 
+    /// Frees the clock of a camera, with its offset as the mean of its prior. The scale of clocks is not estimated.
+    pub(crate) fn free_clock(&mut self, cameras: &mut [BundleCamera], camera: usize, sigma_s: f64) {
+        cameras[camera].clock = Freedom::Free;
+        let anchor = Anchor::Clock {
+            camera,
+            offset_s: cameras[camera].clock_offset_s,
+            sigma: sigma_s,
+        };
+        self.anchors.push((anchor, true));
+    }
+
     /// Anchors with scaled sigmas.
     pub(crate) fn anchors(&self) -> Vec<Anchor> {
         let scaled = self.anchors.iter().map(|(anchor, given)| {
@@ -221,8 +232,9 @@ impl Priors {
             let rows = &rows;
             let parameters = anchor.parameters().into_iter().enumerate();
             parameters.filter_map(move |(at, parameter)| {
-                Some(Member {
-                    row: *rows.get(&parameter)?,
+                let row = *rows.get(&parameter)?;
+                (Kind::of(parameter) != Kind::Clock).then(|| Member {
+                    row,
                     error: errors[at],
                     sigma: sigmas[at],
                     kind: (Kind::of(parameter), *given),

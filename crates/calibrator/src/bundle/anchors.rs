@@ -5,7 +5,7 @@
 //! The error of a size is that of its logarithm, as its step is.
 
 use super::layout::{KeptParameter, Layout};
-use super::state::{Anchor, Bundle};
+use super::state::{Anchor, Bundle, Freedom};
 use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
 use sextant_geometry::{se3, so3};
 
@@ -31,6 +31,7 @@ pub(super) fn add(
             Anchor::Lens {
                 camera, parameter, ..
             } => (None, scalar(layout.cameras[camera].lens_column(parameter))),
+            Anchor::Clock { camera, .. } => (None, scalar(layout.cameras[camera].clock)),
         };
         let Some((at, width)) = columns else { continue };
         let mut by_step = Matrix6::identity();
@@ -58,6 +59,17 @@ pub(super) fn rho(bundle: &Bundle) -> f64 {
     squares.sum()
 }
 
+/// Sum of the logarithms of the precisions of the clocks' anchors: those of the others are the same in all models that are compared.
+pub(super) fn log_prior(bundle: &Bundle) -> f64 {
+    let precisions = bundle.anchors.iter().map(|anchor| match anchor {
+        Anchor::Clock { camera, sigma, .. } if bundle.cameras[*camera].clock == Freedom::Free => {
+            -2.0 * sigma.ln()
+        }
+        _ => 0.0,
+    });
+    precisions.sum()
+}
+
 impl Anchor {
     /// Difference of the bundle from the prior, in the units of the anchor; a scalar is the first element.
     pub(crate) fn error(&self, bundle: &Bundle) -> Vector6<f64> {
@@ -83,6 +95,9 @@ impl Anchor {
                 value,
                 ..
             } => single(bundle.cameras[*camera].lens.parameters()[*parameter] - value),
+            Self::Clock {
+                camera, offset_s, ..
+            } => single(bundle.cameras[*camera].clock_offset_s - offset_s),
         }
     }
 
@@ -93,7 +108,9 @@ impl Anchor {
                 let (position, orientation) = (sigma.position_m, sigma.orientation_rad);
                 Vector6::from_fn(|axis, _| if axis < 3 { position } else { orientation })
             }
-            Self::Size { sigma, .. } | Self::Lens { sigma, .. } => Vector6::repeat(sigma),
+            Self::Size { sigma, .. } | Self::Lens { sigma, .. } | Self::Clock { sigma, .. } => {
+                Vector6::repeat(sigma)
+            }
         }
     }
 
@@ -104,7 +121,9 @@ impl Anchor {
                 sigma.position_m *= first;
                 sigma.orientation_rad *= orientation;
             }
-            Self::Size { sigma, .. } | Self::Lens { sigma, .. } => *sigma *= first,
+            Self::Size { sigma, .. } | Self::Lens { sigma, .. } | Self::Clock { sigma, .. } => {
+                *sigma *= first;
+            }
         }
         self
     }
@@ -127,6 +146,7 @@ impl Anchor {
             Self::Lens {
                 camera, parameter, ..
             } => vec![KeptParameter::Lens { camera, parameter }],
+            Self::Clock { camera, .. } => vec![KeptParameter::Clock { camera }],
         }
     }
 
@@ -134,7 +154,9 @@ impl Anchor {
     pub(super) fn is_sound(&self, bundle: &Bundle) -> bool {
         let usable = |sigma: f64| sigma > 0.0 && sigma.powi(-2).is_finite();
         let is_there = match self {
-            Self::Camera { camera, .. } => *camera < bundle.cameras.len(),
+            Self::Camera { camera, .. } | Self::Clock { camera, .. } => {
+                *camera < bundle.cameras.len()
+            }
             Self::Tag { tag, .. } => *tag < bundle.tags.len(),
             Self::Size { tag, size_m, .. } => *tag < bundle.tags.len() && *size_m > 0.0,
             Self::Lens {

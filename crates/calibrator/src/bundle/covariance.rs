@@ -3,7 +3,7 @@
 use super::layout::{KeptParameter, Layout};
 use super::prior_knowledge::PriorKnowledge;
 use super::state::Bundle;
-use nalgebra::{DMatrix, Matrix6};
+use nalgebra::{DMatrix, DVector, Matrix6};
 use sextant_geometry::{Pose, so3};
 
 /// Covariance of the kept parameters: poses over the step of FRAMES.md (position along the outer frame's axes, rotation about
@@ -35,6 +35,25 @@ impl KeptCovariance {
             parameters,
             matrix,
             information,
+        }
+    }
+
+    /// The same if the common scale were known: the mean of the logarithms of all sizes that are sought. An error of it displaces
+    /// everything alike, and no number of images makes it smaller.
+    pub fn at_known_scale(&self) -> Self {
+        let of_size = |p: &KeptParameter| f64::from(matches!(p, KeptParameter::TagSize { .. }));
+        let sizes = self.parameters.iter().map(of_size);
+        let mean = DVector::from_iterator(self.parameters.len(), sizes);
+        let with_mean = &self.matrix * &mean;
+        let variance = mean.dot(&with_mean);
+        let known = if variance > 0.0 {
+            &self.matrix - &with_mean * with_mean.transpose() / variance
+        } else {
+            self.matrix.clone()
+        };
+        Self {
+            matrix: known,
+            ..self.clone()
         }
     }
 

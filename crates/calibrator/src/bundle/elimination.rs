@@ -5,6 +5,7 @@
 
 use super::equations::Equations;
 use super::node::{Coupling, Node};
+use super::stamps::StampRow;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 /// Added to every diagonal element, so that a parameter without information keeps its value.
@@ -14,6 +15,8 @@ const FLOOR: f64 = 1e-9;
 pub(super) struct Step<const D: usize> {
     pub kept: DVector<f64>,
     pub instants: Vec<SVector<f64, D>>,
+    /// Of the error of each image's stamp; zero where it has none.
+    pub stamps: Vec<f64>,
 }
 
 /// The rows of the Cholesky factor of an instant.
@@ -68,7 +71,7 @@ impl<const D: usize> ReducedSystem<D> {
     }
 
     /// Solves the damped equations for the step; `None` if they are not positive definite.
-    pub(super) fn step(&self) -> Option<Step<D>> {
+    pub(super) fn step(&self, equations: &Equations<D>) -> Option<Step<D>> {
         let kept = if self.gradient.is_empty() {
             DVector::zeros(0)
         } else {
@@ -79,8 +82,32 @@ impl<const D: usize> ReducedSystem<D> {
             let later = instants.get(at + 1).copied();
             instants[at] = self.rows[at].back(&kept, later)?;
         }
+        let stamps = equations.stamps.iter().map(|stamp| {
+            let stamp = stamp.as_ref();
+            stamp.map_or(0.0, |stamp| stamp.step(&kept, &instants))
+        });
+        let stamps = stamps.collect();
         let finite = kept.iter().all(|x| x.is_finite());
-        finite.then_some(Step { kept, instants })
+        finite.then_some(Step {
+            kept,
+            instants,
+            stamps,
+        })
+    }
+
+    /// Logarithm of the determinant of the information of everything that is sought; `None` where that is not definite.
+    pub(super) fn log_information(&self, equations: &Equations<D>) -> Option<f64> {
+        let half = |lower: &mut dyn Iterator<Item = f64>| lower.map(f64::ln).sum::<f64>();
+        let kept = self.information.clone().cholesky()?.unpack();
+        let of_kept = half(&mut kept.diagonal().iter().copied());
+        let of_instants: f64 = self
+            .rows
+            .iter()
+            .map(|row| half(&mut row.lower.diagonal().iter().copied()))
+            .sum();
+        let stamps = equations.stamps.iter().flatten();
+        let of_stamps: f64 = stamps.map(StampRow::log_information).sum();
+        Some(2.0 * (of_kept + of_instants) + of_stamps)
     }
 }
 

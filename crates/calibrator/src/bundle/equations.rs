@@ -9,6 +9,7 @@ use super::layout::Layout;
 use super::motion;
 use super::node::{Coupling, Node};
 use super::residuals::{self, LensColumns, View, delay};
+use super::stamps::{self, StampRow};
 use super::state::{Bundle, BundleImage};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use sextant_geometry::least_squares::Kernel;
@@ -19,6 +20,8 @@ pub(super) struct Equations<const D: usize> {
     pub kept: DMatrix<f64>,
     pub gradient: DVector<f64>,
     pub nodes: Vec<Node<D>>,
+    /// Of each image, where the stamps of its camera have errors.
+    pub stamps: Vec<Option<StampRow<D>>>,
     /// Sum of the robust squares: twice the cost.
     pub rho: f64,
 }
@@ -29,6 +32,7 @@ impl<const D: usize> Equations<D> {
             kept: DMatrix::zeros(layout.n, layout.n),
             gradient: DVector::zeros(layout.n),
             nodes: Vec::with_capacity(bundle.instants.len()),
+            stamps: Vec::with_capacity(bundle.images.len()),
             rho: 0.0,
         };
         let mut images = bundle.images.as_slice();
@@ -40,7 +44,7 @@ impl<const D: usize> Equations<D> {
         }
         equations.rho += motion::tie(bundle, &mut equations.nodes);
         let (kept, gradient) = (&mut equations.kept, &mut equations.gradient);
-        equations.rho += anchors::add(bundle, layout, kept, gradient);
+        equations.rho += anchors::add(bundle, layout, kept, gradient) + stamps::rho(bundle);
         equations
     }
 
@@ -73,6 +77,11 @@ impl<const D: usize> Equations<D> {
             self.add_kept(layout, image.camera, &sums);
             node.add(layout, image.camera, &sums, &lever);
             self.rho += sums.rho;
+            let stamp = StampRow::of(bundle, layout, image, &sums, &lever);
+            if let Some(stamp) = &stamp {
+                stamp.eliminate(&mut node, &mut self.kept, &mut self.gradient);
+            }
+            self.stamps.push(stamp);
         }
         self.nodes.push(node);
     }
@@ -140,5 +149,5 @@ pub(super) fn rho(bundle: &Bundle, kernel: &Kernel) -> f64 {
         });
         seen.sum::<f64>()
     });
-    images.sum::<f64>() + motion::rho(bundle) + anchors::rho(bundle)
+    images.sum::<f64>() + motion::rho(bundle) + anchors::rho(bundle) + stamps::rho(bundle)
 }

@@ -63,6 +63,22 @@ pub(super) fn rho(bundle: &Bundle) -> f64 {
     ties.sum::<f64>() + twists.sum::<f64>() * FASTEST.powi(-2)
 }
 
+/// Logarithm of the determinant of the information of the motion model: what normalises its residuals.
+pub(super) fn log_prior(bundle: &Bundle) -> f64 {
+    let Some(motion) = bundle.motion else {
+        return 0.0;
+    };
+    let densities = [motion.acceleration, motion.angular_acceleration];
+    let ties = bundle.instants.windows(2).filter_map(|pair| {
+        let dt = pair[1].seconds - pair[0].seconds;
+        // Of each axis it is 12 / dt^4 / q^4.
+        let of_axis = |q: f64| 12.0_f64.ln() - 4.0 * (dt.ln() + q.ln());
+        let of_axes = densities.into_iter().map(|q| 3.0 * of_axis(q));
+        (dt <= motion.longest_gap_s).then(|| of_axes.sum::<f64>())
+    });
+    ties.sum::<f64>() - 12.0 * FASTEST.ln() * bundle.instants.len() as f64
+}
+
 impl Tie {
     fn between(earlier: &Instant, later: &Instant, motion: &Motion) -> Option<Self> {
         let dt = later.seconds - earlier.seconds;

@@ -46,7 +46,8 @@ impl<const D: usize> Node<D> {
         }
     }
 
-    fn local(&self, column: usize) -> usize {
+    /// Place of a kept column in `coupling`.
+    pub(super) fn local(&self, column: usize) -> usize {
         self.columns.partition_point(|&c| c < column)
     }
 }

@@ -76,7 +76,8 @@ impl View {
 
 /// Seconds from the instant to the image, by the world's clock.
 pub(super) fn delay(bundle: &Bundle, image: &BundleImage) -> f64 {
-    image.seconds_after_instant + bundle.cameras[image.camera].clock_offset_s
+    let offset_s = bundle.cameras[image.camera].clock_offset_s;
+    image.seconds_after_instant + offset_s + image.stamp_error_s
 }
 
 /// Pose of the object at the capture time of the image.

@@ -1,11 +1,14 @@
 //! Levenberg-Marquardt over cameras, tags and instants with a robust kernel (iteratively reweighted).
 
+use super::anchors;
 use super::covariance::KeptCovariance;
 use super::elimination::{ReducedSystem, Step};
 use super::equations::{self, Equations};
 use super::layout::{Layout, stepped_lens};
+use super::motion;
 use super::observability::{WeakDirection, weak_directions};
 use super::prior_knowledge::PriorKnowledge;
+use super::stamps;
 use super::state::{Bundle, BundleCamera, BundleError, BundleTag, Instant};
 use nalgebra::{SVector, Vector6};
 use sextant_geometry::least_squares::Kernel;
@@ -53,6 +56,9 @@ pub struct BundleSolution {
     pub variance_factor: f64,
     /// Sum of the robust squares.
     pub cost: f64,
+    /// Logarithm of the evidence for the model (Laplace's approximation), up to what models of the same images have in common. `None` where
+    /// something is not determined at all.
+    pub log_evidence: Option<f64>,
     /// Steps tried.
     pub iterations: usize,
     /// Whether the last step was within the tolerance.
@@ -94,6 +100,8 @@ pub(super) struct Estimates {
     pub(super) cameras: Vec<BundleCamera>,
     pub(super) tags: Vec<BundleTag>,
     pub(super) instants: Vec<Instant>,
+    /// Errors of the stamps, by image.
+    stamp_errors_s: Vec<f64>,
 }
 
 impl<'a, const D: usize> Descent<'a, D> {
@@ -132,6 +140,7 @@ impl<'a, const D: usize> Descent<'a, D> {
         Step {
             kept: nalgebra::DVector::zeros(self.layout.n),
             instants: vec![SVector::zeros(); self.bundle.instants.len()],
+            stamps: vec![0.0; self.bundle.images.len()],
         }
     }
 
@@ -142,7 +151,7 @@ impl<'a, const D: usize> Descent<'a, D> {
     /// Tries one step; the gain where it was taken.
     fn advance(&mut self, equations: &Equations<D>) -> Option<f64> {
         let taken = ReducedSystem::of(equations, self.damping)
-            .and_then(|reduced| reduced.step())
+            .and_then(|reduced| reduced.step(equations))
             .and_then(|step| self.take_if_better(&step, equations.rho));
         self.damping = match taken {
             Some(_) => (self.damping * BETTER).max(LEAST_DAMPING),
@@ -182,10 +191,14 @@ impl<'a, const D: usize> Descent<'a, D> {
             ..tag.clone()
         });
         let instants = self.bundle.instants.iter().zip(&step.instants);
+        let stamps = self.bundle.images.iter().zip(&step.stamps);
         Some(Estimates {
             cameras: cameras.collect::<Option<_>>()?,
             tags: tags.collect(),
             instants: instants.map(|(at, step)| at.moved(step)).collect(),
+            stamp_errors_s: stamps
+                .map(|(image, step)| image.stamp_error_s + step)
+                .collect(),
         })
     }
 
@@ -197,6 +210,12 @@ impl<'a, const D: usize> Descent<'a, D> {
         let reduced =
             ReducedSystem::of(equations, 0.0).or_else(|| ReducedSystem::of(equations, 1e-9));
         let reduced = reduced.ok_or(BundleError::BadStart)?;
+        let log_evidence = reduced.log_information(equations).map(|information| {
+            let prior = stamps::log_prior(&self.bundle)
+                + anchors::log_prior(&self.bundle)
+                + motion::log_prior(&self.bundle);
+            0.5 * (prior - information - equations.rho)
+        });
         let fit = self.fit();
         let parameters = self.layout.n + D * self.bundle.instants.len();
         let variance_factor = fit.variance_factor(parameters);
@@ -213,6 +232,7 @@ impl<'a, const D: usize> Descent<'a, D> {
             rms_px: fit.rms_px(),
             variance_factor,
             cost: equations.rho,
+            log_evidence,
             iterations,
             converged,
         })
@@ -274,6 +294,9 @@ impl Estimates {
         std::mem::swap(&mut self.cameras, &mut bundle.cameras);
         std::mem::swap(&mut self.tags, &mut bundle.tags);
         std::mem::swap(&mut self.instants, &mut bundle.instants);
+        for (own, image) in self.stamp_errors_s.iter_mut().zip(&mut bundle.images) {
+            std::mem::swap(own, &mut image.stamp_error_s);
+        }
     }
 }
 

@@ -42,6 +42,9 @@ pub struct BundleCamera {
     pub clock_offset_s: f64,
     /// Whether that is sought; without [`Bundle::motion`] it cannot be.
     pub clock: Freedom,
+    /// Standard deviation of the error of each capture time beside the offset, seconds, which is sought image by image; zero if
+    /// there is none, and without [`Bundle::motion`].
+    pub stamp_sigma_s: f64,
 }
 
 /// A tag of the object.
@@ -89,7 +92,9 @@ pub struct BundleImage {
     pub instant: usize,
     /// Capture time by the camera's own clock less the instant's time, seconds; only read where the motion is modelled.
     pub seconds_after_instant: f64,
-    /// The observed tag.
+    /// Added to the capture time beside the camera's clock offset, seconds; sought where [`BundleCamera::stamp_sigma_s`] is not zero.
+    pub stamp_error_s: f64,
+    /// The observed tags.
     pub tags: Vec<TagObservation>,
 }
 
@@ -143,6 +148,15 @@ pub enum Anchor {
         /// In the parameter's unit.
         value: f64,
         /// One deviation, in the same unit.
+        sigma: f64,
+    },
+    /// The offset of a camera's clock.
+    Clock {
+        /// Index into [`Bundle::cameras`].
+        camera: usize,
+        /// Added to its capture times, seconds.
+        offset_s: f64,
+        /// One deviation, seconds.
         sigma: f64,
     },
 }
@@ -199,6 +213,7 @@ impl BundleCamera {
             pose: Freedom::Free,
             clock_offset_s: 0.0,
             clock: Freedom::Fixed,
+            stamp_sigma_s: 0.0,
         }
     }
 }

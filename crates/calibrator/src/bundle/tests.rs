@@ -120,6 +120,7 @@ fn image_of(bundle: &Bundle, (camera, instant): (usize, usize), delay: f64) -> B
         camera,
         instant,
         seconds_after_instant: delay,
+        stamp_error_s: 0.0,
         tags: tags.collect(),
     }
 }
@@ -236,6 +237,30 @@ fn derivatives_are_those_of_the_cost() {
             "{at}: {slope} {given}"
         );
     }
+}
+
+#[test]
+fn an_error_of_a_stamp_acts_as_an_instant_of_another_time() {
+    let mut bundle = truth(Some(WALK));
+    for camera in &mut bundle.cameras {
+        camera.stamp_sigma_s = 0.01;
+    }
+    let late = [0.012, -0.007, 0.015, 0.003];
+    for (at, image) in bundle.images.iter_mut().enumerate() {
+        image.seconds_after_instant += late[at % 4];
+    }
+    displaced(&mut bundle, &mut Noise::seeded(4));
+    let solution = solve(bundle, &BundleOptions::default()).unwrap();
+    assert!(solution.converged, "{}", solution.iterations);
+    let right = truth(Some(WALK));
+    for (found, right) in solution.bundle.cameras.iter().zip(&right.cameras) {
+        let off = apart(&found.world_from_camera, &right.world_from_camera);
+        assert!(off < 2e-3, "{off}");
+    }
+    let images = solution.bundle.images.iter().enumerate();
+    let left = images.map(|(at, image)| (image.stamp_error_s + late[at % 4]).abs());
+    let mean = left.sum::<f64>() / solution.bundle.images.len() as f64;
+    assert!(mean < 0.007, "{mean} of a mean of 0.009");
 }
 
 #[test]

@@ -99,6 +99,7 @@ impl Groups {
                     camera: views[view].camera,
                     instant: instants.len(),
                     seconds_after_instant: 0.0,
+                    stamp_error_s: 0.0,
                     tags: self.fitting(view, rig, views, tags, &pose),
                 });
             }

@@ -109,6 +109,7 @@ pub(super) fn adjust(
             camera: 0,
             instant: bundle.instants.len(),
             seconds_after_instant: 0.0,
+            stamp_error_s: 0.0,
             tags: seen.collect(),
         });
         bundle.instants.push(Instant {

@@ -4,8 +4,9 @@ use super::RigError;
 use super::comparison::{BETTER, MOST_INSTANTS, left_by, options};
 use super::instants::give_twists;
 use crate::adjustment::{Adjustment, AdjustmentResult};
-use crate::bundle::{Bundle, Freedom, KeptParameter, Motion, solve};
+use crate::bundle::{Bundle, BundleOptions, FreeLens, Freedom, KeptParameter, Motion, solve};
 use crate::image_store::ImageView;
+use sextant_geometry::least_squares::Kernel;
 
 /// Motion of a hand-held object, which gains or loses half a metre per second in a third of a second.
 const CARRIED: Motion = Motion {
@@ -61,13 +62,155 @@ pub(super) fn of_synchronised(
     Ok((left * BETTER < agreeing).then_some((moving, explained)))
 }
 
-/// Free-running shutters: the object moves between images, and every clock but the reference's is free.
+/// Standard deviation of an offset before any image: clocks of one computer differ by how long cameras take, those of several by
+/// how well the network keeps them together.
+const OFFSET_SIGMA_S: f64 = 0.03;
+/// Standard deviations of the errors of single stamps that are tried: of arrival over a radio, in a program, in a driver, of a trigger.
+const STAMP_SIGMAS_S: [f64; 5] = [0.03, 0.01, 0.003, 0.001, 0.0];
+/// Most cameras whose stamps are told apart.
+const MOST_TOLD_APART: usize = 12;
+/// Difference of logarithms of evidence that speaks very strongly for a model (R. Kass and A. Raftery, Bayes factors, 1995).
+const VERY_STRONG: f64 = 5.0;
+/// Motion and errors of stamps in the first solution, whose cameras may be off.
+const LOOSELY: Motion = Motion {
+    acceleration: 8.0,
+    angular_acceleration: 24.0,
+    ..CARRIED
+};
+const FIRST_STAMP_SIGMA_S: f64 = 0.01;
+
+/// Free-running shutters: the object moves between images. How the clocks behave is what the images have most evidence for: clocks that
+/// agree or, where that explains them far better, have constant offsets; stamps of each camera that are exact or jitter.
 pub(super) fn of_free_running(
     mut whole: Adjustment,
     views: &[ImageView],
 ) -> Result<(AdjustmentResult, Clocks), RigError> {
-    free_clocks(&mut whole);
+    whole.noise = noise_of_single_images(&whole, views)?;
+    let mut held = held(whole.clone());
+    free_clocks(&mut held);
+    let mut strictly = held.clone();
+    strictly.take(&solve(strictly.bundle(views), &options())?.bundle);
+    held.motion = Some(LOOSELY);
+    for camera in &mut held.cameras {
+        camera.stamp_sigma_s = FIRST_STAMP_SIGMA_S;
+    }
+    let mut loosely = weighed(held, views)?.1;
+    loosely.motion = Some(CARRIED);
+    let mut best: Option<(f64, Adjustment)> = None;
+    for start in [strictly, loosely] {
+        let start = weighed(start, views)?;
+        if best.as_ref().is_none_or(|(most, _)| start.0 > *most) {
+            best = Some(start);
+        }
+    }
+    let held = best.map_or_else(|| whole.clone(), |(_, held)| held);
+    let found = likeliest_clocks(&held.beginning(MOST_INSTANTS), views)?;
+    (whole.motion, whole.instants, whole.images) = (held.motion, held.instants, held.images);
+    if has_offsets(&found) {
+        free_clocks(&mut whole);
+    }
+    for (camera, found) in whole.cameras.iter_mut().zip(&found.cameras) {
+        camera.world_from_camera = found.world_from_camera;
+        camera.clock_offset_s = found.clock_offset_s;
+        camera.stamp_sigma_s = found.stamp_sigma_s;
+    }
+    whole.anchor_anew();
     solved(whole, views)
+}
+
+fn has_offsets(model: &Adjustment) -> bool {
+    let mut cameras = model.cameras.iter();
+    cameras.any(|camera| camera.clock == Freedom::Free)
+}
+
+/// A model solved, and the logarithm of the evidence for it. The kernel is so wide that hardly any image is an outlier: outliers free
+/// what they would determine, which counts as evidence. Instants are put to the times of their images by the clocks that are found,
+/// since beyond them the motion is taken to be uniform.
+fn weighed(mut model: Adjustment, views: &[ImageView]) -> Result<(f64, Adjustment), RigError> {
+    let widely = BundleOptions {
+        kernel: Kernel::Cauchy { width: 50.0 },
+        ..options()
+    };
+    let mut evidence = f64::NEG_INFINITY;
+    for _ in 0..if has_offsets(&model) { 2 } else { 1 } {
+        let solution = solve(model.bundle(views), &widely)?;
+        model.take(&solution.bundle);
+        model.anchor_anew();
+        evidence = solution.log_evidence.unwrap_or(evidence);
+    }
+    Ok((evidence, model))
+}
+
+/// The model of the clocks for which there is most evidence, of a start with offsets.
+fn likeliest_clocks(start: &Adjustment, views: &[ImageView]) -> Result<Adjustment, RigError> {
+    let mut agreeing = start.clone();
+    for camera in &mut agreeing.cameras {
+        (camera.clock, camera.clock_offset_s) = (Freedom::Fixed, 0.0);
+    }
+    agreeing.anchor_anew();
+    let mut best: Option<(f64, Adjustment)> = None;
+    for start in [agreeing, start.clone()] {
+        let margin = if has_offsets(&start) {
+            VERY_STRONG
+        } else {
+            0.0
+        };
+        let mut last = start;
+        for sigma_s in STAMP_SIGMAS_S {
+            for camera in &mut last.cameras {
+                camera.stamp_sigma_s = sigma_s;
+            }
+            let (evidence, found) = weighed(last, views)?;
+            last = found;
+            let evidence = evidence - margin;
+            if best.as_ref().is_none_or(|(most, _)| evidence > *most) {
+                best = Some((evidence, last.clone()));
+            }
+        }
+    }
+    let Some((mut evidence, mut model)) = best else {
+        return Ok(start.clone());
+    };
+    let n = model.cameras.len();
+    for at in (0..n).filter(|_| n <= MOST_TOLD_APART) {
+        let own_s = model.cameras[at].stamp_sigma_s;
+        let own = STAMP_SIGMAS_S.iter().position(|sigma_s| *sigma_s == own_s);
+        let own = own.unwrap_or(0);
+        for next in [own.checked_sub(1), Some(own + 1)] {
+            let Some(sigma_s) = next.and_then(|next| STAMP_SIGMAS_S.get(next)) else {
+                continue;
+            };
+            let mut other = model.clone();
+            other.cameras[at].stamp_sigma_s = *sigma_s;
+            let other = weighed(other, views)?;
+            if other.0 > evidence {
+                (evidence, model) = other;
+            }
+        }
+    }
+    Ok(model)
+}
+
+/// The same with lenses and tags as they are.
+fn held(mut whole: Adjustment) -> Adjustment {
+    for camera in &mut whole.cameras {
+        camera.free_lens = FreeLens::FIXED;
+    }
+    for tag in &mut whole.tags {
+        (tag.pose, tag.size) = (Freedom::Fixed, Freedom::Fixed);
+    }
+    whole
+}
+
+/// Corner noise of each camera where every image has its own pose of the object, so that no model of time is in it.
+fn noise_of_single_images(whole: &Adjustment, views: &[ImageView]) -> Result<Vec<f64>, RigError> {
+    let mut alone = held(whole.clone());
+    for camera in &mut alone.cameras {
+        camera.pose = Freedom::Fixed;
+    }
+    let solution = solve(alone.bundle(views), &options())?;
+    alone.measure_noise(&solution.bundle, 6.0 * alone.instants.len() as f64);
+    Ok(alone.noise)
 }
 
 /// Solves with free clocks.
@@ -80,20 +223,22 @@ pub(super) fn solved(
     Ok((adjusted, clocks))
 }
 
+/// The clock of the reference is that of the world.
 fn free_clocks(whole: &mut Adjustment) {
     whole.motion = Some(CARRIED);
-    for camera in &mut whole.cameras {
-        camera.clock = camera.pose; // the reference clock is that of the world
+    for at in 0..whole.cameras.len() {
+        if whole.cameras[at].pose == Freedom::Free {
+            whole
+                .priors
+                .free_clock(&mut whole.cameras, at, OFFSET_SIGMA_S);
+        }
     }
 }
 
 /// Clocks estimated from a part of the images.
 fn asked_clocks(whole: &Adjustment, views: &[ImageView]) -> Result<Clocks, RigError> {
-    let mut part = whole.clone();
+    let mut part = whole.beginning(MOST_INSTANTS);
     free_clocks(&mut part);
-    let most = part.instants.len().min(MOST_INSTANTS);
-    part.images.retain(|image| image.instant < most);
-    part.instants.truncate(most);
     give_twists(&mut part.instants);
     Ok(clocks(&solve(part.bundle(views), &options())?))
 }

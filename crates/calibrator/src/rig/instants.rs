@@ -39,6 +39,7 @@ pub(super) fn floor(
             camera: sightings.views[view].camera,
             instant: instants.len(),
             seconds_after_instant: 0.0,
+            stamp_error_s: 0.0,
             tags: vec![seen],
         }));
         let seconds = FLOOR_SECONDS * (1.0 + (sightings.placed.len() - tag) as f64);
@@ -102,6 +103,7 @@ pub(super) fn carried(
             camera: views[at].camera,
             instant: instants.len(),
             seconds_after_instant: seconds(at) - seconds(group[0]),
+            stamp_error_s: 0.0,
             tags: fitting(at),
         }));
         instants.push(Instant::at(seconds(group[0]), pose));

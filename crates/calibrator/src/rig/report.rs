@@ -26,7 +26,7 @@ pub struct CalibratedCamera {
     /// Number of excluded outlier tags.
     pub left_out: usize,
     /// One standard deviation of its position relative to the reference camera (root of the mean of the three axes),
-    /// millimetres; 0 for the reference itself.
+    /// millimetres, the common scale apart; 0 for the reference itself.
     pub sigma_mm: f64,
     /// Standard deviation of its attitude (root mean square of the axes), degrees.
     pub sigma_deg: f64,
@@ -176,11 +176,8 @@ impl RigSession {
             .inverse()
             .to_rotation_matrix()
             .matrix();
-        let covariance = adjusted
-            .solution
-            .covariance
-            .camera(at)
-            .unwrap_or_else(Matrix6::zeros);
+        let covariance = adjusted.solution.covariance.at_known_scale().camera(at);
+        let covariance = covariance.unwrap_or_else(Matrix6::zeros);
         let axes = |first: usize| {
             let block = turn * covariance.fixed_view::<3, 3>(first, first) * turn.transpose();
             [0, 1, 2].map(|axis| block[(axis, axis)].max(0.0).sqrt())

@@ -206,6 +206,29 @@ fn cameras_that_run_free_with_clocks_that_are_off_are_found() {
 }
 
 #[test]
+fn stamps_that_jitter_invent_no_clock_offsets() {
+    let truth = rig();
+    let mut noise = Noise::seeded(8);
+    let mut images = Vec::new();
+    for at in 0..200 {
+        for (index, camera) in truth.cameras().iter().enumerate() {
+            let seconds = f64::from(at) / 15.0 + 0.0071 * index as f64;
+            let late = 0.012 * noise.normal();
+            let seen = (&board(), &carried(seconds));
+            images.push(image(camera, seen, seconds + late + 1.0, SHARP, &mut noise));
+        }
+    }
+    let found = plainly(&truth, &images).unwrap();
+    assert!(!found.report.synchronised);
+    for camera in &found.report.cameras {
+        let off_ms = camera.clock_offset_ms.unwrap_or(0.0);
+        assert!(off_ms.abs() < 8.0, "{camera:?}");
+    }
+    let (mm, deg) = errors(&found.rig, &truth);
+    assert!(mm < 6.0 && deg < 0.4, "{mm} {deg}");
+}
+
+#[test]
 fn a_clock_that_is_off_by_50_ms_is_found_and_allowed_for() {
     let truth = rig();
     let mut images = walk(&truth, &board(), (100, 0.1), SHARP, 6);
