@@ -13,6 +13,7 @@ use crate::clocks::offset_search::{Arrival, OffsetSearch};
 use crate::diagnosis::frozen_cameras::FrozenCameras;
 use crate::diagnosis::print_scale::PrintScale;
 use crate::diagnosis::{Action, Diagnosis, Models};
+use crate::fusion::calibration::Offered;
 use crate::fusion::intake::ImageIntake;
 use crate::self_calibration::SelfCalibration;
 use crate::site::{AssociatedImage, ObjectImage, Site};
@@ -76,8 +77,8 @@ pub struct Fusion {
     print_scales: BTreeMap<usize, PrintScale>,
     offset_search: OffsetSearch,
     self_calibration: SelfCalibration,
-    /// Capture time up to which instants were offered to self-calibration, by object index.
-    offered_ns: Vec<Option<u64>>,
+    /// By object index.
+    offered: Vec<Offered>,
     /// The latest time given, ns.
     now_ns: u64,
     /// When the clock offsets of the filters are evaluated next, ns.
@@ -125,7 +126,7 @@ impl Fusion {
             print_scales: BTreeMap::new(),
             offset_search: OffsetSearch::default(),
             self_calibration: SelfCalibration::default(),
-            offered_ns: Vec::new(),
+            offered: Vec::new(),
             now_ns: 0,
             next_offsets_ns: 0,
             emitted,
@@ -462,7 +463,7 @@ impl Fusion {
         self.begin_anew();
         self.intake.forget_times();
         self.self_calibration.forget_times();
-        self.offered_ns.clear();
+        self.offered.clear();
         self.next_offsets_ns = 0;
         self.emitted.fill(Emitted::default());
     }

@@ -166,6 +166,17 @@ impl SelfCalibration {
         self.keyframes.newest(object)
     }
 
+    /// From now on `by_s` seconds more are subtracted from the timestamps of a camera.
+    pub fn shift_clock(&mut self, camera_index: usize, by_s: f64) {
+        self.adjustment.shift_clock(camera_index, by_s);
+        let own = self.keyframes.iter_mut().chain(self.held_back.iter_mut());
+        let views = own.flat_map(|keyframe| &mut keyframe.views);
+        for one in views.filter(|one| one.camera_index == camera_index) {
+            one.after_s -= by_s;
+            one.clock_s -= by_s;
+        }
+    }
+
     /// The trackers have taken the corrections over.
     pub fn mark_applied(&mut self) {
         for keyframe in self.keyframes.iter_mut() {

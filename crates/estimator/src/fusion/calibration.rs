@@ -3,11 +3,22 @@
 use std::collections::BTreeMap;
 
 use crate::fusion::Fusion;
+use crate::self_calibration::Keyframe;
 use crate::self_calibration::keyframe_builder::{KeyframeBuilder, TOGETHER_NS};
 use crate::site::ObjectImage;
 use crate::time::nanoseconds;
 use crate::tracker::timeline::Timeline;
+use crate::tracker::track::Track;
 use sextant_site_report::ObjectEstimate;
+
+/// Up to when what an object shows has been offered to self-calibration.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Offered {
+    /// Capture time of the last instant, ns.
+    instant_ns: Option<u64>,
+    /// End of the last stretch of time, ns; 0 before the first.
+    stretch_ns: u64,
+}
 
 impl Fusion {
     /// Offers the newest instant of an object that has only just appeared, so that even its first poses are corrected.
@@ -27,13 +38,15 @@ impl Fusion {
         if self.site.is_exact() {
             return;
         }
-        self.offered_ns.resize(self.timelines.len(), None);
+        self.offered
+            .resize(self.timelines.len(), Offered::default());
         let is_suspect =
             self.diagnosis.is_alert(&self.options) && !self.self_calibration.is_young();
         for object in 0..self.timelines.len() {
             let before_ns = self.offered_before(object, before_ns);
             if is_suspect {
-                self.offered_ns[object] = self.offered_ns[object].max(before_ns.checked_sub(1));
+                let offered_ns = &mut self.offered[object].instant_ns;
+                *offered_ns = (*offered_ns).max(before_ns.checked_sub(1));
             } else {
                 self.offer_instants(object, before_ns);
             }
@@ -81,21 +94,14 @@ impl Fusion {
             self.timelines[object].catch_up(last_ns, &self.site, &self.options);
         }
         let timeline = &self.timelines[object];
-        let mut offered_ns = self.offered_ns[object];
-        for (track, images) in timeline.between(offered_ns, before_ns) {
+        let mut offered = self.offered[object];
+        for (track, images) in timeline.between(offered.instant_ns, before_ns) {
             // The newest instant may have further images yet.
             if track.time_ns.saturating_add(1) < before_ns {
-                offered_ns = Some(track.time_ns);
+                offered.instant_ns = Some(track.time_ns);
             }
-            let images = with_newest_of_others(timeline, track.time_ns, images);
-            let builder = KeyframeBuilder {
-                object,
-                track,
-                images: &images,
-                site: &self.site,
-                options: &self.options,
-            };
-            for keyframe in builder.for_calibration() {
+            let keyframes = self.keyframes_of(object, track, images, &mut offered);
+            for keyframe in keyframes {
                 if is_new {
                     self.self_calibration.offer(keyframe, &self.site);
                 } else {
@@ -103,13 +109,42 @@ impl Fusion {
                 }
             }
         }
-        self.offered_ns[object] = offered_ns;
+        self.offered[object] = offered;
+    }
+
+    /// What is offered of an instant.
+    fn keyframes_of(
+        &self,
+        object: usize,
+        track: &Track,
+        images: Vec<&ObjectImage>,
+        offered: &mut Offered,
+    ) -> Vec<Keyframe> {
+        let timeline = &self.timelines[object];
+        let builder = |track, images| KeyframeBuilder {
+            object,
+            track,
+            images,
+            site: &self.site,
+            options: &self.options,
+        };
+        if let [image] = images[..]
+            && let Some((track, stretch)) = stretch(timeline, image)
+        {
+            if image.capture_ns < offered.stretch_ns.saturating_add(STRETCH_NS) {
+                return Vec::new();
+            }
+            offered.stretch_ns = image.capture_ns;
+            return builder(track, &stretch[..]).of_stretch();
+        }
+        let images = with_newest_of_others(timeline, track.time_ns, images);
+        builder(track, &images[..]).for_calibration()
     }
 
     /// The files have changed.
     pub(crate) fn forget_calibration(&mut self) {
         self.self_calibration.reset();
-        self.offered_ns.clear();
+        self.offered.clear();
     }
 
     /// With the uncertainty of the object's own frame and of the common scale.
@@ -119,6 +154,36 @@ impl Fusion {
         }
         estimate
     }
+}
+
+/// Length of a stretch of time whose images make a keyframe, ns: more than a period of most cameras.
+const STRETCH_NS: u64 = 110_000_000;
+/// Most images of each camera in it.
+const MOST_IMAGES: usize = 3;
+
+/// The last stretch of time until an image, which no other camera took at once: the track in its middle, and the images camera by camera.
+/// `None` where others did, or where no other camera shows the object.
+fn stretch<'a>(
+    timeline: &'a Timeline,
+    last: &'a ObjectImage,
+) -> Option<(&'a Track, Vec<&'a ObjectImage>)> {
+    let earliest_ns = last.capture_ns.checked_sub(STRETCH_NS)?;
+    let instants: Vec<_> = timeline
+        .between(Some(earliest_ns), last.capture_ns.saturating_add(1))
+        .collect();
+    let (middle, _) = instants.get(instants.len() / 2)?;
+    if instants.iter().any(|(_, images)| images.len() > 1) {
+        return None;
+    }
+    let mut of_cameras: BTreeMap<usize, Vec<&ObjectImage>> = BTreeMap::new();
+    for image in instants.iter().rev().flat_map(|(_, images)| images) {
+        let own = of_cameras.entry(image.camera_index).or_default();
+        if own.len() < MOST_IMAGES {
+            own.push(image);
+        }
+    }
+    let is_joint = of_cameras.len() > 1;
+    is_joint.then(|| (*middle, of_cameras.into_values().flatten().collect()))
 }
 
 /// The images of an instant, and of other cameras those taken last before it.

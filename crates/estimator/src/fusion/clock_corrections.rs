@@ -10,10 +10,12 @@ use crate::tracker::timeline::Timeline;
 use sextant_site_model::{CameraId, ImageObservation};
 use sextant_site_report::ClockOffset;
 
-/// Offset estimated by a filter from which on it is subtracted from the timestamps instead, s: the filter assumes uniform motion within it.
-const FAR_S: f64 = 0.03;
-/// Standard deviation that such an offset needs, s, and offset beyond which a filter may have been led astray, s.
-const KNOWN_S: f64 = 0.001;
+/// Offset estimated by a filter from which on it is subtracted from the timestamps instead, s, so that poses have the time of the
+/// reference clock, and since the filter assumes uniform motion within it.
+const FAR_S: f64 = 0.004;
+/// Standard deviation that such an offset needs, s, and how many of its own it exceeds; and offset beyond which a filter may have been led astray, s.
+const KNOWN_S: f64 = 0.003;
+const SIGNIFICANT: f64 = 4.0;
 const ASTRAY_S: f64 = 0.06;
 /// Change of this host's offset to the cameras' clocks from which on earlier times can't be compared with later ones, ns.
 const MOST_HOST_CHANGE_NS: u64 = 500_000_000;
@@ -135,13 +137,14 @@ impl Fusion {
             if off_s > ASTRAY_S {
                 self.offset_search.search(now_ns, [index].into_iter());
             } else if off_s > FAR_S
-                && found.sigma_s < KNOWN_S
+                && found.sigma_s < KNOWN_S.min(off_s / SIGNIFICANT)
                 && steady.contains(&index)
                 && !is_spoilt
             {
                 self.offset_search.add(index, found);
                 self.diagnosis.forget_images();
                 self.self_calibration.discard_quarantine();
+                self.self_calibration.shift_clock(index, found.offset_s);
                 self.catch_up();
                 for timeline in &mut self.timelines {
                     timeline.shift_clock(index, found.offset_s);

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use nalgebra::{DMatrix, DVector, Matrix6, SMatrix, SVector, Vector3, Vector6};
-use sextant_geometry::{Pose, se3};
+use nalgebra::{DMatrix, DVector, SVector, Vector3};
+use sextant_geometry::Pose;
 
 use crate::measurement::biases::by_tag;
 use crate::measurement::corners::{CalibratedCamera, UNSEEN, WeightedView};
@@ -15,12 +15,13 @@ use crate::self_calibration::arrow::Arrow;
 use crate::self_calibration::design_effect::DesignEffect;
 use crate::self_calibration::evidence::NOTHING;
 use crate::self_calibration::gauge::Gauge;
-use crate::self_calibration::keyframes::{Keyframe, KeyframeView, Keyframes};
+use crate::self_calibration::keyframes::{Keyframe, KeyframeView, Keyframes, Path};
 use crate::self_calibration::normal_equations::{
-    Eliminated, Equations, OF_VIEW, Solution, Weighting, camera_map, independence, normal, tag_map,
+    Eliminated, Equations, OF_VIEW, OwnCoupling, Solution, Weighting, camera_map, independence,
+    normal, tag_map,
 };
 use crate::self_calibration::parameters::{
-    CLASSES, Class, LENS, OF_CAMERA, OF_TAG, ParameterLayout, SIZE, Source,
+    CLASSES, CLOCK, Class, LENS, OF_CAMERA, OF_TAG, ParameterLayout, SIZE, Source,
 };
 use crate::self_calibration::variance_components::Scales;
 use crate::site::Site;
@@ -41,6 +42,9 @@ const COORDINATES: f64 = 8.0;
 const MEDIAN: f64 = 7.34;
 /// Information that keeps the pose of a keyframe definite, 1/m^2 and 1/rad^2.
 const LEAST_INFORMATION: f64 = 1e-6;
+
+/// Standard deviation of the acceleration of an object, m/s² and rad/s².
+const ACCELERATION: [f64; 2] = [10.0, 50.0];
 
 /// Steps by which a keyframe's pose is brought to its views, and tags of which it may begin.
 const ALIGNING_STEPS: usize = 6;
@@ -119,7 +123,7 @@ impl Adjustment {
             }
             errors += &step;
             for (keyframe, own) in keyframes.iter_mut().zip(&solution.equations.eliminated) {
-                keyframe.pose = se3::perturb(&keyframe.pose, &own.step(&step));
+                keyframe.advance(own.step(&step).as_slice());
             }
             self.scales = self.scales.updated(&layout, &errors, &solution.variances);
             last = Some(solution);
@@ -147,18 +151,19 @@ impl Adjustment {
     /// single tags that is nearest to.
     pub fn align(&self, keyframe: &mut Keyframe, site: &Site) {
         let cameras = cameras_in_force(keyframe, site);
-        let mut best: Option<(f64, Pose)> = None;
+        self.set_clocks(keyframe);
+        let mut best: Option<(f64, Pose, Option<Path>)> = None;
         for start in starts(keyframe, &cameras) {
             let mut trial = keyframe.clone();
             trial.pose = start;
             self.minimise(&mut trial, &cameras);
             let cost = self.cost(&trial, &cameras);
-            if best.is_none_or(|(least, _)| cost < least) {
-                best = Some((cost, trial.pose));
+            if best.is_none_or(|(least, ..)| cost < least) {
+                best = Some((cost, trial.pose, trial.path));
             }
         }
-        if let Some((_, pose)) = best {
-            keyframe.pose = pose;
+        if let Some((_, pose, path)) = best {
+            (keyframe.pose, keyframe.path) = (pose, path);
         }
     }
 
@@ -181,7 +186,7 @@ impl Adjustment {
         let equations = self.equations(keyframes, &cameras, &layout, weighting);
         let explained = equations.eliminated.iter().map(Eliminated::explained);
         let square = equations.left - explained.sum::<f64>();
-        let freedom = COORDINATES * keyframe.views.len() as f64 - 6.0;
+        let freedom = COORDINATES * keyframe.views.len() as f64 - keyframe.n_unknowns() as f64;
         let arm = |(camera, one): (&usize, &CalibratedCamera)| {
             (*camera, keyframe.pose.translation.vector - one.centre)
         };
@@ -207,6 +212,7 @@ impl Adjustment {
         mut keyframe: Keyframe,
         cameras: &BTreeMap<usize, CalibratedCamera>,
     ) -> Vec<Option<f64>> {
+        self.set_clocks(&mut keyframe);
         self.minimise(&mut keyframe, cameras);
         let square = |one: &KeyframeView| {
             let (weighted, moving) = self.weighted(&keyframe, one, cameras)?;
@@ -221,25 +227,25 @@ impl Adjustment {
             let Some(step) = self.alignment_step(keyframe, cameras) else {
                 break;
             };
-            keyframe.pose = se3::perturb(&keyframe.pose, &step);
+            keyframe.advance(step.as_slice());
         }
     }
 
-    /// Gauss-Newton step of the pose alone.
+    /// Gauss-Newton step of the keyframe's own unknowns.
     fn alignment_step(
         &self,
         keyframe: &Keyframe,
         cameras: &BTreeMap<usize, CalibratedCamera>,
-    ) -> Option<Vector6<f64>> {
-        let mut information = Matrix6::identity() * LEAST_INFORMATION;
-        let mut gradient = Vector6::zeros();
+    ) -> Option<DVector<f64>> {
+        let (mut information, mut gradient) = own_priors(keyframe);
         for one in &keyframe.views {
             let Some(rows) = self.rows(keyframe, one, cameras) else {
                 continue;
             };
             let (matrix, pull, _) = normal(&rows, one, Weighting::PLAIN);
-            information += matrix.fixed_view::<6, 6>(0, 0);
-            gradient += pull.fixed_rows::<6>(0);
+            let lever = one.lever(keyframe);
+            information += lever.tr_mul(&(matrix.fixed_view::<6, 6>(0, 0) * &lever));
+            gradient += lever.tr_mul(&pull.fixed_rows::<6>(0));
         }
         let step = -information.cholesky()?.solve(&gradient);
         step.iter().all(|x| x.is_finite()).then_some(step)
@@ -289,6 +295,22 @@ impl Adjustment {
         cameras.collect()
     }
 
+    /// Sets the clocks of a keyframe's views to what is known of them.
+    fn set_clocks(&self, keyframe: &mut Keyframe) {
+        for one in &mut keyframe.views {
+            let errors = self.errors.get(&Source::Camera(one.camera_index));
+            one.clock_s = errors.map_or(0.0, |errors| errors[CLOCK]);
+        }
+    }
+
+    /// From now on `by_s` seconds more are subtracted from the timestamps of a camera.
+    pub fn shift_clock(&mut self, camera_index: usize, by_s: f64) {
+        if let Some(errors) = self.errors.get_mut(&Source::Camera(camera_index)) {
+            errors[CLOCK] -= by_s;
+        }
+    }
+
+    /// Sets places of tags and clocks by the errors of the site.
     fn place_tags(
         &self,
         keyframes: &mut Keyframes,
@@ -300,6 +322,9 @@ impl Adjustment {
             .iter_mut()
             .flat_map(|keyframe| &mut keyframe.views)
         {
+            if let Some(first) = layout.cameras.get(&one.camera_index) {
+                one.clock_s = errors[first + CLOCK];
+            }
             let Some((_, first)) = layout.tags.get(&one.view.tag) else {
                 continue;
             };
@@ -352,7 +377,7 @@ impl Adjustment {
         one: &'a KeyframeView,
         cameras: &'a BTreeMap<usize, CalibratedCamera>,
     ) -> Option<(WeightedView<'a>, LinkMotion)> {
-        let pose = one.pose(&keyframe.pose);
+        let pose = one.pose(keyframe);
         let camera = cameras.get(&one.camera_index)?;
         let factor = self.factor(one);
         let weighted = WeightedView::new(
@@ -373,15 +398,15 @@ impl Adjustment {
     fn learn_noise(&mut self, keyframes: &Keyframes, cameras: &BTreeMap<usize, CalibratedCamera>) {
         let mut sums: BTreeMap<usize, (f64, f64)> = BTreeMap::new();
         for keyframe in keyframes.iter() {
-            for views in keyframe
-                .views
-                .chunk_by(|a, b| a.camera_index == b.camera_index)
-            {
+            for views in keyframe.images() {
                 let camera = views[0].camera_index;
                 let mut alone = Keyframe {
+                    pose: views[0].pose(keyframe),
+                    path: None,
                     views: views.to_vec(),
                     ..keyframe.clone()
                 };
+                alone.views.iter_mut().for_each(|one| one.motion = None);
                 self.minimise(&mut alone, cameras);
                 let faith = FAITH[usize::from(views[0].view.noise_source == NoiseSource::Nobody)];
                 let (sum, freedom) = sums.entry(camera).or_insert((faith, faith));
@@ -415,35 +440,34 @@ impl Adjustment {
             left: 0.0,
         };
         for keyframe in keyframes {
-            let mut own = Matrix6::identity() * LEAST_INFORMATION;
-            let mut gradient = Vector6::zeros();
-            let mut couplings: BTreeMap<usize, SMatrix<f64, 6, OF_CAMERA>> = BTreeMap::new();
+            let (mut own, mut gradient) = own_priors(keyframe);
+            let n_own = keyframe.n_unknowns();
+            let mut couplings: BTreeMap<usize, OwnCoupling> = BTreeMap::new();
             for one in &keyframe.views {
                 let rows = self.rows(keyframe, one, cameras);
                 let (Some(rows), Some(camera)) = (rows, cameras.get(&one.camera_index)) else {
                     continue;
                 };
                 let (matrix, pull, square) = normal(&rows, one, weighting);
-                own += matrix.fixed_view::<6, 6>(0, 0);
-                gradient += pull.fixed_rows::<6>(0);
+                let lever = one.lever(keyframe);
+                own += lever.tr_mul(&(matrix.fixed_view::<6, 6>(0, 0) * &lever));
+                gradient += lever.tr_mul(&pull.fixed_rows::<6>(0));
                 equations.left += square;
-                let of_camera = camera_map(
-                    &(keyframe.pose.translation.vector - camera.centre),
-                    &one.twist,
-                );
-                let of_tag = tag_map(&by_tag(
-                    &one.pose(&keyframe.pose),
-                    &one.view.object_from_tag,
-                ));
+                let pose = one.pose(keyframe);
+                let arm = pose.translation.vector - camera.centre;
+                let of_camera = camera_map(&arm, &one.twist(keyframe));
+                let of_tag = tag_map(&by_tag(&pose, &one.view.object_from_tag));
                 let at_camera = layout.cameras[&one.camera_index];
                 let at_tag = layout.tags[&one.view.tag].1;
                 equations.add(at_camera, at_tag, (&matrix, &pull), (&of_camera, &of_tag));
-                let with_camera = matrix.fixed_rows::<6>(0) * of_camera;
-                *couplings.entry(at_camera).or_insert_with(SMatrix::zeros) += with_camera;
-                let with_tag = matrix.fixed_rows::<6>(0) * of_tag;
+                let with_camera = lever.tr_mul(&(matrix.fixed_rows::<6>(0) * of_camera));
+                *couplings
+                    .entry(at_camera)
+                    .or_insert_with(|| OwnCoupling::zeros(n_own)) += with_camera;
+                let with_tag = lever.tr_mul(&(matrix.fixed_rows::<6>(0) * of_tag));
                 let mut coupling = couplings
                     .entry(at_tag)
-                    .or_insert_with(SMatrix::zeros)
+                    .or_insert_with(|| OwnCoupling::zeros(n_own))
                     .fixed_columns_mut::<OF_TAG>(0);
                 coupling += with_tag;
             }
@@ -510,6 +534,21 @@ impl Adjustment {
         }
         Some(corrections)
     }
+}
+
+/// Information and gradient of a keyframe's own unknowns before its views.
+fn own_priors(keyframe: &Keyframe) -> (DMatrix<f64>, DVector<f64>) {
+    let n = keyframe.n_unknowns();
+    let mut information = DMatrix::identity(n, n) * LEAST_INFORMATION;
+    let mut gradient = DVector::zeros(n);
+    if let Some(path) = &keyframe.path {
+        for axis in 0..6 {
+            let precision = ACCELERATION[axis / 3].powi(-2);
+            information[(12 + axis, 12 + axis)] = precision;
+            gradient[12 + axis] = precision * path.acceleration[axis];
+        }
+    }
+    (information, gradient)
 }
 
 /// Nothing is wrong with the files, as far as images show it: not the lens of a camera that no other one checks.

@@ -81,6 +81,11 @@ impl HeldBackKeyframes {
         None
     }
 
+    /// The keyframes, oldest first.
+    pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut Keyframe> {
+        self.keyframes.iter_mut()
+    }
+
     /// What the keyframes say of corrections; `None` unless they are explained clearly better.
     pub fn judge(
         &self,

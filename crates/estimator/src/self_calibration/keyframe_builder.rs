@@ -7,7 +7,7 @@ use nalgebra::{Matrix6, Vector6};
 use crate::FusionOptions;
 use crate::measurement::corners::TagView;
 use crate::measurement::view_equations::NoiseSource;
-use crate::self_calibration::keyframes::{Keyframe, KeyframeView, RelativeMotion};
+use crate::self_calibration::keyframes::{Keyframe, KeyframeView, Path, RelativeMotion};
 use crate::site::{ObjectImage, Site};
 use crate::time::seconds;
 use crate::tracker::track::{MotionEstimate, Track};
@@ -16,6 +16,8 @@ use sextant_site_model::TagId;
 /// Longest time between images that make one keyframe, ns: less than a period of most cameras.
 pub(crate) const TOGETHER_NS: u64 = 25_000_000;
 
+/// Standard deviation of the change of acceleration within a stretch of time, m/s³ and rad/s³: of what is carried by hand.
+const JERK: [f64; 2] = [20.0, 100.0];
 /// The images of an object at an instant, the newest ones of other cameras among them, and the track that follows it.
 pub(crate) struct KeyframeBuilder<'a> {
     pub object: usize,
@@ -55,12 +57,8 @@ impl KeyframeBuilder<'_> {
     pub fn for_diagnosis(&self, is_usable: impl Fn(usize, TagId) -> bool) -> Vec<Keyframe> {
         let motion = |estimate: &MotionEstimate<'_>, image: &ObjectImage, view: &TagView| {
             let first = self.images[0];
-            let offset_s = |one: &ObjectImage| {
-                let offset = estimate.clock_offset(one.camera_index);
-                offset.map_or(0.0, |offset| offset.offset_s)
-            };
             let dt = seconds(first.capture_ns, image.capture_ns);
-            let dt = dt + offset_s(first) - offset_s(image);
+            let dt = dt + self.clock_s(estimate, first) - self.clock_s(estimate, image);
             if dt == 0.0 {
                 return Some(None);
             }
@@ -68,6 +66,44 @@ impl KeyframeBuilder<'_> {
             Some(Some(RelativeMotion { step, covariance }))
         };
         self.keyframes(motion, is_usable)
+    }
+
+    /// For self-calibration where no two cameras expose at once: the images of a stretch of time, whose first instant is that of the track.
+    /// The motion within it is sought with the pose.
+    pub fn of_stretch(&self) -> Vec<Keyframe> {
+        let motion = |estimate: &MotionEstimate<'_>, image: &ObjectImage, _: &TagView| {
+            let after_s = self.after_s(image) - self.clock_s(estimate, image);
+            let jerk = (after_s.powi(3) / 6.0).powi(2);
+            let left = Vector6::from_fn(|axis, _| jerk * JERK[axis / 3].powi(2));
+            Some(Some(RelativeMotion {
+                step: Vector6::zeros(),
+                covariance: Matrix6::from_diagonal(&left),
+            }))
+        };
+        let mut keyframes = self.keyframes(motion, |_, _| true);
+        for keyframe in &mut keyframes {
+            let twist = keyframe.views[0].twist;
+            keyframe.path = Some(Path {
+                twist,
+                acceleration: Vector6::zeros(),
+            });
+            for one in &mut keyframe.views {
+                one.noise_factor = 1.0;
+            }
+        }
+        keyframes.retain(|keyframe| keyframe.cameras().len() > 1);
+        keyframes
+    }
+
+    /// From the track's time until an image, s.
+    fn after_s(&self, image: &ObjectImage) -> f64 {
+        seconds(self.track.time_ns, image.capture_ns)
+    }
+
+    /// How far the clock of an image is ahead, s, as it is estimated.
+    fn clock_s(&self, estimate: &MotionEstimate<'_>, image: &ObjectImage) -> f64 {
+        let offset = estimate.clock_offset(image.camera_index);
+        offset.map_or(0.0, |offset| offset.offset_s)
     }
 
     fn keyframes(
@@ -97,6 +133,7 @@ impl KeyframeBuilder<'_> {
                     time_ns: self.track.time_ns,
                     pose,
                     before: pose,
+                    path: None,
                     views: Vec::new(),
                 }
             });
@@ -109,6 +146,8 @@ impl KeyframeBuilder<'_> {
                     .clock_offset(image.camera_index)
                     .map_or(0.0, |_| image.clock.sigma_s(self.options)),
                 twist: estimate.twist(view),
+                after_s: self.after_s(image),
+                clock_s: 0.0,
                 motion,
             });
         }

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use nalgebra::{Matrix6, Vector6};
-use sextant_geometry::{Pose, se3};
+use nalgebra::{Const, Dyn, Matrix6, OMatrix, SMatrix, Vector6};
+use sextant_geometry::{Pose, se3, so3};
 
 use crate::measurement::corners::TagView;
 use sextant_site_model::TagId;
@@ -17,7 +17,8 @@ const NEAR: (f64, f64) = (0.03, 0.12);
 /// The first keyframes of an object are taken whatever they show: they tell how exact the site's files are.
 pub(crate) const FIRST: usize = 4;
 
-/// One rigid body, an object or a link of it, at one instant in all images of it.
+/// One rigid body, an object or a link of it, at one instant in all images of it, or over a stretch of time so short that its motion has a
+/// uniform acceleration.
 #[derive(Debug, Clone)]
 pub(crate) struct Keyframe {
     /// Index of the object, and of its link; 0 where it is rigid.
@@ -29,8 +30,22 @@ pub(crate) struct Keyframe {
     pub pose: Pose,
     /// As it was before the last adjustment.
     pub before: Pose,
+    /// How it moves; `None` where all images are of one instant.
+    pub path: Option<Path>,
     pub views: Vec<KeyframeView>,
 }
+
+/// Motion of a body about an instant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Path {
+    /// Velocity and angular velocity at the instant, m/s and rad/s in world axes.
+    pub twist: Vector6<f64>,
+    /// Their rates of change, m/s² and rad/s².
+    pub acceleration: Vector6<f64>,
+}
+
+/// How a step of a keyframe's unknowns, its pose and its path, moves the body in a view.
+pub(crate) type Lever = OMatrix<f64, Const<6>, Dyn>;
 
 /// One tag in one image.
 #[derive(Debug, Clone)]
@@ -46,7 +61,11 @@ pub(crate) struct KeyframeView {
     pub clock_sigma_s: f64,
     /// Twist of the body, m/s and rad/s in world axes.
     pub twist: Vector6<f64>,
-    /// Motion of the body from the keyframe's time until the image; `None` where both are taken at once.
+    /// From the keyframe's time until the image, s, by the corrected timestamps, and by how much the camera's clock is ahead of the
+    /// reference as it is adjusted; without meaning where the keyframe has no path.
+    pub after_s: f64,
+    pub clock_s: f64,
+    /// Motion of the body from the keyframe's time until the image, or what its path leaves of it; `None` where both are taken at once.
     pub motion: Option<RelativeMotion>,
 }
 
@@ -76,13 +95,54 @@ impl RelativeMotion {
     }
 }
 
+impl Path {
+    /// Motion from the instant until `dt` seconds later, in world axes.
+    pub fn step(&self, dt: f64) -> Vector6<f64> {
+        self.twist * dt + self.acceleration * (0.5 * dt * dt)
+    }
+}
+
 impl KeyframeView {
-    /// Where the object is in this view if it is at a pose in the keyframe.
-    pub fn pose(&self, keyframe: &Pose) -> Pose {
-        match &self.motion {
-            Some(motion) => se3::perturb(keyframe, &motion.step),
-            None => *keyframe,
+    /// Where the object is in this view.
+    pub fn pose(&self, keyframe: &Keyframe) -> Pose {
+        match (&self.motion, &keyframe.path) {
+            (Some(motion), _) if motion.step != Vector6::zeros() => {
+                se3::perturb(&keyframe.pose, &motion.step)
+            }
+            (_, Some(path)) => {
+                se3::perturb(&keyframe.pose, &path.step(self.after_s - self.clock_s))
+            }
+            _ => keyframe.pose,
         }
+    }
+
+    /// Twist of the body in this view, m/s and rad/s in world axes.
+    pub fn twist(&self, keyframe: &Keyframe) -> Vector6<f64> {
+        keyframe.path.map_or(self.twist, |path| {
+            path.twist + path.acceleration * (self.after_s - self.clock_s)
+        })
+    }
+
+    /// How a step of the keyframe's unknowns moves the object in this view.
+    pub fn lever(&self, keyframe: &Keyframe) -> Lever {
+        let mut lever = Lever::identity(keyframe.n_unknowns());
+        let Some(path) = &keyframe.path else {
+            return lever;
+        };
+        let dt = self.after_s - self.clock_s;
+        let turn = path.step(dt).fixed_rows::<3>(3).into_owned();
+        let turned = so3::exp(&turn).to_rotation_matrix();
+        lever
+            .fixed_view_mut::<3, 3>(3, 3)
+            .copy_from(turned.matrix());
+        let mut by_path = SMatrix::<f64, 6, 6>::identity();
+        by_path
+            .fixed_view_mut::<3, 3>(3, 3)
+            .copy_from(&so3::left_jacobian(&turn));
+        lever.fixed_columns_mut::<6>(6).copy_from(&(by_path * dt));
+        let by_acceleration = by_path * (0.5 * dt * dt);
+        lever.fixed_columns_mut::<6>(12).copy_from(&by_acceleration);
+        lever
     }
 }
 
@@ -90,6 +150,29 @@ impl Keyframe {
     /// Object and link.
     pub fn body(&self) -> Body {
         (self.object, self.link)
+    }
+
+    /// Number of unknowns of its own: the pose, and the path where it moves.
+    pub fn n_unknowns(&self) -> usize {
+        if self.path.is_some() { 18 } else { 6 }
+    }
+
+    /// A step of its unknowns.
+    pub fn advance(&mut self, step: &[f64]) {
+        let six = |first: usize| Vector6::from_column_slice(&step[first..first + 6]);
+        self.pose = se3::perturb(&self.pose, &six(0));
+        if let Some(path) = &mut self.path {
+            path.twist += six(6);
+            path.acceleration += six(12);
+        }
+    }
+
+    /// Its views, image by image.
+    pub fn images(&self) -> impl Iterator<Item = &[KeyframeView]> {
+        let is_same = |a: &KeyframeView, b: &KeyframeView| {
+            (a.camera_index, a.after_s) == (b.camera_index, b.after_s)
+        };
+        self.views.chunk_by(is_same)
     }
 
     /// The cameras that saw it.

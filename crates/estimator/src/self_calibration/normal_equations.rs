@@ -21,7 +21,8 @@ const LEAST_INDEPENDENCE: f64 = 0.01;
 pub(super) const OF_VIEW: usize = 9;
 type ViewMatrix = SMatrix<f64, OF_VIEW, OF_VIEW>;
 type ViewVector = SVector<f64, OF_VIEW>;
-type Coupling = OMatrix<f64, Const<6>, Dyn>;
+/// Coupling of a keyframe's own unknowns with the errors of a camera, or of a tag, whose places come first.
+pub(super) type OwnCoupling = OMatrix<f64, Dyn, Const<OF_CAMERA>>;
 
 /// What the views of all keyframes say, and the square of each.
 pub(super) struct Equations {
@@ -42,12 +43,12 @@ pub(super) struct Solution {
     pub(super) variances: DVector<f64>,
 }
 
-/// The pose of one keyframe, eliminated.
+/// The unknowns of one keyframe, eliminated: its pose first.
 pub(super) struct Eliminated {
-    inverse: Matrix6<f64>,
-    gradient: Vector6<f64>,
+    inverse: DMatrix<f64>,
+    gradient: DVector<f64>,
     columns: Vec<usize>,
-    coupling: Coupling,
+    coupling: DMatrix<f64>,
 }
 
 /// How views are weighted besides the noise of their corners.
@@ -150,26 +151,29 @@ impl Equations {
         gradient += of_tag.tr_mul(pull);
     }
 
-    /// The Schur complement of a keyframe's pose.
+    /// The Schur complement of a keyframe's own unknowns.
     pub(super) fn eliminate(
         &mut self,
-        own: Matrix6<f64>,
-        gradient: Vector6<f64>,
-        couplings: &BTreeMap<usize, SMatrix<f64, 6, OF_CAMERA>>,
+        own: DMatrix<f64>,
+        gradient: DVector<f64>,
+        couplings: &BTreeMap<usize, OwnCoupling>,
         layout: &ParameterLayout,
     ) {
-        let inverse = own.try_inverse().unwrap_or_else(Matrix6::zeros);
+        let n_own = own.nrows();
+        let inverse = own
+            .try_inverse()
+            .unwrap_or_else(|| DMatrix::zeros(n_own, n_own));
         let is_camera = |first: usize| layout.classes[first] == Class::CameraPose;
         let width = |first: usize| if is_camera(first) { OF_CAMERA } else { OF_TAG };
         let mut eliminated = Eliminated {
             inverse,
             gradient,
             columns: Vec::new(),
-            coupling: Coupling::zeros(0),
+            coupling: DMatrix::zeros(n_own, 0),
         };
         for (row, of_row) in couplings {
-            let weighted = inverse * of_row;
-            let pulled = weighted.tr_mul(&gradient);
+            let weighted = &eliminated.inverse * of_row;
+            let pulled = weighted.tr_mul(&eliminated.gradient);
             let mut rows = self.gradient.rows_mut(*row, width(*row));
             rows -= pulled.rows(0, width(*row));
             for (column, of_column) in couplings {
@@ -186,7 +190,7 @@ impl Equations {
             }
             eliminated.columns.extend(*row..*row + width(*row));
         }
-        eliminated.coupling = Coupling::zeros(eliminated.columns.len());
+        eliminated.coupling = DMatrix::zeros(n_own, eliminated.columns.len());
         let blocks = couplings.iter();
         let columns = blocks.flat_map(|(first, block)| block.column_iter().take(width(*first)));
         for (mut column, own) in eliminated.coupling.column_iter_mut().zip(columns) {
@@ -255,15 +259,15 @@ pub(super) fn independence(covariance: &Arrow, keyframes: &[Eliminated]) -> f64 
 impl Eliminated {
     /// What the pose explains of the squares of the views.
     pub(super) fn explained(&self) -> f64 {
-        self.gradient.dot(&(self.inverse * self.gradient))
+        self.gradient.dot(&(&self.inverse * &self.gradient))
     }
 
-    /// The step of the pose that goes with one of the errors.
-    pub(super) fn step(&self, errors: &DVector<f64>) -> Vector6<f64> {
+    /// The step of the keyframe's unknowns that goes with one of the errors.
+    pub(super) fn step(&self, errors: &DVector<f64>) -> DVector<f64> {
         let own = DVector::from_iterator(
             self.columns.len(),
             self.columns.iter().map(|at| errors[*at]),
         );
-        -self.inverse * (self.gradient + &self.coupling * own)
+        -&self.inverse * (&self.gradient + &self.coupling * own)
     }
 }

@@ -92,7 +92,14 @@ impl ParameterLayout {
     pub fn of_files(keyframes: &Keyframes, site: &Site) -> Self {
         let (mut cameras, mut joined) = (BTreeSet::new(), BTreeSet::<usize>::new());
         let mut tags = BTreeMap::new();
+        let mut clocks: BTreeMap<usize, f64> = BTreeMap::new();
         for keyframe in keyframes.iter() {
+            if keyframe.path.is_some() {
+                for one in &keyframe.views {
+                    let sigma_s = clocks.entry(one.camera_index).or_default();
+                    *sigma_s = sigma_s.max(one.clock_sigma_s);
+                }
+            }
             let own = keyframe.cameras();
             if own.len() > 1 {
                 joined.extend(&own);
@@ -107,6 +114,9 @@ impl ParameterLayout {
                 continue;
             };
             layout.set_pose(first, file.sigma);
+            if let Some(sigma_s) = clocks.get(&camera) {
+                layout.set(first + CLOCK, &[*sigma_s]);
+            }
             // What one camera alone sees it explains as well by the shape of the object.
             if joined.contains(&camera) {
                 let sigma = file.lens_sigma;

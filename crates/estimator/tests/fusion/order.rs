@@ -4,13 +4,12 @@ use nalgebra::Matrix2;
 use proptest::prelude::*;
 use sextant_estimator::{FusionOptions, Input};
 use sextant_geometry::Lens;
-use sextant_site_model::{ImageObservation, LensSigma, ObjectModel, PoseSigma, Prior, Rig};
+use sextant_site_model::{ImageObservation, ObjectModel, Rig};
 use sextant_site_report::ObjectEstimate;
 
 use crate::arm_scene::{self, ALL, arm};
 use crate::scene::{
     Eye, PERIOD_NS, Random, START_NS, cube, fusion, poses, rig, run_in_phase, with_cameras,
-    with_pose_priors,
 };
 
 /// What is there and what it looks like.
@@ -56,24 +55,14 @@ fn plain_arm(seed: u64) -> Show {
 }
 
 /// An arm whose joints move, before rolling shutters and lenses that bend, by clocks of which nobody says anything and one of which is
-/// off; with noise that nobody states, and stated errors of cameras, lenses and tags.
+/// off; with noise that nobody states. Of errors of the files the first images are learned from in the order in which they come.
 fn with_everything(seed: u64) -> Show {
-    const PLACED: PoseSigma = PoseSigma {
-        position_m: 0.001,
-        orientation_rad: 0.001,
-    };
-    const CAST: LensSigma = LensSigma {
-        focal_px: 0.5,
-        distortion_px: 0.2,
-    };
     let rig = with_cameras(&rig(3), |camera| {
         let intrinsics = camera.lens.intrinsics();
         camera.lens = Lens::brown_conrady(intrinsics, [-0.3, 0.1, 0.0, 0.0, 0.0]).unwrap();
-        camera.pose_prior = Prior::Sigma(PLACED);
-        camera.lens_prior = Prior::Sigma(CAST);
         camera.line_delay_s = Some(2e-5);
     });
-    let object = with_pose_priors(&arm(), PLACED);
+    let (rig, object) = (rig.exact(), arm());
     let mut random = Random(seed);
     let mut images = Vec::new();
     for number in 0..39u64 {

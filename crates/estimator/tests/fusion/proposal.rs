@@ -2,10 +2,10 @@
 
 use sextant_estimator::{Fusion, FusionOptions, Input, Proposal};
 use sextant_geometry::{Pose, se3};
-use sextant_site_model::{ObjectModel, Rig};
+use sextant_site_model::{ImageObservation, ObjectModel, Rig};
 
 use crate::imperfect::{files, glued, measured, watched};
-use crate::scene::{Random, cube, fusion, rig};
+use crate::scene::{Random, cube, feed, fusion, rig, run};
 
 /// Half a minute of images.
 const INSTANTS: u64 = 900;
@@ -73,6 +73,29 @@ fn wrong_cameras_and_tags_are_proposed_nearer_to_the_truth() {
             "nor this: {frame:?}"
         );
         assert_eq!(machine.proposal(), Some(proposal), "asking changes nothing");
+    }
+}
+
+#[test]
+fn cameras_that_nobody_triggers_are_compared_by_the_motion_between_their_images() {
+    for seed in 1..4 {
+        let (truth, object) = (rig(4), cube());
+        let random = &mut Random(seed);
+        let believed = measured(&truth, 0.003, 0.0035, random);
+        let stuck = glued(&object, 0.0005, 0.009, random);
+        let mut machine = fusion(&believed, &stuck, FusionOptions::default());
+        for mut image in run(&truth, &object, 0.1, 8.0, random) {
+            image.clock_error_ns = ImageObservation::CLOCK_ERROR_UNKNOWN;
+            feed(&mut machine, image);
+        }
+        let rig = machine
+            .proposal()
+            .and_then(|proposal| proposal.rig)
+            .unwrap();
+        let before = worst_apart(&cameras(&believed), &cameras(&truth));
+        let after = worst_apart(&cameras(&rig), &cameras(&truth));
+        assert!(after < 0.5 * before, "seed {seed}: {after} of {before}");
+        assert_eq!(machine.faults(), []);
     }
 }
 
