@@ -22,7 +22,9 @@ use sextant_test_needs::{
     CXX, DISK, DPKG_DEB, GCC_AARCH64, GCC_ARM, LINTIAN, NODE, PIP, PYTHON, QEMU_AARCH64, QEMU_ARM,
     SHARED_MEMORY, SKIPS, SYSUSERS,
 };
+use std::fs;
 use std::os::unix::process::CommandExt;
+use std::path::Path;
 use std::process::{Command, ExitCode};
 
 const AARCH64: &str = "aarch64-unknown-linux-gnu";
@@ -314,6 +316,11 @@ fn enter_environment() -> std::io::Error {
     again.envs(std::env::join_paths(path).map(|path| ("PATH", path)));
     let skips = format!("target/skips-{}", std::process::id());
     again.env(SKIPS, tools::root().join(skips));
+    // npm waits forever for a cache that it cannot write.
+    let home = std::env::var_os("HOME").map(|home| Path::new(&home).join(".npm"));
+    if home.is_none_or(|cache| fs::create_dir_all(cache).is_err()) {
+        again.env("npm_config_cache", tools::root().join("target/npm"));
+    }
     if std::env::args().any(|argument| argument == "--ci") {
         again.env("CI", "true");
     }
@@ -348,7 +355,6 @@ mod tests {
     use super::*;
     use sextant_test_needs::PACKAGED;
     use std::collections::BTreeSet;
-    use std::fs;
 
     /// `.ci/run` is `test`, `check` and `board`; what is in none of them is measured or made.
     #[test]

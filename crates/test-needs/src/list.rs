@@ -118,16 +118,16 @@ pub const OVERLAYFS: Need = ability(
 /// Images that pass between processes, of the sites that run at a time.
 pub const SHARED_MEMORY: Need = Need {
     name: "256 MiB of free shared memory",
-    check: Check::FreeMib("/dev/shm", 256),
+    check: Check::RoomMib("/dev/shm", 256),
     package: None,
     remedy: "make room in /dev/shm, or enlarge it (mount -o remount,size=1G /dev/shm; in a container: --shm-size 1g)",
 };
-/// All that is compiled, for every target, and what tests record.
+/// All that is compiled, for every target.
 pub const DISK: Need = Need {
-    name: "2 GiB of free disk space",
-    check: Check::FreeMib("target", 2 << 10),
+    name: "12 GiB of disk space for the folder target",
+    check: Check::RoomMib("target", 12 << 10),
     package: None,
-    remedy: "make room where the folder target is; a fresh build takes 20 GiB",
+    remedy: "make room, or let target be a link to where there is some",
 };
 
 /// Everything of which a Debian package is installed.

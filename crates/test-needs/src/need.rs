@@ -21,8 +21,8 @@ pub(crate) enum Check {
     OnPath,
     /// A command succeeds.
     Succeeds(&'static [&'static str]),
-    /// So many MiB are free in the file system of a folder, relative to the workspace's root.
-    FreeMib(&'static str, u64),
+    /// So many MiB are free for a folder. What is in it counts as free where its path is relative: to the workspace's root.
+    RoomMib(&'static str, u64),
 }
 
 impl Need {
@@ -37,7 +37,7 @@ impl Need {
                 command.output().is_ok_and(|output| output.status.success())
             }
             Check::Succeeds([]) => true,
-            Check::FreeMib(folder, least) => free_mib(folder).is_none_or(|free| free >= least),
+            Check::RoomMib(folder, least) => room_mib(folder).is_none_or(|room| room >= least),
         }
     }
 
@@ -88,22 +88,25 @@ pub fn locate(program: &str) -> Option<PathBuf> {
         .find(|file| file.is_file())
 }
 
-/// By `df`; `None` where that says nothing.
-fn free_mib(folder: &str) -> Option<u64> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let output = Command::new("df")
-        .arg("-Pm")
-        .arg(root.join(folder))
-        .output()
-        .ok()?;
-    let text = String::from_utf8(output.stdout).ok()?;
-    text.lines()
-        .nth(1)?
-        .split_whitespace()
-        .rev()
-        .nth(2)?
-        .parse()
-        .ok()
+/// As `df` and `du` say; `None` where the folder does not exist.
+fn room_mib(folder: &str) -> Option<u64> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../..")
+        .join(folder);
+    let first_number = |program: &str, options: &[&str]| {
+        let output = Command::new(program)
+            .args(options)
+            .arg(&path)
+            .output()
+            .ok()?;
+        let text = String::from_utf8(output.stdout).ok()?;
+        let mut words = text.split_whitespace();
+        words.find_map(|word| word.trim_end_matches('M').parse::<u64>().ok())
+    };
+    let free = first_number("df", &["--output=avail", "--block-size=M"])?;
+    let is_ours = Path::new(folder).is_relative();
+    let used = is_ours.then(|| first_number("du", &["--summarize", "--block-size=M"]));
+    Some(free + used.flatten().unwrap_or(0))
 }
 
 #[cfg(test)]
@@ -125,8 +128,8 @@ mod tests {
     }
 
     #[test]
-    fn free_space_is_read_of_folders_that_exist() {
-        assert!(free_mib("crates").is_some_and(|free| free < 1 << 40));
-        assert_eq!(free_mib("no such folder"), None);
+    fn room_is_measured_for_folders_that_exist() {
+        assert!(room_mib("crates").is_some_and(|room| (1..1 << 40).contains(&room)));
+        assert_eq!(room_mib("no such folder"), None);
     }
 }
