@@ -28,7 +28,11 @@ const PURE: &[&str] = &[
 /// Packages that test or measure all others.
 const SYSTEM: &[&str] = &["tests", "benches", "benches/examine"];
 
-/// Tests of the pure crates, which compile within minutes.
+/// Test programs that take minutes; they run after the others of their chore.
+const SLOW: &[&str] = &["tests/tests/fault_table/main.rs"];
+
+/// Tests of the pure crates, which compile within minutes. They and a few crates below them are compiled once more for the others, which turn on more
+/// features of what they share: the price of a failure that shows early.
 pub fn crates() -> Result<(), String> {
     let names = PURE.iter().map(|folder| package(folder));
     let names: Vec<String> = names.collect::<Result<_, _>>()?;
@@ -128,7 +132,12 @@ fn programs() -> Result<Vec<Program>, String> {
         return Err("the tests do not compile".to_owned());
     }
     let lines = String::from_utf8_lossy(&output.stdout);
-    Ok(lines.lines().filter_map(Program::read).collect())
+    let mut programs: Vec<Program> = lines.lines().filter_map(Program::read).collect();
+    programs.sort_by_key(|program| {
+        let source = program.relative(&program.source);
+        (SLOW.contains(&source.as_str()), source)
+    });
+    Ok(programs)
 }
 
 /// The text of a field of JSON, where it is one without a quotation mark or backslash in it.
