@@ -45,8 +45,12 @@ const CHORES: &[Chore] = &[
     },
     Chore {
         needs: &[&DISK],
-        minutes: 10,
-        ..Chore::new("crates", "tests of the pure crates", suites::crates)
+        minutes: 5,
+        ..Chore::new(
+            "crates",
+            "tests of the lowest crates, which show a failure early",
+            suites::crates,
+        )
     },
     Chore {
         needs: &[&DISK],
@@ -59,14 +63,14 @@ const CHORES: &[Chore] = &[
         minutes: 5,
         ..Chore::new(
             "nodes",
-            "tests of the nodes, of what they are made of and of the command line",
+            "tests of the nodes, of the crates that they are made of and of the command line",
             suites::nodes,
         )
     },
     Chore {
         needs: &[&DISK, &SHARED_MEMORY],
         after: Some("build"),
-        minutes: 20,
+        minutes: 10,
         ..Chore::new(
             "system",
             "tests of whole systems on this machine, and of the page in a browser",

@@ -1,4 +1,4 @@
-//! The tests of Rust code, quick ones first: pure crates, then nodes, then the whole system. The programs that cargo builds for all of the workspace are
+//! The tests of Rust code, quick ones first: the lowest crates, then all others and the nodes, then the whole system. The programs that cargo builds for all of the workspace are
 //! run one by one, so that each package is tested once, with the features that all others are built with, and one failure does not hide the next.
 
 use crate::chores::{PAGE, page_packages};
@@ -7,8 +7,8 @@ use sextant_test_needs::NODE;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
-/// Packages without sockets, threads and clocks (floors 0 to 5 of ARCHITECTURE.md) and what only the standard library is needed for, by folder.
-const PURE: &[&str] = &[
+/// Packages that compile within minutes on a fresh machine (floors 0 to 2 of ARCHITECTURE.md, and what needs the standard library alone), by folder.
+const LOWEST: &[&str] = &[
     "crates/contract",
     "crates/geometry",
     "crates/tag-families",
@@ -17,24 +17,23 @@ const PURE: &[&str] = &[
     "crates/apriltag",
     "crates/site-report",
     "crates/simulator",
-    "proto",
-    "crates/site-mirror",
-    "crates/queue",
-    "crates/calibrator",
-    "crates/estimator",
     "crates/test-needs",
     "xtask",
 ];
 /// Packages that test or measure all others.
 const SYSTEM: &[&str] = &["tests", "benches", "benches/examine"];
 
-/// Test programs that take minutes; they run after the others of their chore.
-const SLOW: &[&str] = &["tests/tests/fault_table/main.rs"];
+/// Test programs that take a minute or more; they run after the others of their chore.
+const SLOW: &[&str] = &[
+    "tests/tests/page.rs",
+    "tests/tests/play.rs",
+    "tests/tests/fault_table/main.rs",
+];
 
-/// Tests of the pure crates, which compile within minutes. They and a few crates below them are compiled once more for the others, which turn on more
-/// features of what they share: the price of a failure that shows early.
+/// Tests of the lowest crates. Some of what they depend on is compiled once more for the others, with more features: the price of a failure that shows
+/// early.
 pub fn crates() -> Result<(), String> {
-    let names = PURE.iter().map(|folder| package(folder));
+    let names = LOWEST.iter().map(|folder| package(folder));
     let names: Vec<String> = names.collect::<Result<_, _>>()?;
     let chosen = names.iter().flat_map(|name| ["--package", name]);
     let test = ["test", "--release", "--quiet", "--no-fail-fast"];
@@ -46,9 +45,9 @@ pub fn build() -> Result<(), String> {
     programs().map(drop)
 }
 
-/// Tests of the packages with sockets, threads and clocks, and of all documentation.
+/// Tests of all packages between the lowest and the whole system, and of all documentation.
 pub fn nodes() -> Result<(), String> {
-    let is_node = |folder: &str| !PURE.contains(&folder) && !SYSTEM.contains(&folder);
+    let is_node = |folder: &str| !LOWEST.contains(&folder) && !SYSTEM.contains(&folder);
     let tested = run_programs("nodes", is_node);
     let doc = ["test", "--release", "--workspace", "--doc", "--quiet"];
     tested.and(run("cargo", &doc))
@@ -178,7 +177,7 @@ mod tests {
 
     /// The lists are those of ARCHITECTURE.md.
     #[test]
-    fn pure_packages_are_those_of_the_lowest_floors() {
+    fn packages_are_listed_by_the_floors_of_the_map() {
         let map = std::fs::read_to_string(root().join("ARCHITECTURE.md")).expect("a page");
         for line in map.lines() {
             let mut cells = line.split(" | ");
@@ -189,7 +188,7 @@ mod tests {
             };
             for folder in packages.split('`').skip(1).step_by(2) {
                 let is_own = ["crates/test-needs", "xtask"].contains(&folder);
-                assert_eq!(PURE.contains(&folder), floor <= 5 || is_own, "{folder}");
+                assert_eq!(LOWEST.contains(&folder), floor <= 2 || is_own, "{folder}");
                 assert_eq!(SYSTEM.contains(&folder), floor == 9 && !is_own, "{folder}");
             }
         }
