@@ -25,6 +25,7 @@ use sextant_proto::{
 use sextant_recordings::{GreyImage, write_grey_png};
 use sextant_simulator::{Renderer, Scenario};
 use sextant_site_model::{Camera, CameraId, ObjectId, ObjectModel, ObjectTag, Rig, TagId};
+use sextant_test_needs::VIDEO;
 use sextant_zenoh_bus::{Bus, BusOptions, DropRule, Presence, Qos, Subscription};
 
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -467,6 +468,9 @@ fn a_program_is_a_camera_and_is_started_again_when_it_ends() {
 
 #[test]
 fn a_video_is_played_at_its_own_times_to_its_end() {
+    if VIDEO.is_skipped() {
+        return;
+    }
     let site = Site::new();
     let raw = site.folder.path().join("frames");
     write_raw(&site, &raw, 40);

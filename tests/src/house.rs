@@ -159,15 +159,6 @@ impl House {
         self.start_in(name, owned(wrapper), arguments);
     }
 
-    /// Whether a process has ended by itself.
-    ///
-    /// # Panics
-    /// When it was never started.
-    pub fn has_ended(&mut self, name: &str) -> bool {
-        let running = self.running.get_mut(name).expect("it was started");
-        matches!(running.child.try_wait(), Ok(Some(_)))
-    }
-
     /// Process id of a part of a camera node; none while it does not run.
     ///
     /// # Panics

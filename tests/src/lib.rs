@@ -32,7 +32,7 @@ pub use fused_site::{FusedSite, free_port};
 pub use guide::commands;
 pub use house::{CameraFeed, Cameras, House};
 pub use locked_site::{LockedSite, keys};
-pub use name_spaces::{run_in_name_spaces, succeeds_in_name_spaces};
+pub use name_spaces::run_in_name_spaces;
 pub use program::{client_example, node_camera, sextant, workspace_root};
 pub use raw_images::{RAW_FORMATS, raw_image};
 pub use scene::{Scene, changed, place, tag_of};

@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use std::ffi::{CStr, CString};
 use std::fs;
 use std::io;
+use std::os::fd::AsRawFd;
 use std::os::unix::net::UnixDatagram;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
@@ -163,12 +164,29 @@ impl Unit {
 }
 
 /// An empty `/var/lib` and `/run`, the programs under test, and a loopback interface: what the name spaces of the whole test begin with.
+/// A workspace or build that is below one of these folders stays where it is.
 ///
 /// # Panics
 /// When this process may not do so.
 pub fn prepare_machine(programs: &[Command]) {
-    for folder in [STATE, RUNTIME, PROGRAMS] {
+    let emptied = [STATE, RUNTIME, PROGRAMS];
+    let build = programs
+        .iter()
+        .filter_map(|program| Path::new(program.get_program()).parent());
+    let kept = build.map(Path::to_owned).chain([workspace_root()]);
+    let kept = kept.map(|folder| folder.canonicalize().expect("a folder"));
+    let kept = kept.filter(|folder| emptied.iter().any(|hiding| folder.starts_with(hiding)));
+    let kept: Vec<_> = kept
+        .map(|folder| (fs::File::open(&folder).expect("a folder"), folder))
+        .collect();
+    for folder in emptied {
         mount_empty(&text(folder)).expect("a name space for mounts");
+    }
+    for (opened, folder) in &kept {
+        fs::create_dir_all(folder).expect("a place for the folder");
+        let opened = text(format!("/proc/self/fd/{}", opened.as_raw_fd()));
+        mount(&opened, &text(folder), libc::MS_BIND | libc::MS_REC)
+            .expect("the folder in its place");
     }
     for program in programs {
         let from = Path::new(program.get_program());

@@ -34,6 +34,7 @@ const FLOORS: &[&[&str]] = &[
         "sextant-rza2m",
         "sextant-pose-formats",
         "sextant-ros2",
+        "sextant-test-needs",
     ],
     &[
         "node-camera",

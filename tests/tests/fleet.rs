@@ -1,11 +1,13 @@
 //! `sextant deploy` to three hosts: name spaces for network and mounts, each with a root of its own over this machine's, a real sshd, a real dpkg
 //! or BusyBox' way of starting, and the real camera node with keys of its own. A host whose package or configuration fails has what it had before.
 //!
-//! Needs root, sshd and overlayfs, and is skipped where they are missing.
+//! What it needs of the machine is in `crates/test-needs`; it is skipped where that is missing.
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 
 use serde_json::Value;
+use sextant_test_needs::FLEET;
+use std::ffi::OsStr;
 use std::fs;
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpStream;
@@ -13,12 +15,12 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 use system_tests::{
-    PATIENCE, Workshop, keys, node_camera, run_in_name_spaces, send, sextant,
-    succeeds_in_name_spaces, workspace_root,
+    PATIENCE, Workshop, keys, node_camera, run_in_name_spaces, send, sextant, workspace_root,
 };
 
 const IN_NAME_SPACES: &str = "SEXTANT_TEST_FLEET";
-const TEST: &str = "hosts_of_a_fleet_are_new_or_as_they_were";
+/// Where each host finds this build's camera node, whatever of this machine it sees.
+const PROGRAM: &str = "/usr/local/lib/node-camera";
 /// The site's address, and those of the hosts.
 const SITE: &str = "10.77.0.1";
 const HOSTS: [Host; 3] = [
@@ -50,28 +52,11 @@ fn hosts_of_a_fleet_are_new_or_as_they_were() {
     if let Some(folder) = std::env::var_os(IN_NAME_SPACES) {
         return the_fleet(Path::new(&folder));
     }
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    if let Some(lack) = lack(folder.path()) {
-        eprintln!("SKIPPED: {TEST} needs {lack}");
+    if FLEET.is_skipped() {
         return;
     }
-    run_in_name_spaces(TEST, IN_NAME_SPACES, folder.path());
-}
-
-/// What this machine lacks.
-fn lack(folder: &Path) -> Option<&'static str> {
-    [
-        ("true", "root, for name spaces of its own"),
-        ("test -x /usr/sbin/sshd && command -v ssh-keygen", "sshd (package openssh-server)"),
-        ("command -v dpkg-deb && command -v ip", "dpkg-deb and ip (package iproute2)"),
-        (
-            "mount -t tmpfs tmpfs . && cd \"$PWD\" && mkdir u w r && mount -t overlay overlay -o lowerdir=/,upperdir=u,workdir=w r",
-            "overlayfs",
-        ),
-    ]
-    .into_iter()
-    .find(|(what, _)| !succeeds_in_name_spaces(what, folder))
-    .map(|(_, lack)| lack)
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    run_in_name_spaces(FLEET.test, IN_NAME_SPACES, folder.path());
 }
 
 fn the_fleet(folder: &Path) {
@@ -231,18 +216,17 @@ impl Fleet {
             running: Vec::new(),
         };
         let setup = format!(
-            "mount --make-rprivate / && mount -t tmpfs tmpfs {0} && mount -t tmpfs tmpfs /run && mkdir {0}/config {0}/packages && cd {0} &&
+            "mount --make-rprivate / && mount -t tmpfs tmpfs \"$1\" && mount -t tmpfs tmpfs /run && cd \"$1\" && mkdir config packages &&
             ssh-keygen -q -t ed25519 -N '' -f host_key && ssh-keygen -q -t ed25519 -N '' -f id && cp id.pub authorized_keys &&
-            ip link set lo up && ip link add site type bridge && ip addr add {SITE}/24 dev site && ip link set site up",
-            folder.display()
+            ip link set lo up && ip link add site type bridge && ip addr add {SITE}/24 dev site && ip link set site up"
         );
-        sh(&setup);
+        sh(&setup, &[folder.as_os_str()]);
         fleet.start_site();
         let mut ssh = String::new();
         for host in &HOSTS {
             fleet.start_host(host);
             ssh.push_str(&format!(
-                "Host {}\nHostName {}\nUserKnownHostsFile {}/known_hosts\nUser root\n",
+                "Host {}\nHostName {}\nUserKnownHostsFile \"{}/known_hosts\"\nUser root\n",
                 host.name,
                 host.address,
                 folder.display()
@@ -255,13 +239,13 @@ impl Fleet {
             ("powerless", "pi", "known_hosts"),
         ] {
             ssh.push_str(&format!(
-                "Host {host}\nHostName {}\nUserKnownHostsFile {}/{known}\nUser {user}\n",
+                "Host {host}\nHostName {}\nUserKnownHostsFile \"{}/{known}\"\nUser {user}\n",
                 north.address,
                 folder.display()
             ));
         }
         ssh.push_str(&format!(
-            "Host *\nIdentityFile {}/id\nIdentitiesOnly yes\n",
+            "Host *\nIdentityFile \"{}/id\"\nIdentitiesOnly yes\n",
             folder.display()
         ));
         fs::write(folder.join("ssh_config"), ssh).expect("a file");
@@ -294,7 +278,7 @@ impl Fleet {
         sh(&format!(
             "ip netns add {name} && ip link add to-{name} type veth peer name eth0 netns {name} && ip link set to-{name} master site up &&
             ip -n {name} addr add {address}/24 dev eth0 && ip -n {name} link set eth0 up && ip -n {name} link set lo up"
-        ));
+        ), &[]);
         let folder = self.folder.join(name);
         fs::create_dir(&folder).expect("a folder");
         let log = fs::File::create(folder.join("sshd.log")).expect("a file");
@@ -304,6 +288,8 @@ impl Fleet {
             .arg(workspace_root().join("tests/fleet/enter"))
             .arg(&folder)
             .arg(kind)
+            .arg(node_camera().get_program())
+            .arg(PROGRAM)
             .stderr(log)
             .spawn();
         self.running.push(child.expect("util-linux is there"));
@@ -335,23 +321,21 @@ impl Fleet {
         fs::write(file, text).expect("a file");
     }
 
-    /// Packages of a version in the place of those before. What is in them is this build's program, found below each host's root.
+    /// Packages of a version in the place of those before. What is in them starts [`PROGRAM`].
     fn package(&self, version: &str) {
-        let program = node_camera().get_program().to_string_lossy().into_owned();
         let init = workspace_root().join("deploy/init.d/S90sextant-camera");
-        sh(&format!(
-            "cd {folder} && rm -rf tree packages/* && mkdir -p tree/usr/bin tree/etc/default tree/etc/init.d &&
-            printf '#!/bin/sh\\n# {version}\\nexec {program} \"$@\"\\n' >tree/usr/bin/node-camera && chmod 755 tree/usr/bin/node-camera &&
-            echo '# {version}' >tree/etc/default/sextant-camera && cp {init} tree/etc/init.d/ &&
+        let build = format!(
+            "cd \"$1\" && rm -rf tree packages/* && mkdir -p tree/usr/bin tree/etc/default tree/etc/init.d &&
+            printf '#!/bin/sh\\n# {version}\\nexec {PROGRAM} \"$@\"\\n' >tree/usr/bin/node-camera && chmod 755 tree/usr/bin/node-camera &&
+            echo '# {version}' >tree/etc/default/sextant-camera && cp \"$2\" tree/etc/init.d/ &&
             tar -czf packages/sextant-camera-0.1.0-$(uname -m).tar.gz -C tree usr etc && rm -r tree/etc/init.d && mkdir tree/DEBIAN &&
             echo /etc/default/sextant-camera >tree/DEBIAN/conffiles &&
             printf '#!/bin/sh\\n[ ! -e /etc/package-fails ] || [ {version} = 0.1.0-1 ] || {{ echo this package fails here; exit 1; }}\\n' >tree/DEBIAN/postinst &&
             chmod 755 tree/DEBIAN/postinst && architecture=$(dpkg --print-architecture) &&
             printf 'Package: sextant-camera\\nVersion: {version}\\nArchitecture: %s\\nMaintainer: T <t@example.invalid>\\nDescription: a stand-in\\n' $architecture >tree/DEBIAN/control &&
-            dpkg-deb --root-owner-group -Znone --build tree packages/sextant-camera_{version}_$architecture.deb >/dev/null",
-            folder = self.folder.display(),
-            init = init.display(),
-        ));
+            dpkg-deb --root-owner-group -Znone --build tree packages/sextant-camera_{version}_$architecture.deb >/dev/null"
+        );
+        sh(&build, &[self.folder.as_os_str(), init.as_os_str()]);
     }
 
     fn keys(&self, arguments: &[&str]) {
@@ -442,9 +426,10 @@ impl Fleet {
     }
 }
 
-fn sh(commands: &str) {
+fn sh(commands: &str, arguments: &[&OsStr]) {
     let output = Command::new("sh")
-        .args(["-ec", commands])
+        .args(["-ec", commands, "sh"])
+        .args(arguments)
         .output()
         .expect("a shell");
     assert!(

@@ -1,21 +1,21 @@
 //! A site of several hosts: name spaces of the network with a link each, real routers, fusion nodes, cameras that render their images, and a page. A
 //! host whose link is pulled is replaced, and stands by when it is back.
 //!
-//! Needs root and iproute2, and is skipped where they are missing.
+//! What it needs of the machine is in `crates/test-needs`; it is skipped where that is missing.
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 
 use sextant_proto::{Keys, State};
+use sextant_test_needs as needs;
 use std::fs;
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command};
 use std::time::{Duration, Instant};
-use system_tests::{PATIENCE, Witness, run_in_name_spaces, send, sextant, succeeds_in_name_spaces};
+use system_tests::{PATIENCE, Witness, run_in_name_spaces, send, sextant};
 
 const IN_NAME_SPACES: &str = "SEXTANT_TEST_HOSTS";
-const TEST: &str = "a_site_of_several_hosts_loses_one_and_goes_on";
 const HOSTS: [(&str, &str); 6] = [
     ("board", "10.78.0.11"),
     ("router1", "10.78.0.21"),
@@ -31,14 +31,11 @@ fn a_site_of_several_hosts_loses_one_and_goes_on() {
     if let Some(folder) = std::env::var_os(IN_NAME_SPACES) {
         return the_site(Path::new(&folder));
     }
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    if !succeeds_in_name_spaces("command -v ip", folder.path()) {
-        eprintln!(
-            "SKIPPED: {TEST} needs root, for name spaces of its own, and ip (package iproute2)"
-        );
+    if needs::HOSTS.is_skipped() {
         return;
     }
-    run_in_name_spaces(TEST, IN_NAME_SPACES, folder.path());
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    run_in_name_spaces(needs::HOSTS.test, IN_NAME_SPACES, folder.path());
 }
 
 fn the_site(folder: &Path) {
@@ -94,7 +91,7 @@ struct Site {
 impl Site {
     fn start(folder: &Path) -> Self {
         sh(&format!(
-            "mount --make-rprivate / && mount -t tmpfs tmpfs /run && mount -t tmpfs tmpfs {} &&
+            "mount --make-rprivate / && mount -t tmpfs tmpfs /run && mount -t tmpfs tmpfs \"{}\" &&
             ip link set lo up && ip link add site type bridge && ip addr add 10.78.0.1/24 dev site && ip link set site up",
             folder.display()
         ));

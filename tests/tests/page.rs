@@ -2,6 +2,7 @@
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 
+use sextant_test_needs as needs;
 use std::fs;
 use std::net::TcpListener;
 use std::path::Path;
@@ -77,6 +78,9 @@ fn write_config(folder: &Path, connect: &str) -> String {
 
 #[test]
 fn objects_move_outlines_are_drawn_and_the_page_reconnects() {
+    if needs::PAGE.is_skipped() {
+        return;
+    }
     let page = workspace_root().join("node-viewer-bridge/page");
     assert!(
         page.join("node_modules/playwright-core").is_dir(),
@@ -86,7 +90,7 @@ fn objects_move_outlines_are_drawn_and_the_page_reconnects() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let url = write_config(folder.path(), &demo.connect);
     let bridge = SupervisedBridge::start(folder.path());
-    let restart = format!("kill -TERM $(cat {})", bridge.process_id_file.display());
+    let restart = format!("kill -TERM $(cat '{}')", bridge.process_id_file.display());
     let status = Command::new("node")
         .args([
             "e2e/viewer.mjs",

@@ -7,6 +7,7 @@ use sextant_geometry::{Intrinsics, Lens, Pose};
 use sextant_proto::{Keys, encode};
 use sextant_site_files::{former_of, read_object, read_rig, write_rig};
 use sextant_site_model::{Camera, CameraId, ObjectModel, ObjectTag, Rig};
+use sextant_test_needs as needs;
 use sextant_zenoh_bus::{Bus, BusOptions, Qos, RawPublisher};
 use std::fs;
 use std::net::TcpListener;
@@ -177,6 +178,9 @@ fn check_object(file: &Path, truth: &ObjectModel) {
 
 #[test]
 fn a_lens_a_rig_and_an_object_are_calibrated_from_the_page() {
+    if needs::WIZARDS.is_skipped() {
+        return;
+    }
     let page = workspace_root().join("node-viewer-bridge/page");
     assert!(
         page.join("node_modules/playwright-core").is_dir(),

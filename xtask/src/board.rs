@@ -2,8 +2,10 @@
 //!
 //! The package for it is built and checked in any case; where qemu, Debian's packages or time are missing, the rest is passed over with a word.
 
+use crate::install;
 use crate::package::{self, BoardFiles};
-use crate::tools::{self, Tool, command, root, run, run_in};
+use crate::tools::{self, command, root, run, run_with, wait};
+use sextant_test_needs::{CPIO, KMOD, MKE2FS, MMDEBSTRAP, Need, QEMU_SYSTEM_ARM, note_skip};
 use std::collections::hash_map::DefaultHasher;
 use std::ffi::OsString;
 use std::fs;
@@ -16,25 +18,11 @@ use std::time::{Duration, Instant};
 const LIMIT: Duration = Duration::from_secs(25 * 60);
 /// Less than this is not worth beginning with.
 const SHORTEST: Duration = Duration::from_secs(6 * 60);
-const TOOLS: &[Tool] = &[
-    tool("qemu-system-arm", "qemu-system-arm"),
-    tool("mmdebstrap", "mmdebstrap"),
-    tool("depmod", "kmod"),
-    tool("cpio", "cpio"),
-    tool("mke2fs", "e2fsprogs"),
-];
+pub const NEEDS: &[&Need] = &[&QEMU_SYSTEM_ARM, &MMDEBSTRAP, &KMOD, &CPIO, &MKE2FS];
 /// A release without its updates, so that the image changes with the release's own points only.
 const RELEASE: &str = "bookworm";
 const PACKAGES: &str =
     "systemd-sysv,udev,kmod,linux-image-armmp,v4l-utils,busybox-static,iproute2,procps";
-
-const fn tool(program: &'static str, package: &'static str) -> Tool {
-    Tool {
-        program,
-        package: Some(package),
-        remedy: "see its package",
-    }
-}
 
 /// Builds the camera node's package, tries it, and runs it on the board.
 pub fn board() -> Result<(), String> {
@@ -53,7 +41,7 @@ pub fn board() -> Result<(), String> {
 }
 
 fn pass_over(why: &str) -> Result<(), String> {
-    println!("xtask board: NOT CHECKED on the emulated board: {why}");
+    note_skip("the emulated board", why);
     Ok(())
 }
 
@@ -81,13 +69,14 @@ fn test(program: &Path, image: &Path, files: &BoardFiles, left: Duration) -> Res
         ("DEB", &files.deb),
         ("TARBALL", &files.tarball),
     ];
-    let given = given.map(|(what, path)| format!("SEXTANT_BOARD_{what}={}", path.display()));
-    let given: Vec<&str> = given.iter().map(String::as_str).collect();
+    let given = given.map(|(what, path)| (format!("SEXTANT_BOARD_{what}"), path));
     let left = left.as_secs().to_string();
     let program = program.display().to_string();
-    let limit = ["timeout", "--kill-after=20", &left, &program];
+    let limit = ["--kill-after=20", &left, &program];
     let how = ["--ignored", "--nocapture"];
-    run_in("tests", "env", &[&given, &limit[..], &how].concat())
+    let mut test = command("timeout");
+    test.envs(given).args(limit).args(how);
+    wait(test.current_dir(root().join("tests")))
 }
 
 /// The folder with the board's files, or why there is none.
@@ -96,9 +85,9 @@ fn image() -> Result<Result<PathBuf, String>, String> {
     if folder.is_dir() {
         return Ok(Ok(folder));
     }
-    let unmet = tools::unmet(&TOOLS.iter().collect::<Vec<_>>());
-    if !unmet.is_empty() {
-        return Ok(Err(format!("programs are missing\n{}", unmet.join("\n"))));
+    let unmet = install::provide(NEEDS);
+    if let Some(lack) = unmet.first() {
+        return Ok(Err(lack.clone()));
     }
     make(&folder)
 }
@@ -122,7 +111,7 @@ fn make(folder: &Path) -> Result<Result<PathBuf, String>, String> {
 }
 
 fn unpack(fresh: &Path) -> Result<(), String> {
-    let place = format!("BOARD={}", fresh.display());
+    let place = fresh.display().to_string();
     let hook = root().join("tests/board/make-image.sh");
     let hook = format!("--extract-hook={}", hook.display());
     let without = ["doc", "man", "locale"]
@@ -147,11 +136,8 @@ fn unpack(fresh: &Path) -> Result<(), String> {
         &hook,
         RELEASE,
     ];
-    let command = [place.as_str(), "mmdebstrap"];
-    run(
-        "env",
-        &[&command[..], &what, &packages, &without, &hooks].concat(),
-    )
+    let arguments = [&what[..], &packages, &without, &hooks].concat();
+    run_with(&[("BOARD", &place)], "mmdebstrap", &arguments)
 }
 
 /// Outside of `target`, so that a fresh checkout finds it.

@@ -1,9 +1,9 @@
 //! The chores themselves: each a short list of commands.
 
-use crate::tools::{files_below, run, run_in};
+use crate::tools::{files_below, run, run_in, run_with};
 use std::path::Path;
 
-const PAGE: &str = "node-viewer-bridge/page";
+pub const PAGE: &str = "node-viewer-bridge/page";
 const ARMV7: &str = "armv7-unknown-linux-gnueabihf";
 const NEON: &str = "thumbv7neon-unknown-linux-gnueabihf";
 const AARCH64: &str = "aarch64-unknown-linux-gnu";
@@ -29,26 +29,12 @@ pub fn lint() -> Result<(), String> {
 }
 
 pub fn docs() -> Result<(), String> {
-    run(
-        "env",
-        &[
-            "RUSTDOCFLAGS=-D warnings",
-            "cargo",
-            "doc",
-            "--release",
-            "--workspace",
-            "--no-deps",
-            "--quiet",
-        ],
-    )
+    let doc = ["doc", "--release", "--workspace", "--no-deps", "--quiet"];
+    run_with(&[("RUSTDOCFLAGS", "-D warnings")], "cargo", &doc)
 }
 
 pub fn page() -> Result<(), String> {
-    run_in(
-        PAGE,
-        "npm",
-        &["ci", "--no-audit", "--no-fund", "--loglevel=error"],
-    )?;
+    page_packages()?;
     run_in(PAGE, "npm", &["run", "--silent", "check"])?;
     run_in(PAGE, "npm", &["run", "--silent", "test"])?;
     run_in(
@@ -69,6 +55,12 @@ pub fn page() -> Result<(), String> {
     )
 }
 
+/// The packages that the page's lock file names: what builds it, and what drives a browser.
+pub fn page_packages() -> Result<(), String> {
+    let install = ["ci", "--no-audit", "--no-fund", "--loglevel=error"];
+    run_in(PAGE, "npm", &install)
+}
+
 /// The committed bundle is what people run; it must be what the sources make.
 fn same_files(committed: &Path, fresh: &Path) -> Result<(), String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
@@ -81,23 +73,6 @@ fn same_files(committed: &Path, fresh: &Path) -> Result<(), String> {
         "{} differs from a fresh build: run `npm run build` in {PAGE} and commit dist/",
         committed.display()
     ))
-}
-
-pub fn workspace() -> Result<(), String> {
-    // The browser test drives the page with the packages that the page's lock file names.
-    if !Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("..")
-        .join(PAGE)
-        .join("node_modules")
-        .is_dir()
-    {
-        run_in(
-            PAGE,
-            "npm",
-            &["ci", "--no-audit", "--no-fund", "--loglevel=error"],
-        )?;
-    }
-    run("cargo", &["test", "--release", "--workspace", "--quiet"])
 }
 
 /// For the boards' 32-bit processor what widths of numbers and vectors can change; the detector's kernels for the 64-bit one, of

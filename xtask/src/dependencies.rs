@@ -2,6 +2,7 @@
 //! of ours and not of theirs.
 
 use crate::tools::{CargoTool, root, run};
+use sextant_test_needs::note_skip;
 use std::fs;
 
 const DENY: CargoTool = CargoTool {
@@ -29,9 +30,8 @@ pub fn deny() -> Result<(), String> {
 pub fn advisories() -> Result<(), String> {
     let deny = DENY.program()?;
     if let Err(cause) = run(&deny, &["--log-level", "error", "fetch", "db"]) {
-        println!(
-            "xtask advisories: NOT CHECKED: the advisory database cannot be fetched ({cause})"
-        );
+        let why = format!("the advisory database cannot be fetched ({cause})");
+        note_skip("known faults of dependencies", &why);
         return Ok(());
     }
     run(&deny, &["--all-features", "check", "advisories"])

@@ -23,10 +23,14 @@ const FLAGS: &[&str] = &[
 pub fn fuzz() -> Result<(), String> {
     let seconds = seconds()?;
     let host = host()?;
-    let flags = ("RUSTFLAGS", FLAGS.join(" "));
+    let flags = FLAGS.join(" ");
     let build = ["build", "--release", "--manifest-path", "fuzz/Cargo.toml"];
     let place = ["--target-dir", "target/fuzz/build", "--target", &host];
-    run_with(&flags, "cargo", &[&build[..], &place].concat())?;
+    run_with(
+        &[("RUSTFLAGS", &flags)],
+        "cargo",
+        &[&build[..], &place].concat(),
+    )?;
     for target in targets()? {
         let program = format!("target/fuzz/build/{host}/release/{target}");
         let folder = format!("target/fuzz/{target}/");

@@ -8,183 +8,344 @@ mod chores;
 mod dependencies;
 mod faults;
 mod fuzz;
+mod install;
 mod package;
+mod plan;
 mod python;
+mod report;
 mod ros2;
+mod suites;
 mod tools;
 
-use std::process::ExitCode;
-use std::time::Instant;
+use plan::{Chore, Options, run_in_order};
+use sextant_test_needs::{
+    CXX, DISK, DPKG_DEB, GCC_AARCH64, GCC_ARM, LINTIAN, NODE, PIP, PYTHON, QEMU_AARCH64, QEMU_ARM,
+    SHARED_MEMORY, SKIPS, SYSUSERS,
+};
+use std::fs;
+use std::os::unix::process::CommandExt;
+use std::path::Path;
+use std::process::{Command, ExitCode};
 
-type Chore = fn() -> Result<(), String>;
+const AARCH64: &str = "aarch64-unknown-linux-gnu";
+const ARMV7: &str = "armv7-unknown-linux-gnueabihf";
+const NEON: &str = "thumbv7neon-unknown-linux-gnueabihf";
 
-/// Every chore: its word, what it does, and the function.
-const CHORES: &[(&str, &str, Chore)] = &[
-    (
-        "test",
-        "everything that can fail: page, workspace, whole system in a browser, boards' processor",
-        test,
-    ),
-    (
-        "check",
-        "everything beside tests: format, lint, documentation, dependencies, cross builds",
-        check,
-    ),
-    ("ci", "test, then check", ci),
-    ("fmt", "formatting is rustfmt's", chores::fmt),
-    ("lint", "clippy, warnings are errors", chores::lint),
-    (
-        "docs",
-        "documentation builds without a warning",
-        chores::docs,
-    ),
-    (
-        "book",
-        "the documentation as a book, its links checked: target/book/html",
-        book::book,
-    ),
-    (
-        "deny",
-        "licences, bans and sources of every dependency",
-        dependencies::deny,
-    ),
-    (
-        "advisories",
-        "no dependency has a known fault; passed over, with a word, where the database is out of reach",
-        dependencies::advisories,
-    ),
-    (
-        "sbom",
-        "what the program is made of, as CycloneDX: target/sbom/sextant.cdx.json",
-        dependencies::sbom,
-    ),
-    (
-        "page",
-        "the web page: types, unit tests, and the committed bundle equals a fresh build",
-        chores::page,
-    ),
-    (
-        "workspace",
-        "tests of every crate and of the whole system on this machine",
-        chores::workspace,
-    ),
-    (
-        "ros2",
-        "what `sextant ros2` publishes, read by other people's code: rosbags, zenoh's Python binding, ROS 2's own packages",
-        ros2::ros2,
-    ),
-    (
-        "arm",
-        "tests of the pure crates for armv7 and of the detector's kernels for aarch64, under qemu",
-        chores::arm,
-    ),
-    (
-        "cross",
-        "the camera node compiles for the boards' processors",
-        chores::cross,
-    ),
-    (
-        "fuzz",
-        "every decoder of foreign bytes, the detector and the estimator under libFuzzer, 10 s each: SEXTANT_FUZZ_SECONDS for more",
-        fuzz::fuzz,
-    ),
-    (
-        "board",
-        "the camera node's package for armv7, its units and a real camera driver on an emulated Cortex-A9; at most 25 minutes",
-        board::board,
-    ),
-    (
-        "python-test",
-        "the Python client: messages as the contract has them, types, tests, guide and notebook against a demo",
-        python::test,
-    ),
-    (
+/// Every chore. Those of a list run in the order of the list.
+const CHORES: &[Chore] = &[
+    Chore {
+        needs: &[&NODE],
+        fetches: &["npm packages, in node-viewer-bridge/page/node_modules"],
+        minutes: 1,
+        ..Chore::new(
+            "page",
+            "the web page: types, unit tests, and the committed bundle equals a fresh build",
+            chores::page,
+        )
+    },
+    Chore {
+        needs: &[&DISK],
+        minutes: 5,
+        ..Chore::new(
+            "crates",
+            "tests of the lowest crates, which show a failure early",
+            suites::crates,
+        )
+    },
+    Chore {
+        needs: &[&DISK],
+        minutes: 20,
+        ..Chore::new("build", "compiles every program and test", suites::build)
+    },
+    Chore {
+        needs: &[&DISK, &SHARED_MEMORY],
+        after: Some("build"),
+        minutes: 5,
+        ..Chore::new(
+            "nodes",
+            "tests of the nodes, of the crates that they are made of and of the command line",
+            suites::nodes,
+        )
+    },
+    Chore {
+        needs: &[&DISK, &SHARED_MEMORY],
+        after: Some("build"),
+        minutes: 10,
+        ..Chore::new(
+            "system",
+            "tests of whole systems on this machine, and of the page in a browser",
+            suites::system,
+        )
+    },
+    Chore {
+        needs: &[&PYTHON],
+        after: Some("build"),
+        fetches: &["Python packages, in target/python"],
+        minutes: 3,
+        ..Chore::new(
+            "python-test",
+            "the Python client: messages as the contract has them, types, tests, guide and notebook against a demo",
+            python::test,
+        )
+    },
+    Chore {
+        needs: &[&PYTHON],
+        after: Some("build"),
+        fetches: &["Python packages, in target/tools"],
+        minutes: 2,
+        ..Chore::new(
+            "ros2",
+            "what `sextant ros2` publishes, read by other people's code: rosbags, zenoh's Python binding, ROS 2's own packages",
+            ros2::ros2,
+        )
+    },
+    Chore {
+        needs: &[&DISK, &QEMU_ARM, &QEMU_AARCH64, &GCC_ARM, &GCC_AARCH64],
+        targets: &[AARCH64, ARMV7, NEON],
+        minutes: 8,
+        ..Chore::new(
+            "arm",
+            "tests of the pure crates for armv7 and of the detector's kernels for aarch64, under qemu",
+            chores::arm,
+        )
+    },
+    Chore {
+        needs: &[&DISK, &CXX],
+        minutes: 10,
+        ..Chore::new(
+            "fuzz",
+            "every decoder of foreign bytes, the detector and the estimator under libFuzzer, 10 s each: SEXTANT_FUZZ_SECONDS for more",
+            fuzz::fuzz,
+        )
+    },
+    Chore::new("fmt", "formatting is rustfmt's", chores::fmt),
+    Chore {
+        minutes: 5,
+        ..Chore::new("lint", "clippy, warnings are errors", chores::lint)
+    },
+    Chore {
+        minutes: 3,
+        ..Chore::new(
+            "docs",
+            "documentation builds without a warning",
+            chores::docs,
+        )
+    },
+    Chore {
+        fetches: &["mdbook, in target/tools"],
+        minutes: 2,
+        ..Chore::new(
+            "book",
+            "the documentation as a book, its links checked: target/book/html",
+            book::book,
+        )
+    },
+    Chore {
+        fetches: &["cargo-deny, in target/tools"],
+        minutes: 5,
+        ..Chore::new(
+            "deny",
+            "licences, bans and sources of every dependency",
+            dependencies::deny,
+        )
+    },
+    Chore {
+        minutes: 1,
+        ..Chore::new(
+            "advisories",
+            "no dependency has a known fault; skipped where the database is out of reach",
+            dependencies::advisories,
+        )
+    },
+    Chore {
+        fetches: &["cargo-cyclonedx, in target/tools"],
+        minutes: 3,
+        ..Chore::new(
+            "sbom",
+            "what the program is made of, as CycloneDX: target/sbom/sextant.cdx.json",
+            dependencies::sbom,
+        )
+    },
+    Chore {
+        needs: &[&GCC_ARM, &GCC_AARCH64],
+        targets: &[AARCH64, ARMV7],
+        minutes: 6,
+        ..Chore::new(
+            "cross",
+            "the camera node compiles for the boards' processors",
+            chores::cross,
+        )
+    },
+    Chore {
+        needs: PACKAGING,
+        targets: &[ARMV7],
+        fetches: &[
+            "cargo-zigbuild and zig, in target/tools",
+            "the board's image, in $XDG_CACHE_HOME/sextant or ~/.cache/sextant",
+        ],
+        minutes: 25,
+        ..Chore::new(
+            "board",
+            "the camera node's package for armv7, its units and a real camera driver on an emulated Cortex-A9; at most 25 minutes",
+            board::board,
+        )
+    },
+    Chore::new(
         "python",
         "writes the Python client's messages from proto/CONTRACT.md",
         python::generate,
     ),
+    Chore {
+        needs: PACKAGING,
+        targets: &[AARCH64, ARMV7, NEON],
+        fetches: &["cargo-zigbuild and zig, in target/tools"],
+        minutes: 30,
+        ..Chore::new(
+            "package",
+            "packages and tarballs for boards and PCs: target/package/",
+            package::all,
+        )
+    },
+    Chore {
+        minutes: 45,
+        ..Chore::new(
+            "faults",
+            "breaks a site in every way that a promise is made for, and writes the figures into BENCHMARKS.md; on an idle machine",
+            faults::faults,
+        )
+    },
+    Chore {
+        minutes: 10,
+        ..Chore::new(
+            "bench",
+            "what detection costs on this machine, beside AprilTag's own detector in C",
+            chores::bench,
+        )
+    },
+];
+const PACKAGING: &[&sextant_test_needs::Need] = &[&PIP, &DPKG_DEB, &SYSUSERS, &LINTIAN];
+
+/// Words that stand for several chores. Quick ones come first, so that a failure shows within minutes.
+const LISTS: &[(&str, &str, &[&str])] = &[
     (
-        "package",
-        "packages and tarballs for boards and PCs: target/package/",
-        package::all,
+        "test",
+        "everything that can fail",
+        &[
+            "page",
+            "crates",
+            "build",
+            "nodes",
+            "system",
+            "python-test",
+            "ros2",
+            "arm",
+            "fuzz",
+        ],
     ),
     (
-        "faults",
-        "breaks a site in every way that a promise is made for, and writes the figures into BENCHMARKS.md; 45 minutes, on an idle machine",
-        faults::faults,
+        "workspace",
+        "tests of every crate and of the whole system on this machine",
+        &["crates", "build", "nodes", "system"],
     ),
     (
-        "bench",
-        "what detection costs on this machine, beside AprilTag's own detector in C",
-        chores::bench,
+        "check",
+        "everything beside tests: format, lint, documentation, dependencies, cross builds",
+        &[
+            "fmt",
+            "lint",
+            "docs",
+            "book",
+            "deny",
+            "advisories",
+            "sbom",
+            "cross",
+        ],
     ),
+    ("ci", "test, then check", &["test", "check"]),
 ];
 
-const TEST: &[&str] = &["page", "workspace", "python-test", "ros2", "arm", "fuzz"];
-const CHECK: &[&str] = &[
-    "fmt",
-    "lint",
-    "docs",
-    "book",
-    "deny",
-    "advisories",
-    "sbom",
-    "cross",
-];
-
-fn test() -> Result<(), String> {
-    run_in_order(TEST)
-}
-
-fn check() -> Result<(), String> {
-    run_in_order(CHECK)
-}
-
-fn ci() -> Result<(), String> {
-    test().and_then(|()| check())
-}
-
-fn run_in_order(words: &[&str]) -> Result<(), String> {
-    let chores = words
-        .iter()
-        .map(|word| find(word).ok_or_else(|| usage(word)));
-    let chores: Vec<_> = chores.collect::<Result<_, _>>()?;
-    tools::require_all(words)?;
-    for (word, what, run) in chores {
-        let started = Instant::now();
-        println!("xtask {word}: {what}");
-        run().map_err(|cause| format!("{word}: {cause}"))?;
-        println!("xtask {word}: done in {} s", started.elapsed().as_secs());
+/// The chores that a word stands for.
+fn chores_of(word: &str) -> Result<Vec<&'static Chore>, String> {
+    if let Some((_, _, words)) = LISTS.iter().find(|list| list.0 == word) {
+        let chores: Result<Vec<_>, _> = words.iter().map(|word| chores_of(word)).collect();
+        return chores.map(|chores| chores.concat());
     }
-    Ok(())
-}
-
-fn find(word: &str) -> Option<&'static (&'static str, &'static str, Chore)> {
-    CHORES.iter().find(|chore| chore.0 == word)
+    let chore = CHORES.iter().find(|chore| chore.word == word);
+    chore.map(|chore| vec![chore]).ok_or_else(|| usage(word))
 }
 
 fn usage(word: &str) -> String {
-    let list: Vec<String> = CHORES
-        .iter()
-        .map(|(word, what, _)| format!("  {word:<12} {what}"))
+    let lists = LISTS.iter().map(|(word, what, _)| (word, what));
+    let chores = CHORES.iter().map(|chore| (&chore.word, &chore.what));
+    let lines: Vec<String> = lists
+        .chain(chores)
+        .map(|(word, what)| format!("  {word:<12} {what}"))
         .collect();
     format!(
-        "no chore named '{word}'. cargo xtask CHORE...\n{}",
-        list.join("\n")
+        "no chore named '{word}'. cargo xtask [--plan] [--ci] [--skip-missing] CHORE...
+  --plan          says what would be done, installed and skipped
+  --ci            a skip is a failure, as where the environment variable CI is set
+  --skip-missing  skips what needs Debian's packages that are missing
+{}",
+        lines.join("\n")
     )
 }
 
+fn run(words: &[String]) -> Result<(), String> {
+    let mut options = Options::default();
+    let mut chores = Vec::new();
+    for word in words {
+        match word.as_str() {
+            "--plan" => options.only_plan = true,
+            "--skip-missing" => options.may_skip = true,
+            // Said to everything that runs, by its environment.
+            "--ci" => {}
+            word => chores.extend(chores_of(word)?),
+        }
+    }
+    if chores.is_empty() {
+        return Err(usage(""));
+    }
+    run_in_order(&chores, &options)
+}
+
+/// Becomes this program again, with the environment that all chores and what they run share.
+fn enter_environment() -> std::io::Error {
+    let program = std::env::current_exe().unwrap_or_default();
+    let mut again = Command::new(program);
+    again.args(std::env::args_os().skip(1));
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let own = tools::root().join("target/tools/bin");
+    let path = std::iter::once(own).chain(std::env::split_paths(&path));
+    again.envs(std::env::join_paths(path).map(|path| ("PATH", path)));
+    let skips = format!("target/skips-{}", std::process::id());
+    again.env(SKIPS, tools::root().join(skips));
+    // npm waits forever for a cache that it cannot write.
+    let home = std::env::var_os("HOME").map(|home| Path::new(&home).join(".npm"));
+    if home.is_none_or(|cache| fs::create_dir_all(cache).is_err()) {
+        again.env("npm_config_cache", tools::root().join("target/npm"));
+    }
+    if std::env::args().any(|argument| argument == "--ci") {
+        again.env("CI", "true");
+    }
+    // What `cargo run` tells a program of its own package. ring's build script watches such variables, and all that needs TLS
+    // would be compiled anew whenever a chore follows a plain `cargo build`.
+    for (name, _) in std::env::vars_os() {
+        let name = name.to_string_lossy();
+        if name.starts_with("CARGO_PKG_") || name.starts_with("CARGO_MANIFEST_") {
+            again.env_remove(name.as_ref());
+        }
+    }
+    again.exec()
+}
+
 fn main() -> ExitCode {
+    if std::env::var_os(SKIPS).is_none() {
+        eprintln!("xtask: {}", enter_environment());
+        return ExitCode::FAILURE;
+    }
     let words: Vec<String> = std::env::args().skip(1).collect();
-    let words: Vec<&str> = words.iter().map(String::as_str).collect();
-    let outcome = match words.as_slice() {
-        [] => Err(usage("")),
-        ["test"] => test(),
-        ["check"] => check(),
-        ["ci"] => ci(),
-        chosen => run_in_order(chosen),
-    };
-    match outcome {
+    match run(&words) {
         Ok(()) => ExitCode::SUCCESS,
         Err(cause) => {
             eprintln!("xtask: {cause}");
@@ -196,20 +357,21 @@ fn main() -> ExitCode {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use sextant_test_needs::PACKAGED;
+    use std::collections::BTreeSet;
 
     /// `.ci/run` is `test`, `check` and `board`; what is in none of them is measured or made.
     #[test]
     fn continuous_integration_runs_each_chore_once() {
-        let chores = CHORES.iter().map(|chore| chore.0);
+        let chores = CHORES.iter().map(|chore| chore.word);
         let mut once: Vec<_> = chores
-            .filter(|word| {
-                ![
-                    "test", "check", "ci", "bench", "board", "faults", "package", "python",
-                ]
-                .contains(word)
-            })
+            .filter(|word| !["bench", "board", "faults", "package", "python"].contains(word))
             .collect();
-        let mut run = [TEST, CHECK].concat();
+        let mut run: Vec<_> = chores_of("ci")
+            .unwrap()
+            .iter()
+            .map(|chore| chore.word)
+            .collect();
         once.sort_unstable();
         run.sort_unstable();
         assert_eq!(run, once);
@@ -218,5 +380,42 @@ mod tests {
             .lines()
             .filter_map(|line| line.strip_prefix("cargo xtask ")?.split(' ').next());
         assert_eq!(steps.collect::<Vec<_>>(), ["test", "board", "check"]);
+    }
+
+    #[test]
+    fn the_container_has_the_packages_that_chores_install() {
+        let file = fs::read_to_string(tools::root().join("Containerfile")).unwrap();
+        let (_, rest) = file.split_once("apt-get install --yes").unwrap();
+        let words = rest.split("&&").next().unwrap().split_whitespace();
+        let listed: BTreeSet<_> = words
+            .filter(|word| *word != "\\" && !word.starts_with("--"))
+            .collect();
+        let installed: BTreeSet<_> = PACKAGED.iter().filter_map(|need| need.package).collect();
+        assert_eq!(listed, installed);
+        // Every need of a chore that has a package is among them.
+        let needed = CHORES
+            .iter()
+            .flat_map(|chore| chore.needs)
+            .chain(board::NEEDS);
+        for package in needed.filter_map(|need| need.package) {
+            assert!(installed.contains(package), "{package}");
+        }
+    }
+
+    #[test]
+    fn the_container_has_the_toolchain_of_the_workspace() {
+        let read = |name| fs::read_to_string(tools::root().join(name)).unwrap();
+        let toolchain = read("rust-toolchain.toml");
+        let channel = toolchain
+            .lines()
+            .find_map(|line| line.strip_prefix("channel = "))
+            .unwrap();
+        let image = format!("FROM rust:{}-", channel.trim_matches('"'));
+        assert!(
+            read("Containerfile")
+                .lines()
+                .any(|line| line.starts_with(&image)),
+            "{image}"
+        );
     }
 }

@@ -2,7 +2,7 @@
 
 mod generate;
 
-use crate::tools::{self, root, run, run_in, run_with};
+use crate::tools::{root, run, run_in, run_with};
 use sextant_contract::Contract;
 use std::fs;
 use std::path::Path;
@@ -72,7 +72,7 @@ pub fn test() -> Result<(), String> {
     let binary = root().join("target/release/sextant").display().to_string();
     let package = root().join(PACKAGE).display().to_string();
     let pytest = ["-m", "pytest", "--rootdir", &package, &package];
-    run_with(&("SEXTANT_BINARY", binary), &python, &pytest)
+    run_with(&[("SEXTANT_BINARY", &binary)], &python, &pytest)
 }
 
 /// The committed module is what the contract makes.
@@ -95,7 +95,7 @@ fn fresh() -> Result<String, String> {
     Ok(generate::module(&contract))
 }
 
-/// The interpreter of a virtual environment, made where it is missing. Debian has the module for it in a package of its own.
+/// The interpreter of a virtual environment, made where it is missing.
 pub fn environment(folder: &Path) -> Result<String, String> {
     let python = folder.join("bin/python").display().to_string();
     let has_pip = || run(&python, &["-c", "import pip"]).is_ok();
@@ -103,10 +103,6 @@ pub fn environment(folder: &Path) -> Result<String, String> {
         return Ok(python);
     }
     let target = folder.display().to_string();
-    let make = || run("python3", &["-m", "venv", "--clear", &target]);
-    make().or_else(|_| {
-        tools::install(&[&tools::VENV]);
-        make().map_err(|cause| format!("{cause}: {}", tools::VENV.advice()))
-    })?;
+    run("python3", &["-m", "venv", "--clear", &target])?;
     Ok(python)
 }

@@ -3,6 +3,8 @@
 
 use crate::python;
 use crate::tools::{root, run};
+use sextant_test_needs::note_skip;
+use std::fs;
 
 const ORACLES: [&str; 4] = [
     "eclipse-zenoh==1.10.2",
@@ -34,7 +36,8 @@ fn installed() -> Result<String, String> {
     let folder = root().join("target/tools/ros2-1");
     let python = python::environment(&folder)?;
     let finished = folder.join("finished");
-    if finished.is_file() {
+    if let Ok(lack) = fs::read_to_string(&finished) {
+        note_lack(&lack);
         return Ok(python);
     }
     println!("xtask: installing {}", ORACLES.join(" "));
@@ -46,10 +49,20 @@ fn installed() -> Result<String, String> {
         "--disable-pip-version-check",
     ];
     run(&python, &[&pip[..], &ORACLES].concat())?;
-    if run(&python, &[&pip[..], &ROS].concat()).is_err() {
-        println!("xtask: no packages of ROS 2 for this Python; going on without them");
-    }
-    let noted = std::fs::write(&finished, "");
+    let has_ros = run(&python, &[&pip[..], &ROS].concat()).is_ok();
+    let lack = if has_ros {
+        ""
+    } else {
+        "there are none for this Python"
+    };
+    note_lack(lack);
+    let noted = fs::write(&finished, lack);
     noted.map_err(|cause| format!("{}: {cause}", finished.display()))?;
     Ok(python)
+}
+
+fn note_lack(lack: &str) {
+    if !lack.is_empty() {
+        note_skip("ROS 2's own packages", lack);
+    }
 }

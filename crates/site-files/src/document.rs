@@ -1,7 +1,7 @@
 //! A TOML text with locations: from a key's path to line and column, and from an offset to the path of its key.
 
 use crate::error::{Complaint, InvalidFile};
-use crate::hint::nearest;
+use crate::values::{self, Refusal};
 use serde::de::DeserializeOwned;
 use std::ops::Range;
 use std::path::Path;
@@ -33,44 +33,19 @@ impl<'a> Document<'a> {
 
     /// The document as a type of serde; refuses arrays that are too long as well.
     pub(crate) fn read<T: DeserializeOwned>(&self) -> Result<T, InvalidFile> {
-        let value = T::deserialize(toml::Deserializer::from(self.root.clone()));
-        let value = value.map_err(|error| self.refused(&error))?;
-        match self.overlong_array::<T>() {
-            Some(complaint) => Err(self.complaint(complaint)),
-            None => Ok(value),
-        }
+        values::read(&self.root).map_err(|refusal| self.refused(refusal))
     }
 
-    /// Serde's fixed arrays ignore additional elements. Only the deserialiser of values without locations
-    /// reports them.
-    fn overlong_array<T: DeserializeOwned>(&self) -> Option<Complaint> {
-        let values: toml::Table = toml::from_str(self.text).ok()?;
-        let error = T::deserialize(values).err()?;
-        let length: usize = error
-            .message()
-            .strip_prefix("invalid length ")?
-            .strip_suffix(", expected fewer elements in array")?
-            .parse()
-            .ok()?;
-        let said = error.to_string();
-        let keys = said.split_once("in `")?.1.split_once('`')?.0;
-        let keys: Vec<&str> = keys.split('.').collect();
-        let key = path_of_array(self.root.get_ref(), &keys, length).unwrap_or(keys.join("."));
-        let cause = format!("{length} elements are too many");
-        Some(Complaint::new(key, cause, "remove those at the end"))
-    }
-
-    /// An error of serde, with location, key and the nearest known key.
-    fn refused(&self, error: &toml::de::Error) -> InvalidFile {
-        let offset = error.span().map(|span| span.start);
-        let cause = one_line(error.message());
+    /// An error of serde, with location and key.
+    fn refused(&self, refusal: Refusal) -> InvalidFile {
+        let offset = refusal.span.map(|span| span.start);
         InvalidFile {
             path: self.path.to_owned(),
             place: offset.map(|offset| place(self.text, offset)),
             complaint: Complaint {
                 key: offset.map(|offset| self.key_at(offset)).unwrap_or_default(),
-                remedy: remedy_for(&cause),
-                cause,
+                cause: one_line(&refusal.cause),
+                remedy: refusal.remedy,
             },
         }
     }
@@ -170,25 +145,6 @@ fn covers(value: &Spanned<DeValue<'_>>, offset: usize) -> bool {
         }
 }
 
-/// Path, with indices, of the first array of that length at a path without indices.
-fn path_of_array(table: &DeTable<'_>, keys: &[&str], length: usize) -> Option<String> {
-    let (key, rest) = keys.split_first()?;
-    let below = path_below(table.get(*key)?.get_ref(), rest, length)?;
-    Some(format!("{key}{below}"))
-}
-
-fn path_below(value: &DeValue<'_>, keys: &[&str], length: usize) -> Option<String> {
-    match value {
-        DeValue::Array(items) if keys.is_empty() && items.len() == length => Some(String::new()),
-        DeValue::Array(items) => items.iter().enumerate().find_map(|(index, item)| {
-            let below = path_below(item.get_ref(), keys, length)?;
-            Some(format!("[{index}]{below}"))
-        }),
-        DeValue::Table(table) => Some(format!(".{}", path_of_array(table, keys, length)?)),
-        _ => None,
-    }
-}
-
 /// `tag[2]` to `tag` and 2.
 fn split_indices(part: &str) -> (&str, impl Iterator<Item = usize>) {
     let (name, rest) = part.split_once('[').unwrap_or((part, ""));
@@ -213,21 +169,6 @@ fn one_line(message: &str) -> String {
         .filter(|line| !line.is_empty())
         .collect::<Vec<_>>()
         .join(", ")
-}
-
-/// Turns serde's "unknown field `x`, expected one of `a`, `b`" into a suggestion.
-fn remedy_for(cause: &str) -> String {
-    let words: Vec<&str> = cause.split('`').skip(1).step_by(2).collect();
-    let unknown = cause.starts_with("unknown ");
-    match words.split_first() {
-        Some((word, known)) if unknown => match nearest(word, known) {
-            Some(meant) => format!("did you mean `{meant}`?"),
-            None if cause.starts_with("unknown field") => "remove it".into(),
-            None => String::new(),
-        },
-        Some((word, [])) if cause.starts_with("missing field") => format!("add `{word} = ...`"),
-        _ => String::new(),
-    }
 }
 
 #[cfg(test)]

@@ -25,6 +25,7 @@ mod object;
 mod pose;
 mod read;
 mod rig;
+mod values;
 
 pub use atomic::{
     FORMER_VERSIONS, former_of, former_version, write_atomically, write_keeping_former,

@@ -54,13 +54,15 @@ impl Target {
         let [major, minor] = self.glibc;
         let target = format!("{}.{major}.{minor}", self.triple);
         // Link-time optimisation excludes incremental compilation.
-        let program = ["CARGO_INCREMENTAL=0", &zigbuild.program, "zigbuild"];
         let what = ["--package", package.cargo_package, "--target", &target];
         let how = ["--profile", package.profile, "--features", package.features];
         run_with(
-            &zigbuild.environment,
-            "env",
-            &[&program[..], &what, &how].concat(),
+            &[
+                ("CARGO_ZIGBUILD_ZIG_PATH", &zigbuild.compiler),
+                ("CARGO_INCREMENTAL", "0"),
+            ],
+            &zigbuild.program,
+            &[&["zigbuild"][..], &what, &how].concat(),
         )?;
         let built = root().join("target").join(self.triple);
         Ok(built.join(package.profile).join(package.program))

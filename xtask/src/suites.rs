@@ -1,0 +1,196 @@
+//! The tests of Rust code, quick ones first: the lowest crates, then all others and the nodes, then the whole system. The programs that cargo builds for all of the workspace are
+//! run one by one, so that each package is tested once, with the features that all others are built with, and one failure does not hide the next.
+
+use crate::chores::{PAGE, page_packages};
+use crate::tools::{command, root, run};
+use sextant_test_needs::NODE;
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+
+/// Packages that compile within minutes on a fresh machine (floors 0 to 2 of ARCHITECTURE.md, and what needs the standard library alone), by folder.
+const LOWEST: &[&str] = &[
+    "crates/contract",
+    "crates/geometry",
+    "crates/tag-families",
+    "crates/drp-circuits",
+    "crates/site-model",
+    "crates/apriltag",
+    "crates/site-report",
+    "crates/simulator",
+    "crates/test-needs",
+    "xtask",
+];
+/// Packages that test or measure all others.
+const SYSTEM: &[&str] = &["tests", "benches", "benches/examine"];
+
+/// Test programs that take a minute or more; they run after the others of their chore.
+const SLOW: &[&str] = &[
+    "tests/tests/page.rs",
+    "tests/tests/play.rs",
+    "tests/tests/fault_table/main.rs",
+];
+
+/// Tests of the lowest crates. Some of what they depend on is compiled once more for the others, with more features: the price of a failure that shows
+/// early.
+pub fn crates() -> Result<(), String> {
+    let names = LOWEST.iter().map(|folder| package(folder));
+    let names: Vec<String> = names.collect::<Result<_, _>>()?;
+    let chosen = names.iter().flat_map(|name| ["--package", name]);
+    let test = ["test", "--release", "--quiet", "--no-fail-fast"];
+    run("cargo", &test.into_iter().chain(chosen).collect::<Vec<_>>())
+}
+
+/// Compiles every program and test.
+pub fn build() -> Result<(), String> {
+    programs().map(drop)
+}
+
+/// Tests of all packages between the lowest and the whole system, and of all documentation.
+pub fn nodes() -> Result<(), String> {
+    let is_node = |folder: &str| !LOWEST.contains(&folder) && !SYSTEM.contains(&folder);
+    let tested = run_programs("nodes", is_node);
+    let doc = ["test", "--release", "--workspace", "--doc", "--quiet"];
+    tested.and(run("cargo", &doc))
+}
+
+/// Tests of several processes and hosts, and of the page in a browser.
+pub fn system() -> Result<(), String> {
+    // What drives the browser. A test that lacks it says so.
+    if NODE.is_met() && !root().join(PAGE).join("node_modules").is_dir() {
+        let _ = page_packages();
+    }
+    run_programs("system", |folder| SYSTEM.contains(&folder))
+}
+
+fn run_programs(word: &str, is_wanted: impl Fn(&str) -> bool) -> Result<(), String> {
+    let mut failed = Vec::new();
+    for program in programs()?
+        .iter()
+        .filter(|program| is_wanted(&program.folder()))
+    {
+        let source = program.relative(&program.source);
+        println!("xtask {word}: {source}");
+        let mut test = command(&program.executable);
+        let package = root().join(program.folder());
+        test.arg("--quiet")
+            .env("CARGO_MANIFEST_DIR", &package)
+            .current_dir(&package);
+        if !test.status().is_ok_and(|status| status.success()) {
+            failed.push(source);
+        }
+    }
+    match failed.as_slice() {
+        [] => Ok(()),
+        _ => Err(failed.join(", ")),
+    }
+}
+
+/// A test program of a package.
+#[derive(Debug, PartialEq)]
+struct Program {
+    manifest: PathBuf,
+    source: PathBuf,
+    executable: String,
+}
+
+impl Program {
+    /// Of a line that cargo prints about what it has built.
+    fn read(line: &str) -> Option<Self> {
+        let (target, profile) = line.split_once("\"profile\":{")?;
+        let (profile, _) = profile.split_once('}')?;
+        profile.contains("\"test\":true").then_some(())?;
+        Some(Self {
+            manifest: text(target, "manifest_path")?.into(),
+            source: text(target, "src_path")?.into(),
+            executable: text(line, "executable")?,
+        })
+    }
+
+    /// The package's, within the workspace.
+    fn folder(&self) -> String {
+        self.relative(self.manifest.parent().unwrap_or(Path::new("")))
+    }
+
+    fn relative(&self, path: &Path) -> String {
+        let root = root().canonicalize().unwrap_or_default();
+        path.strip_prefix(root)
+            .unwrap_or(path)
+            .display()
+            .to_string()
+    }
+}
+
+/// Builds the test programs of the whole workspace.
+fn programs() -> Result<Vec<Program>, String> {
+    let mut build = command("cargo");
+    build.args(["test", "--release", "--workspace", "--no-run"]);
+    build.arg("--message-format=json-render-diagnostics");
+    let output = build.stderr(Stdio::inherit()).output();
+    let output = output.map_err(|cause| format!("cargo: {cause}"))?;
+    if !output.status.success() {
+        return Err("the tests do not compile".to_owned());
+    }
+    let lines = String::from_utf8_lossy(&output.stdout);
+    let mut programs: Vec<Program> = lines.lines().filter_map(Program::read).collect();
+    programs.sort_by_key(|program| {
+        let source = program.relative(&program.source);
+        (SLOW.contains(&source.as_str()), source)
+    });
+    Ok(programs)
+}
+
+/// The text of a field of JSON, where it is one without a quotation mark or backslash in it.
+fn text(json: &str, field: &str) -> Option<String> {
+    let (_, rest) = json.split_once(&format!("\"{field}\":\""))?;
+    rest.split_once('"').map(|(text, _)| text.to_owned())
+}
+
+/// The name of the package in a folder.
+fn package(folder: &str) -> Result<String, String> {
+    let file = root().join(folder).join("Cargo.toml");
+    let manifest =
+        std::fs::read_to_string(&file).map_err(|cause| format!("{}: {cause}", file.display()))?;
+    let name = manifest
+        .lines()
+        .find_map(|line| line.strip_prefix("name = \"")?.strip_suffix('"'));
+    name.map(str::to_owned)
+        .ok_or_else(|| format!("{}: no name", file.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn programs_of_tests_are_found_in_what_cargo_prints() {
+        let line = |test: &str, executable: &str| {
+            format!(
+                r#"{{"reason":"compiler-artifact","package_id":"x","manifest_path":"/a b/tests/Cargo.toml","target":{{"kind":["test"],"name":"fleet","src_path":"/a b/tests/tests/fleet.rs","test":true}},"profile":{{"opt_level":"3","test":{test}}},"features":[],"executable":{executable},"fresh":true}}"#
+            )
+        };
+        let program = Program::read(&line("true", "\"/a b/target/fleet-1\"")).expect("a program");
+        assert_eq!(program.executable, "/a b/target/fleet-1");
+        assert_eq!(program.folder(), "/a b/tests");
+        assert_eq!(Program::read(&line("false", "\"/a b/target/fleet\"")), None);
+        assert_eq!(Program::read(&line("true", "null")), None);
+    }
+
+    /// The lists are those of ARCHITECTURE.md.
+    #[test]
+    fn packages_are_listed_by_the_floors_of_the_map() {
+        let map = std::fs::read_to_string(root().join("ARCHITECTURE.md")).expect("a page");
+        for line in map.lines() {
+            let mut cells = line.split(" | ");
+            let floor = cells.next().and_then(|cell| cell.strip_prefix("| "));
+            let (Some(Ok(floor)), Some(packages)) = (floor.map(str::parse::<u32>), cells.next())
+            else {
+                continue;
+            };
+            for folder in packages.split('`').skip(1).step_by(2) {
+                let is_own = ["crates/test-needs", "xtask"].contains(&folder);
+                assert_eq!(LOWEST.contains(&folder), floor <= 2 || is_own, "{folder}");
+                assert_eq!(SYSTEM.contains(&folder), floor == 9 && !is_own, "{folder}");
+            }
+        }
+    }
+}
