@@ -22,7 +22,7 @@ mod ssh;
 mod target;
 
 use crate::output::{Format, print_line};
-use crate::site::{Site, SiteArguments};
+use crate::site::SiteArguments;
 use anyhow::{anyhow, bail, ensure};
 use clap::Args;
 use desired::{Desired, Sources};
@@ -30,6 +30,7 @@ use health::Health;
 use host::{Deployment, HostJob, Outcome, Report};
 use packages::PackageFolder;
 use progress::Progress;
+use sextant_gateways::site::SiteSession;
 use sextant_process::{Exit, Failure, Shutdown, WithExit};
 use ssh::Ssh;
 use std::collections::BTreeSet;
@@ -149,7 +150,7 @@ fn deploy(
     arguments: &DeployArguments,
     packages: &PackageFolder,
     desired: &[Desired],
-    site: Option<&Site>,
+    site: Option<&SiteSession>,
     shutdown: &Shutdown,
 ) -> anyhow::Result<Vec<Report>> {
     let targets = &arguments.targets;

@@ -8,7 +8,6 @@ mod camera;
 mod check;
 mod config;
 mod convert;
-mod datagrams;
 mod demo;
 mod deploy;
 mod detect;

@@ -40,6 +40,7 @@ const FLOORS: &[&[&str]] = &[
         "node-fusion",
         "node-viewer-bridge",
         "sextant-client",
+        "sextant-gateways",
     ],
     &["sextant"],
     &[

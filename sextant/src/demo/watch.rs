@@ -8,6 +8,7 @@ use crate::demo::terminal::Terminal;
 use crate::simulate::models::{Body, bodies};
 use serde::Serialize;
 use sextant_geometry::{Pose, PoseParts};
+use sextant_process::shutdown::SHUTDOWN_POLL;
 use sextant_process::{Shutdown, now_ns};
 use sextant_proto::{
     CameraStatus, Keys, LinkPose, ObjectLinks, ObjectPose, ObjectTruth, decode, limits,
@@ -18,8 +19,6 @@ use sextant_zenoh_bus::{Bus, BusError, DropRule, Publisher, Qos, Subscription};
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-/// Polling period of children and stop signal.
-const GLANCE: Duration = Duration::from_millis(50);
 /// Period of publishing the truth, for display only.
 const TRUTH_PERIOD_NS: u64 = 100_000_000;
 /// Time in which the last messages of stopped children arrive.
@@ -142,7 +141,7 @@ impl<'a> Watch<'a> {
     }
 
     fn glance(&mut self) -> anyhow::Result<()> {
-        let end = Instant::now() + GLANCE;
+        let end = Instant::now() + SHUTDOWN_POLL;
         while let Some(item) = self
             .poses
             .recv_timeout(end.saturating_duration_since(Instant::now()))

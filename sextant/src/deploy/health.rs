@@ -1,16 +1,15 @@
 //! Which cameras the site sees, as their statuses arrive.
 
-use crate::site::Site;
+use sextant_gateways::site::SiteSession;
 use sextant_process::Shutdown;
+use sextant_process::shutdown::SHUTDOWN_POLL;
 use sextant_proto::{CameraStatus, limits};
 use sextant_site_model::CameraId;
 use sextant_zenoh_bus::{BusError, DropRule};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-/// How often the wish to stop is looked at.
-const GLANCE: Duration = Duration::from_millis(100);
 /// Statuses that may wait.
 const QUEUE: usize = 256;
 
@@ -33,13 +32,13 @@ impl Health {
     ///
     /// # Errors
     /// When the network session has ended.
-    pub fn collect(&self, site: &Site, done: &Shutdown) -> Result<(), BusError> {
+    pub fn collect(&self, site: &SiteSession, done: &Shutdown) -> Result<(), BusError> {
         let key = site.keys.all_camera_statuses();
         let statuses =
             site.bus
                 .subscribe(&key, QUEUE, DropRule::Oldest, limits::MAX_PAYLOAD_BYTES)?;
         while !done.is_requested() {
-            let Some(item) = statuses.recv_timeout(GLANCE) else {
+            let Some(item) = statuses.recv_timeout(SHUTDOWN_POLL) else {
                 continue;
             };
             if let Ok(status) = item.decode::<CameraStatus>()

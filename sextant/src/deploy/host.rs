@@ -10,6 +10,7 @@ use super::ssh::{Ssh, SshError, rest_of};
 use super::target::Target;
 use serde::Serialize;
 use sextant_process::Shutdown;
+use sextant_process::shutdown::SHUTDOWN_POLL;
 use std::io::{BufRead, BufReader, Write};
 use std::process::{ChildStdin, Command};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
@@ -18,8 +19,6 @@ use std::time::{Duration, Instant};
 const SCRIPT: &str = include_str!("host.sh");
 /// Where the host keeps what belongs to deployments.
 const BASE: &str = "/var/lib/sextant-deploy";
-/// How often the site is looked at.
-const GLANCE: Duration = Duration::from_millis(100);
 /// The host waits so much longer for our word than we for its health, s.
 const GRACE_S: u64 = 30;
 /// Lines of logs that are handed on.
@@ -255,7 +254,7 @@ struct Dialogue<'a> {
 impl Dialogue<'_> {
     fn follow(&mut self, lines: &Receiver<String>, report: &mut Report) {
         loop {
-            match lines.recv_timeout(GLANCE) {
+            match lines.recv_timeout(SHUTDOWN_POLL) {
                 Ok(line) => self.hear(&line, report),
                 Err(RecvTimeoutError::Timeout) => self.decide(report),
                 Err(RecvTimeoutError::Disconnected) => return,

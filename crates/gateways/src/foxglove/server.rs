@@ -1,8 +1,10 @@
 //! The WebSocket server: a task for each client, which writes what the hub has for it and passes on what it says.
 
 use super::hub::{ClientId, Frame, Hub, MAX_CLIENTS};
+use crate::report::{Notice, Reporter};
 use futures_util::{SinkExt, StreamExt};
 use sextant_recordings::foxglove::websocket::SUBPROTOCOLS;
+use std::io;
 use std::net::{SocketAddr, TcpListener};
 use std::sync::Arc;
 use std::time::Duration;
@@ -28,7 +30,7 @@ const MAX_REQUEST_BYTES: usize = 256 << 10;
 const PROTOCOL_HEADER: &str = "sec-websocket-protocol";
 
 /// Serves until the runtime ends.
-pub fn start(listener: TcpListener, hub: Arc<Hub>) -> anyhow::Result<Runtime> {
+pub fn start(listener: TcpListener, hub: Arc<Hub>, reporter: Reporter) -> io::Result<Runtime> {
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(1)
         .thread_name("foxglove")
@@ -38,11 +40,11 @@ pub fn start(listener: TcpListener, hub: Arc<Hub>) -> anyhow::Result<Runtime> {
         let _entered = runtime.enter();
         tokio::net::TcpListener::from_std(listener)?
     };
-    runtime.spawn(accept(listener, hub));
+    runtime.spawn(accept(listener, hub, reporter));
     Ok(runtime)
 }
 
-async fn accept(listener: tokio::net::TcpListener, hub: Arc<Hub>) {
+async fn accept(listener: tokio::net::TcpListener, hub: Arc<Hub>, reporter: Reporter) {
     // Those who are about to become clients count, too.
     let places = Arc::new(Semaphore::new(MAX_CLIENTS));
     loop {
@@ -52,18 +54,18 @@ async fn accept(listener: tokio::net::TcpListener, hub: Arc<Hub>) {
             continue;
         };
         let Ok(place) = Arc::clone(&places).try_acquire_owned() else {
-            turn_away(&hub, peer, "there are too many clients");
+            turn_away(&hub, &reporter, peer, "there are too many clients");
             continue;
         };
-        let hub = Arc::clone(&hub);
+        let (hub, reporter) = (Arc::clone(&hub), reporter.clone());
         tokio::spawn(async move {
-            serve(stream, peer, &hub).await;
+            serve(stream, peer, &hub, &reporter).await;
             drop(place);
         });
     }
 }
 
-async fn serve(stream: TcpStream, peer: SocketAddr, hub: &Hub) {
+async fn serve(stream: TcpStream, peer: SocketAddr, hub: &Hub, reporter: &Reporter) {
     let config = WebSocketConfig::default()
         .max_message_size(Some(MAX_REQUEST_BYTES))
         .max_frame_size(Some(MAX_REQUEST_BYTES));
@@ -72,8 +74,15 @@ async fn serve(stream: TcpStream, peer: SocketAddr, hub: &Hub) {
         tokio_tungstenite::accept_hdr_async_with_config(stream, choose_protocol, Some(config));
     let socket = match timeout(GREETING, handshake).await {
         Ok(Ok(socket)) => socket,
-        Ok(Err(cause)) => return turn_away(hub, peer, &cause.to_string()),
-        Err(_) => return turn_away(hub, peer, "it has not opened a WebSocket within 5 s"),
+        Ok(Err(cause)) => return turn_away(hub, reporter, peer, &cause.to_string()),
+        Err(_) => {
+            return turn_away(
+                hub,
+                reporter,
+                peer,
+                "it has not opened a WebSocket within 5 s",
+            );
+        }
     };
     if let Some((id, ready)) = hub.join() {
         converse(socket, hub, id, &ready).await;
@@ -81,12 +90,12 @@ async fn serve(stream: TcpStream, peer: SocketAddr, hub: &Hub) {
     }
 }
 
-fn turn_away(hub: &Hub, peer: SocketAddr, cause: &str) {
+fn turn_away(hub: &Hub, reporter: &Reporter, peer: SocketAddr, cause: &str) {
     if hub.turn_away() {
-        let words = format!(
-            "{peer} was turned away: {cause}; Foxglove and Lichtblick connect with \"Foxglove WebSocket\""
-        );
-        eprintln!("{}", crate::words::plain(&words));
+        reporter.report(&Notice::TurnedAway {
+            peer,
+            cause: format!("{cause}; Foxglove and Lichtblick connect with \"Foxglove WebSocket\""),
+        });
     }
 }
 

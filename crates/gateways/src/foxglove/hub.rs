@@ -9,7 +9,6 @@ use sextant_recordings::foxglove::websocket::{
     AdvertisedChannel, ClientRequest, Subscription, advertise, message_data, server_info,
 };
 use std::collections::{BTreeMap, VecDeque};
-use std::fmt;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::Notify;
@@ -304,20 +303,6 @@ impl Client {
             return Some(Frame::Text(text));
         }
         self.data.try_pop().map(Frame::Binary)
-    }
-}
-
-impl fmt::Display for HubCounts {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{} to {}; {} dropped for slow ones, {} of the site invalid, {} turned away",
-            crate::words::count(self.sent as usize, "message"),
-            crate::words::count(self.clients as usize, "client"),
-            self.dropped,
-            self.invalid,
-            self.turned_away
-        )
     }
 }
 

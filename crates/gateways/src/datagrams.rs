@@ -1,12 +1,9 @@
 //! UDP to one machine, and the counts that its senders end with.
 
-use crate::output::{Format, print_line};
 use crate::pose_feed::FeedCounts;
-use crate::words;
-use anyhow::{Context, anyhow, bail};
+use crate::report::{Notice, Reporter};
 use serde::Serialize;
-use sextant_process::{Exit, Failure, WithExit};
-use std::io::ErrorKind;
+use std::io::{self, ErrorKind};
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, ToSocketAddrs, UdpSocket};
 
 /// One machine's port, and what was sent there.
@@ -15,6 +12,29 @@ pub struct DatagramTarget {
     socket: UdpSocket,
     address: SocketAddr,
     counts: DatagramCounts,
+    reporter: Reporter,
+}
+
+/// Why datagrams cannot be sent to a target.
+#[derive(Debug, thiserror::Error)]
+pub enum TargetError {
+    /// What is no address of one machine.
+    #[error("{0}")]
+    Address(&'static str),
+    /// A name without an address.
+    #[error("{cause}")]
+    Host {
+        /// What is wrong with the name.
+        cause: &'static str,
+        /// The system's reason, if it gives one.
+        source: Option<io::Error>,
+    },
+    /// No way to the machine.
+    #[error("{0}; look at this machine's network")]
+    Unreachable(io::Error),
+    /// The system gives no socket.
+    #[error("no UDP socket")]
+    Socket(#[source] io::Error),
 }
 
 /// Datagrams since the start.
@@ -32,45 +52,46 @@ impl DatagramTarget {
     /// Resolves `HOST:PORT`.
     ///
     /// # Errors
-    /// [`Exit::Usage`] for what is no address of one machine, [`Exit::Unavailable`] for a name that is not found.
-    pub fn open(target: &str) -> anyhow::Result<Self> {
-        let wrong = |cause: String| Failure::new(Exit::Usage, anyhow!("--to {target}: {cause}"));
+    /// See [`TargetError`].
+    pub fn open(target: &str, reporter: Reporter) -> Result<Self, TargetError> {
         if target
             .rsplit_once(':')
             .is_none_or(|(_, port)| port.parse::<u16>().is_err())
         {
-            bail!(wrong("write HOST:PORT, such as 192.168.1.20:9000".into()));
+            return Err(TargetError::Address(
+                "write HOST:PORT, such as 192.168.1.20:9000",
+            ));
         }
-        let address = target
-            .to_socket_addrs()
-            .with_context(|| format!("--to {target}: no such host"))
-            .exit_with(Exit::Unavailable)?
-            .next()
-            .with_context(|| format!("--to {target}: the host has no address"))
-            .exit_with(Exit::Unavailable)?;
+        let unknown = |source| TargetError::Host {
+            cause: "no such host",
+            source: Some(source),
+        };
+        let mut addresses = target.to_socket_addrs().map_err(unknown)?;
+        let address = addresses.next().ok_or(TargetError::Host {
+            cause: "the host has no address",
+            source: None,
+        })?;
         if let Some(cause) = not_one_machine(address) {
-            bail!(wrong(cause.to_owned()));
+            return Err(TargetError::Address(cause));
         }
         let any: IpAddr = match address {
             SocketAddr::V4(_) => Ipv4Addr::UNSPECIFIED.into(),
             SocketAddr::V6(_) => Ipv6Addr::UNSPECIFIED.into(),
         };
-        let socket = UdpSocket::bind((any, 0)).context("no UDP socket")?;
+        let socket = UdpSocket::bind((any, 0)).map_err(TargetError::Socket)?;
         socket
             .connect(address)
             .map_err(|cause| match cause.kind() {
                 // A network's own broadcast address, which only the system knows.
-                ErrorKind::PermissionDenied => wrong(BROADCAST.to_owned()),
-                _ => Failure::new(
-                    Exit::Unavailable,
-                    anyhow!("--to {target}: {cause}; look at this machine's network"),
-                ),
+                ErrorKind::PermissionDenied => TargetError::Address(BROADCAST),
+                _ => TargetError::Unreachable(cause),
             })?;
-        socket.set_nonblocking(true)?;
+        socket.set_nonblocking(true).map_err(TargetError::Socket)?;
         Ok(Self {
             socket,
             address,
             counts: DatagramCounts::default(),
+            reporter,
         })
     }
 
@@ -83,10 +104,7 @@ impl DatagramTarget {
         {
             // The answer to an earlier datagram; this one was not sent.
             if self.counts.unheard == 0 {
-                eprintln!(
-                    "no program listens at {} yet; sending continues",
-                    self.address
-                );
+                self.reporter.report(&Notice::NobodyListens(self.address));
             }
             self.counts.unheard += 1;
             result = self.socket.send(datagram);
@@ -95,7 +113,10 @@ impl DatagramTarget {
             Ok(_) => self.counts.sent += 1,
             Err(cause) => {
                 if self.counts.unsent == 0 {
-                    eprintln!("cannot send to {}: {cause}; trying on", self.address);
+                    self.reporter.report(&Notice::Unsent {
+                        address: self.address,
+                        cause: cause.to_string(),
+                    });
                 }
                 self.counts.unsent += 1;
             }
@@ -113,38 +134,17 @@ impl DatagramTarget {
     }
 }
 
-/// What a command that sends poses as datagrams ends with.
-#[derive(Debug, Serialize)]
+/// Counts of a gateway that sends poses as datagrams.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct SenderCounts {
+    /// Poses of the site.
     #[serde(flatten)]
     pub feed: FeedCounts,
+    /// Datagrams made of them.
     #[serde(flatten)]
     pub datagrams: DatagramCounts,
     /// Poses held back by the rate limit.
     pub skipped: u64,
-}
-
-impl SenderCounts {
-    /// Prints the counts.
-    ///
-    /// # Errors
-    /// A closed output.
-    pub fn report(&self, format: Format) -> anyhow::Result<()> {
-        let (feed, datagrams) = (self.feed, self.datagrams);
-        match format {
-            Format::Json => print_line(&serde_json::to_string(self)?)?,
-            Format::Text => eprintln!(
-                "{} from {}; {} skipped by the rate limit, {} dropped, {} refused; {} unsent",
-                words::count(datagrams.sent as usize, "datagram"),
-                words::count(feed.poses as usize, "pose"),
-                self.skipped,
-                feed.dropped,
-                feed.refused,
-                datagrams.unsent
-            ),
-        }
-        Ok(())
-    }
 }
 
 const BROADCAST: &str =
@@ -168,6 +168,10 @@ fn not_one_machine(address: SocketAddr) -> Option<&'static str> {
 mod tests {
     use super::*;
 
+    fn silent() -> Reporter {
+        Reporter::new(|_| {})
+    }
+
     #[test]
     fn only_one_machine_is_a_target() {
         for (target, cause) in [
@@ -180,10 +184,12 @@ mod tests {
             ("127.0.0.1", "HOST:PORT"),
             ("127.0.0.1:70000", "HOST:PORT"),
         ] {
-            let error = DatagramTarget::open(target).unwrap_err().to_string();
+            let error = DatagramTarget::open(target, silent())
+                .unwrap_err()
+                .to_string();
             assert!(error.contains(cause), "{target}: {error}");
         }
-        assert!(DatagramTarget::open("127.0.0.1:9000").is_ok());
+        assert!(DatagramTarget::open("127.0.0.1:9000", silent()).is_ok());
     }
 
     #[test]
@@ -191,7 +197,7 @@ mod tests {
         let listener = UdpSocket::bind("127.0.0.1:0").unwrap();
         let address = listener.local_addr().unwrap();
         drop(listener);
-        let mut target = DatagramTarget::open(&address.to_string()).unwrap();
+        let mut target = DatagramTarget::open(&address.to_string(), silent()).unwrap();
         while target.counts().unheard == 0 {
             target.send(b"x");
         }

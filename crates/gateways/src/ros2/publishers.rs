@@ -1,16 +1,16 @@
 //! The publishers on the router of ROS: each declared with its first message, with its liveliness token, numbered messages and attachments.
 
-use crate::output::{Format, print_line};
-use serde_json::json;
+use super::{OnTopic, Ros2Error};
+use crate::report::Notice;
 use sextant_ros2::{Attachment, Durability, Gid, Graph, Outgoing, Topic, TopicKind};
-use sextant_zenoh_bus::{AliveToken, AttachedPublisher, Audience, Bus, Qos};
+use sextant_zenoh_bus::{AliveToken, AttachedPublisher, Audience, Bus, BusError, Qos};
 use std::collections::BTreeMap;
 
 /// All publishers of the node.
-pub(super) struct Publishers {
+pub(super) struct Publishers<'a> {
     ros: Bus,
     graph: Graph,
-    format: Format,
+    on_topic: OnTopic<'a>,
     publishers: BTreeMap<Topic, TopicPublisher>,
     counts: Counts,
     is_router_gone: bool,
@@ -33,14 +33,14 @@ struct TopicPublisher {
     _token: AliveToken,
 }
 
-impl Publishers {
+impl<'a> Publishers<'a> {
     /// The node appears in the graph of ROS.
-    pub(super) fn new(ros: Bus, graph: Graph, format: Format) -> anyhow::Result<Self> {
+    pub(super) fn new(ros: Bus, graph: Graph, on_topic: OnTopic<'a>) -> Result<Self, BusError> {
         let node = ros.alive(&graph.node_token())?;
         Ok(Self {
             ros,
             graph,
-            format,
+            on_topic,
             publishers: BTreeMap::new(),
             counts: Counts::default(),
             is_router_gone: false,
@@ -55,8 +55,8 @@ impl Publishers {
     /// Publishes a message at `now_ns`.
     ///
     /// # Errors
-    /// The publisher cannot be declared, or nobody reads what this program prints.
-    pub(super) fn put(&mut self, now_ns: u64, message: Outgoing) -> anyhow::Result<()> {
+    /// The publisher cannot be declared, or its topic not be announced.
+    pub(super) fn put(&mut self, now_ns: u64, message: Outgoing) -> Result<(), Ros2Error> {
         if !self.publishers.contains_key(&message.topic) {
             self.declare(&message.topic)?;
         }
@@ -76,8 +76,8 @@ impl Publishers {
         Ok(())
     }
 
-    fn declare(&mut self, topic: &Topic) -> anyhow::Result<()> {
-        let number = u32::try_from(self.publishers.len() + 1)?;
+    fn declare(&mut self, topic: &Topic) -> Result<(), Ros2Error> {
+        let number = self.publishers.len() as u32 + 1;
         let endpoint = self.graph.publisher(number, topic);
         let audience = match topic.kind.qos().durability {
             Durability::Volatile => Audience::Present,
@@ -92,29 +92,17 @@ impl Publishers {
             _token: self.ros.alive(&endpoint.token)?,
         };
         self.publishers.insert(topic.clone(), publisher);
-        print_line(&match self.format {
-            Format::Json => {
-                json!({"event": "topic", "name": topic.name, "type": topic.kind.type_name()})
-                    .to_string()
-            }
-            Format::Text => format!("{} ({})", topic.name, topic.kind.type_name()),
-        })?;
-        Ok(())
+        (self.on_topic)(topic).map_err(Ros2Error::Announcement)
     }
 
-    /// Says when the router of ROS is gone, and when it is back.
-    pub(super) fn watch_router(&mut self) {
+    /// A notice when the router of ROS is gone, and when it is back.
+    pub(super) fn router_notice(&mut self) -> Option<Notice> {
         let is_gone = !self.ros.is_connected();
-        if is_gone != self.is_router_gone {
-            self.is_router_gone = is_gone;
-            eprintln!(
-                "{}",
-                if is_gone {
-                    "the ROS router is gone; waiting for it"
-                } else {
-                    "the ROS router is back"
-                }
-            );
+        let was_gone = std::mem::replace(&mut self.is_router_gone, is_gone);
+        match (was_gone, is_gone) {
+            (false, true) => Some(Notice::RosRouterGone),
+            (true, false) => Some(Notice::RosRouterBack),
+            _ => None,
         }
     }
 

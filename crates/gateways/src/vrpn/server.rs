@@ -1,14 +1,11 @@
 //! The sockets of a VRPN server: TCP for messages, UDP for clients that ask to be connected to. One thread, which never waits for a client.
 
 use super::dialler::Dialler;
-use crate::listening;
-use anyhow::Context;
+use crate::report::{Notice, Reporter};
 use serde::Serialize;
-use sextant_pose_formats::{
-    TrackerReport, VRPN_PORT, VrpnConnection, VrpnTrackers, requested_port,
-};
-use sextant_process::{Exit, WithExit, now_ns};
-use std::io::{ErrorKind, Read, Write};
+use sextant_pose_formats::{TrackerReport, VrpnConnection, VrpnTrackers, requested_port};
+use sextant_process::now_ns;
+use std::io::{self, ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream, UdpSocket};
 use std::time::{Duration, Instant};
 
@@ -30,7 +27,19 @@ pub struct Server {
     dialler: Dialler,
     clients: Vec<Client>,
     counts: ServerCounts,
+    reporter: Reporter,
     due: Instant,
+}
+
+/// Why a server cannot start.
+#[derive(Debug, thiserror::Error)]
+pub enum StartError {
+    /// The UDP port of the same number is in use.
+    #[error("the UDP port is in use; name another one")]
+    UdpPort(#[source] io::Error),
+    /// The system refuses a socket's settings or a thread.
+    #[error(transparent)]
+    System(#[from] io::Error),
 }
 
 /// Since the start.
@@ -65,15 +74,9 @@ enum End {
 }
 
 impl Server {
-    /// Listens at `HOST[:PORT]`.
-    ///
-    /// # Errors
-    /// [`Exit::Usage`] for what is no address, [`Exit::Unavailable`] for one that is in use.
-    pub fn open(listen: &str) -> anyhow::Result<Self> {
-        let listener = listening::listen(listen, VRPN_PORT)?;
-        let requests = UdpSocket::bind(listener.local_addr()?)
-            .with_context(|| format!("--listen {listen}: the UDP port is in use; name another one"))
-            .exit_with(Exit::Unavailable)?;
+    /// Serves at the address of a listener that does not block, by TCP and UDP.
+    pub fn start(listener: TcpListener, reporter: Reporter) -> Result<Self, StartError> {
+        let requests = UdpSocket::bind(listener.local_addr()?).map_err(StartError::UdpPort)?;
         requests.set_nonblocking(true)?;
         Ok(Self {
             listener,
@@ -81,6 +84,7 @@ impl Server {
             dialler: Dialler::start()?,
             clients: Vec::new(),
             counts: ServerCounts::default(),
+            reporter,
             due: Instant::now(),
         })
     }
@@ -100,7 +104,7 @@ impl Server {
 
     /// Sends a report to all clients.
     pub fn send(&mut self, report: &TrackerReport) {
-        let counts = &mut self.counts;
+        let (counts, reporter) = (&mut self.counts, &self.reporter);
         self.clients.retain_mut(|client| {
             if !client.connection.is_open() {
                 return true;
@@ -108,7 +112,7 @@ impl Server {
             client.waiting.extend(report.description.iter().flatten());
             client.waiting.extend(&report.pose);
             counts.sent += 1;
-            counts.keeps(client.peer, client.flush())
+            counts.keeps(client.peer, client.flush(), reporter)
         });
     }
 
@@ -120,12 +124,12 @@ impl Server {
         self.due = now + PERIOD;
         self.take_requests();
         self.take_connections(now);
-        let counts = &mut self.counts;
+        let (counts, reporter) = (&mut self.counts, &self.reporter);
         self.clients.retain_mut(|client| {
             let was_open = client.connection.is_open();
             let result = client.turn(trackers, now);
             counts.clients += u64::from(!was_open && client.connection.is_open());
-            counts.keeps(client.peer, result)
+            counts.keeps(client.peer, result, reporter)
         });
     }
 
@@ -151,9 +155,8 @@ impl Server {
             let stream = dialled.or_else(|| Some(self.listener.accept().ok()?.0));
             let Some(stream) = stream else { return };
             if self.clients.len() >= MAX_CLIENTS {
-                self.counts.turn_away(&format!(
-                    "a client beyond the {MAX_CLIENTS} that can be served was turned away"
-                ));
+                let notice = Notice::TooManyClients { most: MAX_CLIENTS };
+                self.counts.turn_away(&notice, &self.reporter);
             } else if let Ok(client) = Client::new(stream, now) {
                 self.clients.push(client);
             }
@@ -163,33 +166,35 @@ impl Server {
 
 impl ServerCounts {
     /// Whether a client stays.
-    fn keeps(&mut self, peer: SocketAddr, result: Result<(), End>) -> bool {
+    fn keeps(&mut self, peer: SocketAddr, result: Result<(), End>, reporter: &Reporter) -> bool {
         match result {
             Ok(()) => return true,
             Err(End::Closed) => {}
             Err(End::Slow) => {
                 if self.slow == 0 {
-                    eprintln!("{peer} does not read what it is sent and was disconnected");
+                    reporter.report(&Notice::Disconnected(peer));
                 }
                 self.slow += 1;
             }
-            Err(End::Wrong(cause)) => self.turn_away(&format!("{peer} was turned away: {cause}")),
+            Err(End::Wrong(cause)) => {
+                self.turn_away(&Notice::TurnedAway { peer, cause }, reporter);
+            }
         }
         false
     }
 
     /// Counts a connection that is turned away; the first few are reported.
-    fn turn_away(&mut self, words: &str) {
+    fn turn_away(&mut self, notice: &Notice, reporter: &Reporter) {
         const REPORTED: u64 = 10;
         if self.turned_away < REPORTED {
-            eprintln!("{}", crate::words::plain(words));
+            reporter.report(notice);
         }
         self.turned_away += 1;
     }
 }
 
 impl Client {
-    fn new(stream: TcpStream, since: Instant) -> std::io::Result<Self> {
+    fn new(stream: TcpStream, since: Instant) -> io::Result<Self> {
         stream.set_nonblocking(true)?;
         stream.set_nodelay(true)?;
         Ok(Self {
@@ -236,6 +241,6 @@ impl Client {
     }
 }
 
-fn is_later(cause: &std::io::Error) -> bool {
+fn is_later(cause: &io::Error) -> bool {
     matches!(cause.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted)
 }
