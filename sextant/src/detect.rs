@@ -3,12 +3,10 @@
 mod dataset;
 pub mod explain;
 mod families;
-mod finder;
 mod otherwise;
 mod print;
 mod sight;
 
-use crate::ordered::in_order;
 use crate::output::{Format, print_line};
 use anyhow::{Context, bail};
 use clap::{ArgGroup, Args};
@@ -16,14 +14,12 @@ use families::{Sought, families};
 use otherwise::NothingFound;
 use sextant_apriltag::{Detector, Options, Tracker};
 use sextant_process::{Exit, Failure, WithExit};
+use sextant_replay::in_order;
 use sextant_site_files::read_rig;
 use sextant_site_model::{Camera, CameraId};
 use sight::{DetectedImage, detect, follow};
 use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
-
-pub use finder::{ChessboardSearch, PartialViews, TagFinder};
-pub use sight::{detected_tags, image_of};
 
 /// Arguments of `sextant detect`.
 #[derive(Args, Debug)]
@@ -139,7 +135,7 @@ fn detect_each(
                 eprintln!("error: {error:#}");
             }
         }
-        Ok(())
+        anyhow::Ok(())
     };
     let paths = paths(&arguments.images);
     let camera = camera(arguments)?;

@@ -4,7 +4,6 @@ mod chart;
 mod pictures;
 mod words;
 
-use crate::detect::{ChessboardSearch, PartialViews};
 use crate::output::{Format, print_line};
 use crate::print::enlarged;
 use crate::procedure::{ImageArguments, ImageSelection, Images, wrong};
@@ -15,6 +14,7 @@ use sextant_calibrator::procedure::{LensPlan, Outcome, Plan, Procedure, Product,
 use sextant_geometry::{Intrinsics, Lens, LensModel};
 use sextant_process::{Exit, WithExit};
 use sextant_recordings::{Dataset, Frame, read_picture};
+use sextant_replay::{ChessboardSearch, PartialViews};
 use sextant_site_files::{read_object, read_rig, write_rig};
 use sextant_site_model::{Camera, CameraId, ObjectModel, Rig};
 use std::path::{Path, PathBuf};

@@ -2,11 +2,12 @@
 
 use crate::demo::Summary;
 use crate::demo::processes::Processes;
-use crate::demo::score::{PoseError, Score, ScoredPose, WorldFrame};
 use crate::demo::site_folder::SiteFolder;
 use crate::demo::terminal::Terminal;
 use crate::simulate::models::{Body, bodies};
 use serde::Serialize;
+use sextant_evaluation::PoseError;
+use sextant_evaluation::live::{LiveScore, ScoredPose, WorldFrame};
 use sextant_geometry::{Pose, PoseParts};
 use sextant_process::shutdown::SHUTDOWN_POLL;
 use sextant_process::{Shutdown, now_ns};
@@ -45,7 +46,7 @@ pub struct Watch<'a> {
     statuses: Subscription,
     truths: BTreeMap<ObjectId, TruthOutlet>,
     cameras: BTreeMap<CameraId, CameraStatus>,
-    score: Score,
+    score: LiveScore,
     terminal: &'a Terminal,
 }
 
@@ -96,7 +97,7 @@ impl<'a> Watch<'a> {
             statuses: subscribe(keys.all_camera_statuses())?,
             truths,
             cameras: BTreeMap::new(),
-            score: Score::new(names, rate_hz, now_ns(), frame),
+            score: LiveScore::new(names, rate_hz, now_ns(), frame),
             terminal,
         })
     }
@@ -173,7 +174,8 @@ impl<'a> Watch<'a> {
             truth: &truth,
         };
         self.score.count(message.object.as_str(), &judged);
-        self.score.count_latency(message);
+        self.score
+            .count_latency(message.capture_ns, message.published_ns);
         self.publish_truth(message, &truth)
     }
 
@@ -218,8 +220,8 @@ impl<'a> Watch<'a> {
             capture_ns: message.capture_ns,
             position: parts.position,
             orientation: parts.orientation,
-            position_error_m: error.position_m,
-            attitude_error_rad: error.attitude_rad,
+            position_error_m: error.position_m(),
+            attitude_error_rad: error.attitude_rad(),
         })?;
         Ok(())
     }

@@ -7,13 +7,14 @@ mod pictures;
 mod record;
 mod summary;
 
-use super::sight::{DetectedImage, image_of};
-use crate::drawing::Canvas;
+use super::sight::DetectedImage;
 use anyhow::Context;
 use record::{Record, Stopwatch};
 use sextant_apriltag::{Detection, Detector, Image, Options, Report};
+use sextant_drawing::Canvas;
 use sextant_process::{Exit, WithExit};
 use sextant_recordings::{GreyImage, read_picture, write_colour_png};
+use sextant_replay::image_of;
 use sextant_site_files::write_atomically;
 use std::fs;
 use std::path::Path;

@@ -2,8 +2,8 @@
 
 use super::pictures::{AFTER, BEFORE};
 use super::record::{Quad, Record};
-use crate::drawing::{Canvas, Font, GROUND, INK, View, legend_height, write_legend};
 use sextant_apriltag::{Detection, Refinement};
+use sextant_drawing::{Canvas, Font, GROUND, INK, View, legend_height, write_legend};
 use sextant_recordings::GreyImage;
 
 /// Side of the square that shows a tag, and of those that show its corners, pixels of the canvas.

@@ -1,10 +1,10 @@
 //! The pictures of whole images: one a stage, each with a legend below.
 
 use super::record::{PassRecord, Quad, Record};
-use crate::drawing::{
+use sextant_apriltag::{Detection, Rejection};
+use sextant_drawing::{
     Canvas, Colour, Font, GROUND, INK, LegendLine, View, legend_height, legend_width, write_legend,
 };
-use sextant_apriltag::{Detection, Rejection};
 use sextant_recordings::GreyImage;
 use std::collections::BTreeMap;
 

@@ -1,16 +1,15 @@
 //! Poses to compare with: another recording or pose file, ground truth as TUM text or EuRoC's CSV.
 
-use anyhow::{Context, bail, ensure};
 use nalgebra::{Quaternion, Translation3};
 use serde::Deserialize;
 use sextant_geometry::{Pose, PoseParts, unit_quaternion};
-use sextant_process::{Exit, WithExit};
+use sextant_recordings::RecordingError;
 use sextant_recordings::mcap::site_recording::SiteRecording;
 use sextant_site_model::ObjectId;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
-use std::io::{BufRead, BufReader};
-use std::path::Path;
+use std::io::{self, BufRead, BufReader};
+use std::path::{Path, PathBuf};
 
 /// Poses further apart than this, ns, are not interpolated.
 const LONGEST_GAP_NS: u64 = 200_000_000;
@@ -45,38 +44,71 @@ impl Trajectory {
     }
 }
 
-/// Reads files for objects that have been replayed. A file of one trajectory is that of the object whose id is its name, or of the only object.
+/// Why a file is no reference.
+#[derive(Debug, thiserror::Error)]
+pub enum ReferenceError {
+    /// The extension is that of no format.
+    #[error(
+        "{}: the name says no format; let it end with .mcap, .jsonl, .tum, .txt or .csv",
+        .0.display()
+    )]
+    UnknownFormat(PathBuf),
+    /// A file of one trajectory is named after none of several objects.
+    #[error("{}: which of the {objects} objects is it of? Name the file after it", path.display())]
+    UnknownObject {
+        /// The file.
+        path: PathBuf,
+        /// Number of objects.
+        objects: usize,
+    },
+    /// A recording cannot be read.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+    /// A file cannot be opened.
+    #[error("{}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// A line is no pose.
+    #[error("{}:{line}: {cause}", path.display())]
+    Line {
+        /// The file.
+        path: PathBuf,
+        /// Number of the line, from 1.
+        line: usize,
+        /// What is wrong, and what to write.
+        cause: String,
+    },
+}
+
+/// Reads files for these objects. A file of one trajectory is that of the object whose id is its name, or of the only object.
 ///
 /// # Errors
-/// [`Exit::Input`] for a file that cannot be used; with its line.
-pub fn read(
-    files: &[std::path::PathBuf],
-    objects: &BTreeSet<ObjectId>,
-) -> anyhow::Result<References> {
+/// See [`ReferenceError`].
+pub fn read(files: &[PathBuf], objects: &BTreeSet<ObjectId>) -> Result<References, ReferenceError> {
     let mut references = References::new();
     for file in files {
-        let read = read_one(file, objects);
-        for (object, trajectory) in read.exit_with(Exit::Input)? {
+        for (object, trajectory) in read_one(file, objects)? {
             references.entry(object).or_default().0.extend(trajectory.0);
         }
     }
     Ok(references)
 }
 
-fn read_one(file: &Path, objects: &BTreeSet<ObjectId>) -> anyhow::Result<References> {
+fn read_one(file: &Path, objects: &BTreeSet<ObjectId>) -> Result<References, ReferenceError> {
     match file.extension().and_then(|extension| extension.to_str()) {
         Some("mcap") => of_recording(file),
         Some("jsonl" | "json") => of_lines(file),
         Some("tum" | "txt") => Ok([(owner(file, objects)?, of_table(file, tum_row)?)].into()),
         Some("csv") => Ok([(owner(file, objects)?, of_table(file, euroc_row)?)].into()),
-        _ => bail!(
-            "--against {}: the name says no format; let it end with .mcap, .jsonl, .tum, .txt or .csv",
-            file.display()
-        ),
+        _ => Err(ReferenceError::UnknownFormat(file.to_owned())),
     }
 }
 
-fn owner(file: &Path, objects: &BTreeSet<ObjectId>) -> anyhow::Result<ObjectId> {
+fn owner(file: &Path, objects: &BTreeSet<ObjectId>) -> Result<ObjectId, ReferenceError> {
     let stem = file
         .file_stem()
         .and_then(|stem| stem.to_str())
@@ -84,17 +116,14 @@ fn owner(file: &Path, objects: &BTreeSet<ObjectId>) -> anyhow::Result<ObjectId> 
     let named = objects.iter().find(|object| object.as_str() == stem);
     let only = objects.first().filter(|_| objects.len() == 1);
     let owner = named.or(only).cloned();
-    owner.with_context(|| {
-        format!(
-            "--against {}: which of the {} objects is it of? Name the file after it",
-            file.display(),
-            objects.len()
-        )
+    owner.ok_or_else(|| ReferenceError::UnknownObject {
+        path: file.to_owned(),
+        objects: objects.len(),
     })
 }
 
 /// The truth of an object where it was simulated, else its poses.
-fn of_recording(file: &Path) -> anyhow::Result<References> {
+fn of_recording(file: &Path) -> Result<References, ReferenceError> {
     let recording = SiteRecording::read(file)?;
     let mut references = References::new();
     for truth in &recording.truths {
@@ -130,11 +159,12 @@ struct WrittenPose {
     orientation: [f64; 4],
 }
 
-fn of_lines(file: &Path) -> anyhow::Result<References> {
+fn of_lines(file: &Path) -> Result<References, ReferenceError> {
+    const FORM: &str = "write {\"t_ns\",\"object\",\"position\":[3],\"orientation\":[x,y,z,w]}";
     let mut references = References::new();
     each_line(file, |line| {
-        let read: PoseLine = serde_json::from_str(line)
-            .context("write {\"t_ns\",\"object\",\"position\":[3],\"orientation\":[x,y,z,w]}")?;
+        let read: PoseLine =
+            serde_json::from_str(line).map_err(|cause| format!("{FORM}: {cause}"))?;
         let pose = checked(read.pose.position, read.pose.orientation)?;
         references
             .entry(read.object)
@@ -148,8 +178,8 @@ fn of_lines(file: &Path) -> anyhow::Result<References> {
 
 fn of_table(
     file: &Path,
-    row: fn(&str) -> anyhow::Result<(u64, Pose)>,
-) -> anyhow::Result<Trajectory> {
+    row: fn(&str) -> Result<(u64, Pose), String>,
+) -> Result<Trajectory, ReferenceError> {
     let mut trajectory = Trajectory::default();
     each_line(file, |line| {
         let (t_ns, pose) = row(line)?;
@@ -160,71 +190,85 @@ fn of_table(
 }
 
 /// Each line that is neither empty nor a comment; errors name it.
-fn each_line(file: &Path, mut take: impl FnMut(&str) -> anyhow::Result<()>) -> anyhow::Result<()> {
-    let opened = File::open(file).with_context(|| file.display().to_string())?;
+fn each_line(
+    file: &Path,
+    mut take: impl FnMut(&str) -> Result<(), String>,
+) -> Result<(), ReferenceError> {
+    let opened = File::open(file).map_err(|source| ReferenceError::Unreadable {
+        path: file.to_owned(),
+        source,
+    })?;
     for (number, line) in (1..).zip(BufReader::new(opened).lines()) {
-        let place = || format!("{}:{number}", file.display());
-        let line = line.with_context(place)?;
-        let line = line.trim();
-        if !line.is_empty() && !line.starts_with('#') {
-            take(line).with_context(place)?;
-        }
+        let taken = line
+            .map_err(|cause| cause.to_string())
+            .and_then(|line| match line.trim() {
+                line if line.is_empty() || line.starts_with('#') => Ok(()),
+                line => take(line),
+            });
+        taken.map_err(|cause| ReferenceError::Line {
+            path: file.to_owned(),
+            line: number,
+            cause,
+        })?;
     }
     Ok(())
 }
 
-fn tum_row(line: &str) -> anyhow::Result<(u64, Pose)> {
+fn tum_row(line: &str) -> Result<(u64, Pose), String> {
+    const FORM: &str = "write seconds x y z qx qy qz qw, as `evo` reads it";
     let columns: Vec<&str> = line.split_whitespace().collect();
     let [time, numbers @ ..] = &columns[..] else {
-        bail!("there is no time");
+        return Err("there is no time".to_owned());
     };
-    let [x, y, z, qx, qy, qz, qw] =
-        numbers_of(numbers).context("write seconds x y z qx qy qz qw, as `evo` reads it")?;
-    Ok((ns_of(time)?, checked([x, y, z], [qx, qy, qz, qw])?))
+    let numbers = numbers_of(numbers).map_err(|cause| format!("{FORM}: {cause}"))?;
+    let [x, y, z, qx, qy, qz, qw] = numbers;
+    let time_ns = ns_of(time).ok_or_else(|| format!("\"{time}\" is no time in seconds"))?;
+    Ok((time_ns, checked([x, y, z], [qx, qy, qz, qw])?))
 }
 
-fn euroc_row(line: &str) -> anyhow::Result<(u64, Pose)> {
+fn euroc_row(line: &str) -> Result<(u64, Pose), String> {
     const FORM: &str = "write timestamp [ns], x, y, z, qw, qx, qy, qz";
     let columns: Vec<&str> = line.split(',').map(str::trim).collect();
     let [time, numbers @ ..] = &columns[..] else {
-        bail!("{FORM}");
+        return Err(FORM.to_owned());
     };
-    let time = time.parse().context(FORM)?;
-    let [x, y, z, qw, qx, qy, qz] = numbers_of(&numbers[..numbers.len().min(7)]).context(FORM)?;
-    Ok((time, checked([x, y, z], [qx, qy, qz, qw])?))
+    let time_ns = time
+        .parse()
+        .map_err(|cause: std::num::ParseIntError| format!("{FORM}: {cause}"))?;
+    let numbers = numbers_of(&numbers[..numbers.len().min(7)]);
+    let [x, y, z, qw, qx, qy, qz] = numbers.map_err(|cause| format!("{FORM}: {cause}"))?;
+    Ok((time_ns, checked([x, y, z], [qx, qy, qz, qw])?))
 }
 
-fn numbers_of(columns: &[&str]) -> anyhow::Result<[f64; 7]> {
+fn numbers_of(columns: &[&str]) -> Result<[f64; 7], String> {
     let numbers = columns.iter().map(|column| column.parse::<f64>());
-    let numbers: Vec<f64> = numbers.collect::<Result<_, _>>().context("not a number")?;
+    let numbers: Vec<f64> = numbers
+        .collect::<Result<_, _>>()
+        .map_err(|cause| format!("not a number: {cause}"))?;
     let n_columns = numbers.len();
     numbers
         .try_into()
-        .map_err(|_| anyhow::anyhow!("{n_columns} numbers behind the time instead of 7"))
+        .map_err(|_| format!("{n_columns} numbers behind the time instead of 7"))
 }
 
 /// Seconds with up to nine digits behind the point, exactly.
-fn ns_of(seconds: &str) -> anyhow::Result<u64> {
+fn ns_of(seconds: &str) -> Option<u64> {
     let (whole, fraction) = seconds.split_once('.').unwrap_or((seconds, ""));
-    ensure!(
-        fraction.bytes().all(|byte| byte.is_ascii_digit()),
-        "\"{seconds}\" is no time in seconds"
-    );
+    if !fraction.bytes().all(|byte| byte.is_ascii_digit()) {
+        return None;
+    }
     let nanoseconds = format!("{fraction:0<9}");
-    let parsed = whole
-        .parse::<u64>()
-        .ok()
-        .zip(nanoseconds[..9].parse::<u64>().ok());
-    let ns = parsed.and_then(|(whole, ns)| whole.checked_mul(1_000_000_000)?.checked_add(ns));
-    ns.with_context(|| format!("\"{seconds}\" is no time in seconds"))
+    let ns: u64 = nanoseconds[..9].parse().ok()?;
+    let whole: u64 = whole.parse().ok()?;
+    whole.checked_mul(1_000_000_000)?.checked_add(ns)
 }
 
-fn checked(position: [f64; 3], orientation: [f64; 4]) -> anyhow::Result<Pose> {
+fn checked(position: [f64; 3], orientation: [f64; 4]) -> Result<Pose, String> {
     let parts = PoseParts {
         position,
         orientation,
     };
-    Ok(parts.to_pose()?)
+    parts.to_pose().map_err(|cause| cause.to_string())
 }
 
 fn pose_of(position: [f64; 3], [x, y, z, w]: [f64; 4]) -> Pose {

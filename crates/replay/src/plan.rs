@@ -1,11 +1,30 @@
 //! What a recorded fusion node took in, in its order and with its times; where the recording lacks that, observations in order of arrival.
 
-use anyhow::Context;
 use sextant_estimator::Input;
 use sextant_proto::{FusionInputs, InputSource, NodeId, ObjectConfig, Observations, RigConfig};
 use sextant_recordings::mcap::site_recording::{Model, SiteRecording};
 use sextant_site_model::{CameraId, ImageObservation, ObjectModel, Rig};
 use std::collections::BTreeMap;
+
+/// Why a recording cannot be replayed.
+#[derive(Debug, thiserror::Error)]
+pub enum PlanError {
+    /// The fusion node is not in it.
+    #[error("the recording has no inputs of the fusion node {0}")]
+    UnknownNode(NodeId),
+    /// There is no rig, neither recorded nor given.
+    #[error("the recording has no rig: no fusion node was running; name a rig file with --rig")]
+    NoRig,
+    /// The recorded rig breaks a rule of rigs.
+    #[error("the recorded rig cannot be used: {0}")]
+    Rig(String),
+    /// A recorded object breaks a rule of objects.
+    #[error("a recorded object cannot be used: {0}")]
+    Object(String),
+    /// There is no input.
+    #[error("nothing to replay")]
+    Empty,
+}
 
 /// The inputs of a replay.
 #[derive(Debug)]
@@ -79,15 +98,13 @@ impl Plan {
         recording: &SiteRecording,
         node: Option<&NodeId>,
         replacement: &Replacement,
-    ) -> anyhow::Result<Self> {
+    ) -> Result<Self, PlanError> {
         let planner = Planner::new(recording, replacement);
         let by_size = recording.inputs.iter().max_by_key(|(_, all)| all.len());
         let chosen = match node {
             Some(node) => {
                 let inputs = recording.inputs.get_key_value(node);
-                Some(inputs.with_context(|| {
-                    format!("the recording has no inputs of the fusion node {node}")
-                })?)
+                Some(inputs.ok_or_else(|| PlanError::UnknownNode(node.clone()))?)
             }
             None => by_size,
         };
@@ -255,17 +272,15 @@ impl<'a> Planner<'a> {
     }
 
     /// The replacement, and the first of each recorded model where there is none.
-    fn first_models(&self) -> anyhow::Result<(Rig, Vec<ObjectModel>)> {
+    fn first_models(&self) -> Result<(Rig, Vec<ObjectModel>), PlanError> {
         let models = self.recording.models.iter();
         let models: Vec<&Model> = models.map(|timed| &timed.item.model).collect();
         let rig = match &self.replacement.rig {
             Some(rig) => rig.clone(),
             None => {
                 let mut rigs = models.iter().filter_map(|model| rig_of(model));
-                let rig = rigs.next().context(
-                    "the recording has no rig: no fusion node was running; name a rig file with --rig",
-                )?;
-                Rig::try_from(rig).context("the recorded rig cannot be used")?
+                let rig = rigs.next().ok_or(PlanError::NoRig)?;
+                Rig::try_from(rig).map_err(|cause| PlanError::Rig(cause.to_string()))?
             }
         };
         let objects = match &self.replacement.objects {
@@ -279,13 +294,13 @@ impl<'a> Planner<'a> {
                 let models = alive.map(ObjectModel::try_from);
                 models
                     .collect::<Result<_, _>>()
-                    .context("a recorded object cannot be used")?
+                    .map_err(|cause| PlanError::Object(cause.to_string()))?
             }
         };
         Ok((rig, objects))
     }
 
-    fn by_arrival(&self, cause: String) -> anyhow::Result<Plan> {
+    fn by_arrival(&self, cause: String) -> Result<Plan, PlanError> {
         let (rig, objects) = self.first_models()?;
         let images = self.recording.observations.iter().map(|timed| {
             let image = Input::Image(ImageObservation::from(&timed.item));

@@ -21,7 +21,7 @@ impl Font {
 
     /// The pixels of a line of text that have ink: column, row, and how much from 0 to 1. A character that the font lacks is
     /// drawn as a question mark.
-    pub(super) fn ink(self, text: &str) -> impl Iterator<Item = ([usize; 2], f32)> {
+    pub(crate) fn ink(self, text: &str) -> impl Iterator<Item = ([usize; 2], f32)> {
         let (weight, height) = self.raster();
         let glyph = move |letter| get_raster(letter, weight, height);
         let glyphs = text
@@ -65,7 +65,7 @@ pub fn wrapped(text: &str, width: usize) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::*;
 
     #[test]
     fn ink_lies_within_the_extent_of_the_text() {

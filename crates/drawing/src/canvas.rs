@@ -1,6 +1,6 @@
 //! The canvas: areas, lines, text and grey pictures on a colour image.
 
-use super::Font;
+use crate::Font;
 use sextant_recordings::{ColourImage, GreyImage};
 use std::ops::Range;
 

@@ -14,13 +14,13 @@ const AHEAD: usize = 4;
 ///
 /// # Errors
 /// The first error of `take`, which also ends the work.
-pub fn in_order<I: Send, S, R: Send>(
+pub fn in_order<I: Send, S, R: Send, E>(
     threads: usize,
     items: impl Iterator<Item = I> + Send,
     state: impl Fn() -> S + Sync,
     work: impl Fn(&mut S, I) -> R + Sync,
-    take: impl FnMut(R) -> anyhow::Result<()>,
-) -> anyhow::Result<()> {
+    take: impl FnMut(R) -> Result<(), E>,
+) -> Result<(), E> {
     let threads = threads.max(1);
     let source = Mutex::new(items.enumerate());
     let (permit, permits) = mpsc::channel();
@@ -58,11 +58,11 @@ fn next<I>(source: &Mutex<impl Iterator<Item = I>>, permits: &Mutex<Receiver<()>
     source.lock().unwrap_or_else(PoisonError::into_inner).next()
 }
 
-fn sort_out<R>(
+fn sort_out<R, E>(
     results: Receiver<(usize, R)>,
     permit: mpsc::Sender<()>,
-    mut take: impl FnMut(R) -> anyhow::Result<()>,
-) -> anyhow::Result<()> {
+    mut take: impl FnMut(R) -> Result<(), E>,
+) -> Result<(), E> {
     let mut waiting = BTreeMap::new();
     let mut due = 0;
     for (index, result) in results {
@@ -95,7 +95,7 @@ mod tests {
             work,
             |result| {
                 seen.push(result);
-                Ok(())
+                Ok::<_, ()>(())
             },
         )
         .unwrap();
@@ -110,15 +110,21 @@ mod tests {
             || (),
             |(), item: u64| item,
             |item| {
-                anyhow::ensure!(item < 10, "enough");
-                Ok(())
+                if item < 10 { Ok(()) } else { Err("enough") }
             },
         );
-        assert_eq!(taken.unwrap_err().to_string(), "enough");
+        assert_eq!(taken, Err("enough"));
     }
 
     #[test]
     fn nothing_in_nothing_out() {
-        in_order(2, std::iter::empty::<u8>(), || (), |(), x| x, |_| Ok(())).unwrap();
+        in_order(
+            2,
+            std::iter::empty::<u8>(),
+            || (),
+            |(), x| x,
+            |_| Ok::<_, ()>(()),
+        )
+        .unwrap();
     }
 }

@@ -1,9 +1,10 @@
 //! Tags in pictures: those with codes by the detector, the squares of a plain chessboard by a search for the whole board.
 
-use anyhow::Context;
 use sextant_apriltag::{
-    BoardShape, ChessboardView, Detection, Detector, Extent, Image, Options, find_chessboard,
+    BoardShape, ChessboardView, Detection, Detector, Extent, Image, ImageError, Options,
+    find_chessboard,
 };
+use sextant_recordings::{DetectedTag, GreyImage};
 use sextant_site_files::Chessboard;
 use sextant_site_model::ObjectModel;
 use sextant_tag_families::Family;
@@ -91,6 +92,11 @@ impl ChessboardSearch {
     }
 }
 
+/// There is neither a detector nor a chessboard to look for.
+#[derive(Debug, thiserror::Error)]
+#[error("there is no detector")]
+pub struct NothingSought;
+
 /// Finds tags in images; one a thread.
 pub struct TagFinder<'a> {
     detector: Option<Detector>,
@@ -105,7 +111,7 @@ impl<'a> TagFinder<'a> {
             .families
             .retain(|family| *family != Family::Chessboard);
         Self {
-            detector: super::detector(&options),
+            detector: Detector::new(options).ok(),
             chessboard,
         }
     }
@@ -113,12 +119,12 @@ impl<'a> TagFinder<'a> {
     /// The tags in an image.
     ///
     /// # Errors
-    /// Without anything to look for.
-    pub fn find(&mut self, image: &Image<'_>) -> anyhow::Result<Vec<Detection>> {
+    /// Without anything to look for, and after options that the detector refuses.
+    pub fn find(&mut self, image: &Image<'_>) -> Result<Vec<Detection>, NothingSought> {
         let mut found = match (&mut self.detector, self.chessboard) {
             (Some(detector), _) => detector.detect(image).to_vec(),
             (None, Some(_)) => Vec::new(),
-            (None, None) => return None.context("there is no detector"),
+            (None, None) => return Err(NothingSought),
         };
         found.extend(
             self.chessboard
@@ -127,4 +133,31 @@ impl<'a> TagFinder<'a> {
         );
         Ok(found)
     }
+}
+
+/// A picture as the detector takes it.
+///
+/// # Errors
+/// A size that the detector does not take.
+pub fn image_of(picture: &GreyImage) -> Result<Image<'_>, ImageError> {
+    Image::new(
+        &picture.pixels,
+        picture.width,
+        picture.height,
+        picture.width,
+    )
+}
+
+/// What is recorded of detections. A replay takes pictures through the same form, so that pictures and what is recorded of
+/// them give the same poses, bit for bit.
+pub fn detected_tags(detections: &[Detection]) -> Vec<DetectedTag> {
+    let tags = detections.iter().map(|detection| DetectedTag {
+        family: detection.family,
+        id: detection.id,
+        corners: detection.corners,
+        sigma_px: None,
+        corner_covariance: Some(detection.corner_covariance),
+        corner_cross_covariance: Some(detection.corner_cross_covariance),
+    });
+    tags.collect()
 }

@@ -1,10 +1,10 @@
 //! Errors of an object over time as a picture: position, attitude and NEES, each in a panel of its own.
 
-use super::comparison::{ObjectComparison, PoseError};
-use crate::drawing::{Canvas, Colour, FAINT, Font, GROUND, INK};
-use anyhow::Context;
-use sextant_recordings::write_colour_png;
-use std::path::Path;
+use crate::comparison::{ObjectComparison, TimedError};
+use sextant_drawing::{Canvas, Colour, FAINT, Font, GROUND, INK};
+use sextant_recordings::{RecordingError, write_colour_png};
+use std::io;
+use std::path::{Path, PathBuf};
 
 const WIDTH: usize = 1200;
 /// Height of a panel, title and axis included.
@@ -22,8 +22,8 @@ const RULE: Colour = [60, 62, 68];
 /// Values over time, and what is expected of them.
 struct Panel<'a> {
     title: &'a str,
-    value: fn(&PoseError) -> Option<f64>,
-    expected: fn(&PoseError) -> f64,
+    value: fn(&TimedError) -> Option<f64>,
+    expected: fn(&TimedError) -> f64,
 }
 
 const PANELS: [Panel<'static>; 3] = [
@@ -44,12 +44,31 @@ const PANELS: [Panel<'static>; 3] = [
     },
 ];
 
+/// Why a plot is not written.
+#[derive(Debug, thiserror::Error)]
+pub enum PlotError {
+    /// The folder cannot be made.
+    #[error("{}", path.display())]
+    Folder {
+        /// The folder.
+        path: PathBuf,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// A picture cannot be written.
+    #[error(transparent)]
+    Picture(#[from] RecordingError),
+}
+
 /// Writes `FOLDER/<object>.png` for each object.
 ///
 /// # Errors
 /// A folder or file that cannot be written.
-pub fn write(folder: &Path, comparisons: &[ObjectComparison]) -> anyhow::Result<()> {
-    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+pub fn write(folder: &Path, comparisons: &[ObjectComparison]) -> Result<(), PlotError> {
+    std::fs::create_dir_all(folder).map_err(|source| PlotError::Folder {
+        path: folder.to_owned(),
+        source,
+    })?;
     for one in comparisons {
         let file = folder.join(format!("{}.png", one.object));
         write_colour_png(&file, drawn(one).image())?;
@@ -67,7 +86,7 @@ fn drawn(comparison: &ObjectComparison) -> Canvas {
 }
 
 impl Panel<'_> {
-    fn draw(&self, canvas: &mut Canvas, top: usize, errors: &[PoseError]) {
+    fn draw(&self, canvas: &mut Canvas, top: usize, errors: &[TimedError]) {
         canvas.write([LEFT, top + 8], Font::Body, self.title, INK);
         let (Some(first), Some(last)) = (errors.first(), errors.last()) else {
             return;
@@ -76,7 +95,7 @@ impl Panel<'_> {
         let full = self.full(errors);
         let (low, high) = ((top + PANEL - BOTTOM) as f32, (top + TOP) as f32);
         let width = (WIDTH - LEFT - RIGHT) as f32;
-        let at = |error: &PoseError, value: f64| {
+        let at = |error: &TimedError, value: f64| {
             let x = seconds(error.t_ns - from_ns) / span_s;
             let y = (value / full).min(1.0);
             [
@@ -110,7 +129,7 @@ impl Panel<'_> {
     }
 
     /// The value of the top line: above nearly all, so that one outlier does not flatten the rest.
-    fn full(&self, errors: &[PoseError]) -> f64 {
+    fn full(&self, errors: &[TimedError]) -> f64 {
         let mut values: Vec<f64> = errors.iter().filter_map(self.value).collect();
         values.extend(errors.iter().map(self.expected));
         values.retain(|value| value.is_finite());
@@ -146,8 +165,8 @@ fn number(value: f64) -> String {
 mod tests {
     use super::*;
 
-    fn error(t_ns: u64, position_m: f64) -> PoseError {
-        PoseError {
+    fn error(t_ns: u64, position_m: f64) -> TimedError {
+        TimedError {
             t_ns,
             position_m: [position_m, 0.001],
             attitude_rad: [0.01, 0.01],

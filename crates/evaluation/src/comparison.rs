@@ -1,20 +1,16 @@
 //! Errors of poses against a reference: position, attitude, and whether the covariance is as large as they are.
 
-use super::reference::{References, Trajectory};
 use crate::alignment::PosePairs;
-use clap::ValueEnum;
-use nalgebra::Vector6;
+use crate::error::{Consistency, PoseError, Spread};
+use crate::reference::{References, Trajectory};
 use serde::Serialize;
-use sextant_geometry::{Pose, so3};
+use sextant_geometry::Pose;
 use sextant_site_model::ObjectId;
 use sextant_site_report::ObjectEstimate;
 use std::collections::BTreeMap;
 
-/// Quantile of chi-square with six degrees of freedom at 95 %.
-const CHI_SQUARE_6_95: f64 = 12.592;
-
 /// Which motion is allowed between the worlds of estimate and reference.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Alignment {
     /// None: both have the same world frame.
@@ -25,7 +21,7 @@ pub enum Alignment {
 
 /// The error of one pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PoseError {
+pub struct TimedError {
     /// Capture time, ns.
     pub t_ns: u64,
     /// Distance of the origins, m, and its published standard deviation (all axes together).
@@ -34,19 +30,6 @@ pub struct PoseError {
     pub attitude_rad: [f64; 2],
     /// Normalised estimation error squared, six degrees of freedom; none where the covariance is singular.
     pub nees: Option<f64>,
-}
-
-/// Statistics of an amount.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Spread {
-    /// Root mean square.
-    pub rms: f64,
-    /// Half of all are below.
-    pub median: f64,
-    /// 95 % are below.
-    pub p95: f64,
-    /// The largest.
-    pub max: f64,
 }
 
 /// The errors of one object.
@@ -68,7 +51,7 @@ pub struct ObjectComparison {
     pub within_95: f64,
     /// Every error, in order of time.
     #[serde(skip)]
-    pub errors: Vec<PoseError>,
+    pub errors: Vec<TimedError>,
 }
 
 /// Compares poses with references; objects without any are left out.
@@ -112,12 +95,12 @@ impl ObjectComparison {
     ) -> Option<Self> {
         let errors = poses.iter().filter_map(|pose| {
             let truth = estimated_from_true * reference.at(pose.capture_ns)?;
-            Some(PoseError::of(pose, &truth))
+            Some(TimedError::of(pose, &truth))
         });
-        let errors: Vec<PoseError> = errors.collect();
-        let nees: Vec<f64> = errors.iter().filter_map(|error| error.nees).collect();
-        let within = nees.iter().filter(|nees| **nees <= CHI_SQUARE_6_95).count();
-        let n_nees = nees.len().max(1) as f64;
+        let errors: Vec<TimedError> = errors.collect();
+        let mut consistency = Consistency::default();
+        let nees = errors.iter().filter_map(|error| error.nees);
+        nees.for_each(|nees| consistency.add(nees));
         Some(Self {
             object: poses.first()?.object.clone(),
             compared: errors.len(),
@@ -128,20 +111,16 @@ impl ObjectComparison {
                     .iter()
                     .map(|error| error.attitude_rad[0].to_degrees()),
             )?,
-            nees: nees.iter().sum::<f64>() / n_nees,
-            within_95: within as f64 / n_nees,
+            nees: consistency.mean_nees(),
+            within_95: consistency.within_95(),
             errors,
         })
     }
 }
 
-impl PoseError {
-    /// By the convention of covariances: R_estimate = exp(r) R_true.
+impl TimedError {
     fn of(estimate: &ObjectEstimate, truth: &Pose) -> Self {
-        let pose = &estimate.world_from_object;
-        let shift = pose.translation.vector - truth.translation.vector;
-        let turn = so3::log(&(pose.rotation * truth.rotation.inverse()));
-        let error = Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z);
+        let error = PoseError::between(&estimate.world_from_object, truth);
         let covariance = &estimate.covariance;
         let sigma = |first: usize| {
             (first..first + 3)
@@ -149,88 +128,21 @@ impl PoseError {
                 .sum::<f64>()
                 .sqrt()
         };
-        let nees = covariance
-            .cholesky()
-            .map(|root| error.dot(&root.solve(&error)));
         Self {
             t_ns: estimate.capture_ns,
-            position_m: [shift.norm(), sigma(0)],
-            attitude_rad: [turn.norm(), sigma(3)],
-            nees: nees.filter(|nees| nees.is_finite()),
+            position_m: [error.position_m(), sigma(0)],
+            attitude_rad: [error.attitude_rad(), sigma(3)],
+            nees: error.nees(covariance),
         }
     }
-}
-
-impl Spread {
-    fn of(values: impl Iterator<Item = f64>) -> Option<Self> {
-        let mut sorted: Vec<f64> = values.collect();
-        sorted.sort_by(f64::total_cmp);
-        let max = *sorted.last()?;
-        let squares: f64 = sorted.iter().map(|value| value * value).sum();
-        let quantile = |share: f64| sorted[((sorted.len() - 1) as f64 * share).round() as usize];
-        Some(Self {
-            rms: (squares / sorted.len() as f64).sqrt(),
-            median: quantile(0.5),
-            p95: quantile(0.95),
-            max,
-        })
-    }
-}
-
-/// The comparison as a table for people.
-pub fn table(comparisons: &[ObjectComparison], alignment: Alignment) -> String {
-    let aligned = match alignment {
-        Alignment::None => {
-            "not aligned: both are in one world frame (--align rigid allows for another)"
-        }
-        Alignment::Rigid => "aligned by one rigid motion of the whole world",
-    };
-    let mut lines = vec![
-        format!("against the reference, {aligned}:"),
-        format!(
-            "{:<16} {:>7}  {:<31}  {:<31}  {:>6}  {:>6}",
-            "object",
-            "poses",
-            "position mm: rms, median, p95, max",
-            "attitude deg",
-            "NEES",
-            "in 95%"
-        ),
-    ];
-    for one in comparisons {
-        let spread = |spread: &Spread, digits: usize| {
-            let values = [spread.rms, spread.median, spread.p95, spread.max];
-            let values = values.map(|value| format!("{value:7.digits$}"));
-            values.join(" ")
-        };
-        lines.push(format!(
-            "{:<16} {:>7}  {:<34}  {:<31}  {:>6.2}  {:>5.1}%",
-            one.object.as_str(),
-            one.compared,
-            spread(&one.position_mm, 2),
-            spread(&one.attitude_deg, 3),
-            one.nees,
-            100.0 * one.within_95
-        ));
-        if one.without_reference > 0 {
-            lines.push(format!(
-                "{:<16} {} poses have no reference within 0.2 s",
-                "", one.without_reference
-            ));
-        }
-    }
-    lines.push(
-        "NEES is 6 where covariances are right, and 95 % of the poses are in their 95 % region."
-            .to_owned(),
-    );
-    lines.join("\n")
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::replay::reference;
+    use crate::reference;
     use nalgebra::{Matrix6, Vector3};
+    use sextant_geometry::so3;
     use sextant_site_report::State;
 
     fn estimate(t_ns: u64, world_from_object: Pose) -> ObjectEstimate {

@@ -1,6 +1,6 @@
 //! Legends: colours with their meanings.
 
-use super::{Canvas, Colour, Font, INK};
+use crate::{Canvas, Colour, Font, INK};
 
 /// A colour and its meaning.
 pub type LegendLine = (Colour, String);

@@ -1,17 +1,16 @@
-//! Scores of the demo: estimated poses against the simulator's truth, per object, and the latency of all.
+//! Scores of a running site: published poses against the simulator's truth, per object, and the latency of all.
 //!
 //! Input: published poses, with the true pose at their capture time. Output: RMS errors of the last seconds beside the published
 //! sigmas, coverage, percentiles. Memory is constant.
 
 use crate::alignment::{PosePairs, Rms};
 use serde::Serialize;
-use sextant_geometry::{Pose, se3};
-use sextant_proto::ObjectPose;
+use sextant_geometry::Pose;
 use std::collections::BTreeMap;
 
 /// Scores of every object and of the latency.
 #[derive(Debug)]
-pub struct Score {
+pub struct LiveScore {
     slot_ns: u64,
     from_ns: u64,
     newest_slot: u64,
@@ -42,27 +41,7 @@ pub struct ScoredPose<'a> {
     pub truth: &'a Pose,
 }
 
-/// Error of one object at one capture time.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PoseError {
-    /// Distance of the origins in m.
-    pub position_m: f64,
-    /// Angle of the rotation between the attitudes in rad.
-    pub attitude_rad: f64,
-}
-
-impl PoseError {
-    /// Error of an estimate.
-    pub fn between(estimate: &Pose, truth: &Pose) -> Self {
-        let error = se3::difference(estimate, truth);
-        Self {
-            position_m: error.fixed_rows::<3>(0).norm(),
-            attitude_rad: error.fixed_rows::<3>(3).norm(),
-        }
-    }
-}
-
-impl Score {
+impl LiveScore {
     /// Scores of these objects and links from `from_ns` on; coverage is counted in slots of one image period.
     pub fn new(
         objects: impl IntoIterator<Item = String>,
@@ -110,10 +89,9 @@ impl Score {
     }
 
     /// Counts the latency of a pose.
-    pub fn count_latency(&mut self, message: &ObjectPose) {
-        if message.capture_ns >= self.from_ns {
-            self.latency
-                .count(message.published_ns.saturating_sub(message.capture_ns));
+    pub fn count_latency(&mut self, capture_ns: u64, published_ns: u64) {
+        if capture_ns >= self.from_ns {
+            self.latency.count(published_ns.saturating_sub(capture_ns));
         }
     }
 
@@ -289,7 +267,7 @@ mod tests {
 
     #[test]
     fn an_object_without_a_pose_has_no_error_and_no_coverage() {
-        let score = Score::new(["cube".to_owned()], 30.0, 0, WorldFrame::Fitted);
+        let score = LiveScore::new(["cube".to_owned()], 30.0, 0, WorldFrame::Fitted);
         let summary = &score.objects()[0];
         assert_eq!((summary.coverage, summary.position_rms_mm), (0.0, None));
     }
