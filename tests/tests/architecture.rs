@@ -43,8 +43,10 @@ const FLOORS: &[&[&str]] = &[
         "sextant-drawing",
         "sextant-gateways",
         "sextant-replay",
+        "sextant-sheets",
+        "sextant-site-keys",
     ],
-    &["sextant-evaluation"],
+    &["sextant-evaluation", "sextant-explain", "sextant-fleet"],
     &["sextant"],
     &[
         "system-tests",

@@ -1,7 +1,7 @@
 //! The picture of corners before and after the fit: each tag as a whole, and its four corners close up.
 
-use super::pictures::{AFTER, BEFORE};
-use super::record::{Quad, Record};
+use crate::pictures::{AFTER, BEFORE};
+use crate::record::{Quad, Record};
 use sextant_apriltag::{Detection, Refinement};
 use sextant_drawing::{Canvas, Font, GROUND, INK, View, legend_height, write_legend};
 use sextant_recordings::GreyImage;

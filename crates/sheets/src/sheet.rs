@@ -1,7 +1,6 @@
 //! A sheet of paper under construction: tags in true size, rulers, notes. Millimetres from the lower left corner.
 
-use super::pdf::{Area, Mark, Page, Stroke};
-use clap::ValueEnum;
+use crate::pdf::{Area, Mark, Page, Stroke};
 use sextant_site_model::TagId;
 use sextant_tag_families::{Board, module_is_white};
 
@@ -15,7 +14,7 @@ pub const NOTE: f64 = 3.2;
 pub const RULER: f64 = 100.0;
 
 /// Paper size.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Paper {
     /// 210 x 297 mm.
     A4,

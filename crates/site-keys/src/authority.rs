@@ -1,9 +1,9 @@
 //! The authority's folder: adds, renews and revokes members, one process at a time.
 
-use super::certificates::{self, Issuer, Subject};
-use super::folder::{FolderFiles, in_place_of, remove_keys, write_secret};
-use super::secrets::random_text;
-use anyhow::{Context, bail, ensure};
+use crate::KeysError;
+use crate::certificates::{self, Issuer, Subject};
+use crate::folder::{FolderFiles, in_place_of, remove_keys, write_secret};
+use crate::secrets::random_text;
 use sextant_process::host::host_name;
 use sextant_proto::{NodeId, SiteId};
 use sextant_site_files::{read_toml, write_atomically};
@@ -27,7 +27,7 @@ pub struct Authority {
 }
 
 /// A request for a certificate.
-pub struct New<'a> {
+pub struct CertificateRequest<'a> {
     /// Seconds since the Unix epoch.
     pub now_s: u64,
     /// Its validity.
@@ -41,17 +41,13 @@ impl Authority {
     ///
     /// # Errors
     /// A folder that is not empty, or an error of the system.
-    pub fn init(dir: &Path, site: &SiteId, now_s: u64) -> anyhow::Result<()> {
+    pub fn init(dir: &Path, site: &SiteId, now_s: u64) -> Result<(), KeysError> {
         let is_free = fs::read_dir(dir).map_or(true, |mut entries| entries.next().is_none());
-        ensure!(
-            is_free,
-            "{}: there is something in this folder already; name a new one (`sextant keys list {}` says whether it is an authority's)",
-            dir.display(),
-            dir.display()
-        );
+        if !is_free {
+            return Err(KeysError::NotEmpty(dir.to_owned()));
+        }
         if dir.is_dir() {
-            fs::remove_dir(dir)
-                .with_context(|| format!("{}: cannot be made private", dir.display()))?;
+            fs::remove_dir(dir).map_err(KeysError::system(dir, ": cannot be made private"))?;
         }
         let valid_until_s = now_s + AUTHORITY_DAYS * DAY_S;
         let made = certificates::authority(site, valid_until_s)?;
@@ -73,11 +69,15 @@ impl Authority {
     ///
     /// # Errors
     /// A folder without an authority.
-    pub fn open(dir: &Path) -> anyhow::Result<Self> {
-        let lock = File::open(dir).with_context(|| no_authority(dir))?;
-        lock.lock().with_context(|| no_authority(dir))?;
-        let members = read_toml(&dir.join("members.toml")).with_context(|| no_authority(dir))?;
-        ensure!(dir.join("authority.key").is_file(), no_authority(dir));
+    pub fn open(dir: &Path) -> Result<Self, KeysError> {
+        let lock = File::open(dir).map_err(|cause| no_authority(dir, Some(cause.into())))?;
+        lock.lock()
+            .map_err(|cause| no_authority(dir, Some(cause.into())))?;
+        let members = read_toml(&dir.join("members.toml"))
+            .map_err(|cause| no_authority(dir, Some(cause.into())))?;
+        if !dir.join("authority.key").is_file() {
+            return Err(no_authority(dir, None));
+        }
         Ok(Self {
             dir: dir.to_owned(),
             members,
@@ -99,23 +99,28 @@ impl Authority {
     ///
     /// # Errors
     /// A name in use, an expired authority, or an error of the system.
-    pub fn add(&mut self, name: &NodeId, role: Role, new: &New<'_>) -> anyhow::Result<Member> {
-        ensure!(
-            name.as_str() != PASSWORDS,
-            "a member cannot be called {name}: choose another name"
-        );
+    pub fn add(
+        &mut self,
+        name: &NodeId,
+        role: Role,
+        new: &CertificateRequest<'_>,
+    ) -> Result<Member, KeysError> {
+        if name.as_str() == PASSWORDS {
+            return Err(KeysError::ReservedName(name.clone()));
+        }
         if let Some(member) = self.members.find(name.as_str()) {
-            bail!(
-                "{name} is a member already, as {}: choose another name, `sextant keys renew` its keys, or `sextant keys revoke` them first",
-                member.role
-            );
+            return Err(KeysError::NameTaken {
+                name: name.clone(),
+                role: member.role,
+            });
         }
         let folder = self.folder_of(name.as_str());
-        ensure!(
-            !folder.folder().exists(),
-            "{}: is in the way, though {name} is no member; move it away",
-            folder.folder().display()
-        );
+        if folder.folder().exists() {
+            return Err(KeysError::InTheWay {
+                folder: folder.folder().to_owned(),
+                name: name.clone(),
+            });
+        }
         let same_name = |member: &&Member| member.name == *name;
         let number = self.members.members.iter().filter(same_name).count() + 1;
         let member = Member {
@@ -141,7 +146,11 @@ impl Authority {
     ///
     /// # Errors
     /// An unknown name, an expired authority, or an error of the system.
-    pub fn renew(&mut self, name: &NodeId, new: &New<'_>) -> anyhow::Result<Member> {
+    pub fn renew(
+        &mut self,
+        name: &NodeId,
+        new: &CertificateRequest<'_>,
+    ) -> Result<Member, KeysError> {
         let name = name.as_str();
         let valid_until_s = self.valid_until_s(new)?;
         let member = self.find(name)?;
@@ -152,9 +161,7 @@ impl Authority {
         let password = passwords.lines().find_map(|line| line.strip_prefix(&head));
         let tokens = self.folder_of(name).page_tokens();
         let secrets = Secrets {
-            password: password
-                .context("the member has no password: revoke it and add it again")?
-                .to_owned(),
+            password: password.ok_or(KeysError::NoPassword)?.to_owned(),
             page_tokens: fs::read_to_string(tokens).or_else(|_| page_tokens())?,
         };
         self.make(&member, &secrets, new)?;
@@ -166,7 +173,7 @@ impl Authority {
     ///
     /// # Errors
     /// An unknown name, or an error of the system.
-    pub fn revoke(&mut self, name: &NodeId) -> anyhow::Result<Member> {
+    pub fn revoke(&mut self, name: &NodeId) -> Result<Member, KeysError> {
         let member = self.find(name.as_str())?;
         member.revoked = true;
         let member = member.clone();
@@ -175,25 +182,31 @@ impl Authority {
         Ok(member)
     }
 
-    fn find(&mut self, name: &str) -> anyhow::Result<&mut Member> {
-        let dir = self.dir.display();
+    fn find(&mut self, name: &str) -> Result<&mut Member, KeysError> {
+        let dir = &self.dir;
         let mut members = self.members.members.iter_mut();
         let found = members.find(|member| member.name.as_str() == name && !member.revoked);
-        found.with_context(|| format!("{name} is no member: `sextant keys list {dir}` lists them"))
+        found.ok_or_else(|| KeysError::UnknownMember {
+            name: name.to_owned(),
+            dir: dir.clone(),
+        })
     }
 
-    fn valid_until_s(&self, new: &New<'_>) -> anyhow::Result<u64> {
+    fn valid_until_s(&self, new: &CertificateRequest<'_>) -> Result<u64, KeysError> {
         let last_s = self.members.authority_valid_until_s;
-        ensure!(
-            new.now_s < last_s,
-            "the authority in {} has expired: make a new one with `sextant keys init`, and new keys for every member",
-            self.dir.display()
-        );
+        if new.now_s >= last_s {
+            return Err(KeysError::Expired(self.dir.clone()));
+        }
         Ok(last_s.min(new.now_s + u64::from(new.days) * DAY_S))
     }
 
     /// Writes a member's folder and replaces its former one.
-    fn make(&self, member: &Member, secrets: &Secrets, new: &New<'_>) -> anyhow::Result<()> {
+    fn make(
+        &self,
+        member: &Member,
+        secrets: &Secrets,
+        new: &CertificateRequest<'_>,
+    ) -> Result<(), KeysError> {
         let files = FolderFiles::read(&self.dir)?;
         let issuer = Issuer::new(self.members.site.as_str(), &files.authority_key)?;
         let hosts = hosts(new.hosts)?;
@@ -206,7 +219,7 @@ impl Authority {
             write_secret(&to.private_key(), &node.key)?;
             write_secret(&to.password(), &secrets.password)?;
             let node_toml = NodeKeys::node_toml(&self.members.site, member);
-            let node_toml = node_toml.map_err(anyhow::Error::msg)?;
+            let node_toml = node_toml.map_err(|cause| KeysError::Text(cause.to_string()))?;
             write_atomically(&to.certificate(), node.certificate.as_bytes())?;
             write_atomically(&to.authority(), files.authority.as_bytes())?;
             write_atomically(&to.node(), node_toml.as_bytes())?;
@@ -220,14 +233,14 @@ impl Authority {
     }
 
     /// The passwords of all members, one per line: `<common name>:<password>`.
-    fn passwords(&self) -> anyhow::Result<String> {
+    fn passwords(&self) -> Result<String, KeysError> {
         let file = self.dir.join(PASSWORDS);
-        fs::read_to_string(&file).with_context(|| format!("{}: cannot be read", file.display()))
+        fs::read_to_string(&file).map_err(KeysError::system(&file, ": cannot be read"))
     }
 
     /// Writes the list of members here and in the folders of fusion nodes and routers below, with these passwords, except those of revoked
     /// members.
-    fn save(&self, passwords: &str) -> anyhow::Result<()> {
+    fn save(&self, passwords: &str) -> Result<(), KeysError> {
         let accepted: BTreeSet<&str> = self
             .members
             .accepted()
@@ -255,7 +268,7 @@ impl Authority {
 }
 
 /// A file with new tokens.
-fn page_tokens() -> anyhow::Result<String> {
+fn page_tokens() -> Result<String, KeysError> {
     let (read, operate) = (random_text()?, random_text()?);
     Ok(format!(
         "# Who may use the page: who says the first token may look, who says the second may also change the site.\nread = \"{read}\"\noperate = \"{operate}\"\n"
@@ -273,7 +286,7 @@ fn has_page(role: Role) -> bool {
 }
 
 /// The given hosts, and those of this machine.
-fn hosts(given: &[String]) -> anyhow::Result<Vec<String>> {
+fn hosts(given: &[String]) -> Result<Vec<String>, KeysError> {
     let is_host = |host: &&String| {
         let mut letters = host.bytes();
         host.parse::<IpAddr>().is_ok()
@@ -281,7 +294,7 @@ fn hosts(given: &[String]) -> anyhow::Result<Vec<String>> {
                 && letters.all(|letter| letter.is_ascii_alphanumeric() || b".-".contains(&letter))
     };
     if let Some(wrong) = given.iter().find(|host| !is_host(host)) {
-        bail!("--host {wrong}: this is neither the name nor the address of a machine");
+        return Err(KeysError::Host(wrong.clone()));
     }
     let own = [
         host_name(),
@@ -298,13 +311,15 @@ fn hosts(given: &[String]) -> anyhow::Result<Vec<String>> {
     Ok(hosts)
 }
 
-fn toml_of(members: &Members) -> anyhow::Result<String> {
-    members.to_toml().map_err(anyhow::Error::msg)
+fn toml_of(members: &Members) -> Result<String, KeysError> {
+    members
+        .to_toml()
+        .map_err(|cause| KeysError::Text(cause.to_string()))
 }
 
-fn no_authority(dir: &Path) -> String {
-    format!(
-        "{}: this is no authority's folder; `sextant keys init` makes one",
-        dir.display()
-    )
+fn no_authority(dir: &Path, source: Option<Box<dyn std::error::Error + Send + Sync>>) -> KeysError {
+    KeysError::NoAuthority {
+        dir: dir.to_owned(),
+        source,
+    }
 }

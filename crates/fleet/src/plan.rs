@@ -1,8 +1,9 @@
 //! What a host lacks of what it shall have.
 
-use super::desired::Desired;
-use super::facts::HostFacts;
-use super::packages::Package;
+use crate::desired::Desired;
+use crate::error::FleetError;
+use crate::facts::HostFacts;
+use crate::packages::Package;
 
 /// What is to be done on a host.
 #[derive(Debug, Clone)]
@@ -24,7 +25,7 @@ impl Plan {
     ///
     /// # Errors
     /// Keys that cannot be read here.
-    pub fn of(facts: &HostFacts, package: Package, desired: &Desired) -> anyhow::Result<Self> {
+    pub fn of(facts: &HostFacts, package: Package, desired: &Desired) -> Result<Self, FleetError> {
         let wanted = desired.digests()?;
         let part = |name: &str| {
             let of = |files: &std::collections::BTreeMap<String, String>| {
@@ -69,10 +70,10 @@ impl Plan {
 
 #[cfg(test)]
 mod tests {
-    use super::super::desired::Sources;
-    use super::super::facts::tests::PI;
-    use super::super::packages::PackageFolder;
     use super::*;
+    use crate::desired::Sources;
+    use crate::facts::tests::PI;
+    use crate::packages::PackageFolder;
     use sextant_proto::SiteId;
     use sextant_site_model::CameraId;
 

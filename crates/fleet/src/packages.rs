@@ -1,8 +1,8 @@
 //! The packages of a folder, by the names that `cargo xtask package` gives them, and the one for a host.
 
-use super::digest::digest;
-use super::facts::{HostFacts, Init};
-use anyhow::Context;
+use crate::digest::digest;
+use crate::error::FleetError;
+use crate::facts::{HostFacts, Init};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -80,17 +80,17 @@ impl PackageFolder {
     ///
     /// # Errors
     /// No such folder, or none with packages.
-    pub fn open(folder: &Path) -> anyhow::Result<Self> {
-        let remedy = || {
-            format!(
-                "{}: no packages of camera nodes; `cargo xtask package` makes them, --packages names their folder",
-                folder.display()
-            )
+    pub fn open(folder: &Path) -> Result<Self, FleetError> {
+        let none = |source| FleetError::NoPackages {
+            folder: folder.to_owned(),
+            source,
         };
-        let entries = fs::read_dir(folder).with_context(remedy)?;
+        let entries = fs::read_dir(folder).map_err(|cause| none(Some(cause)))?;
         let files = entries.filter_map(|entry| Some(entry.ok()?.path()));
         let packages: Vec<Package> = files.filter_map(|file| Package::of(&file)).collect();
-        anyhow::ensure!(!packages.is_empty(), remedy());
+        if packages.is_empty() {
+            return Err(none(None));
+        }
         Ok(Self {
             folder: folder.to_owned(),
             packages,
@@ -160,8 +160,8 @@ fn version_order(version: &str) -> Vec<u64> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::facts::tests::PI;
     use super::*;
+    use crate::facts::tests::PI;
 
     fn folder(names: &[&str]) -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();

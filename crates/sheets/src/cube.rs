@@ -11,11 +11,9 @@
 //!        [-z]
 //! ```
 
-use super::PrintJob;
-use super::pdf::Stroke;
-use super::sheet::{MARGIN, NOTE, Paper, RULER, SMALL, Sheet, label_of, length_text, printed_edge};
-use anyhow::ensure;
-use clap::Args;
+use crate::pdf::{Page, Stroke};
+use crate::sheet::{MARGIN, NOTE, RULER, SMALL, Sheet, label_of, length_text, printed_edge};
+use crate::{Paper, PrintJob, SheetError, check_size, ids_from};
 use nalgebra::{UnitQuaternion, Vector3};
 use sextant_geometry::Pose;
 use sextant_site_model::{ObjectModel, ObjectTag, TagId};
@@ -25,20 +23,16 @@ use std::f64::consts::FRAC_PI_2;
 /// Width of the glue flaps.
 const FLAP: f64 = 8.0;
 
-/// Options of a cube.
-#[derive(Args, Debug, Clone)]
-pub struct CubeArguments {
-    /// Edge of the cube, metres.
-    #[arg(long, value_name = "METRES", default_value_t = 0.06)]
-    pub edge: f64,
-    /// Edge of each black square, metres.
-    #[arg(long, value_name = "METRES", default_value_t = 0.04)]
-    pub size: f64,
+/// A cube with a tag on each face.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cube {
+    /// Edge of the cube, m.
+    pub edge_m: f64,
+    /// Edge of each black square, m.
+    pub size_m: f64,
     /// The tags' family.
-    #[arg(long, default_value = "tag36h11")]
     pub family: Family,
     /// Id of the first tag; the others follow.
-    #[arg(long, value_name = "ID", default_value_t = 0)]
     pub first: u32,
 }
 
@@ -52,23 +46,19 @@ struct Face {
 ///
 /// # Errors
 /// Tags larger than the faces, or a net larger than the paper.
-pub fn cube(arguments: &CubeArguments, id: &str, paper: Paper) -> anyhow::Result<PrintJob> {
-    let ids = super::ids_from(arguments.family, arguments.first, 6)?;
-    let (edge, size) = (arguments.edge * 1e3, arguments.size * 1e3);
-    super::check_size(size)?;
+pub fn cube(cube: &Cube, id: &str, paper: Paper) -> Result<PrintJob, SheetError> {
+    let ids = ids_from(cube.family, cube.first, 6)?;
+    let (edge, size) = (cube.edge_m * 1e3, cube.size_m * 1e3);
+    check_size(size)?;
     let printed = printed_edge(ids[0], size);
-    ensure!(
-        printed <= edge,
-        "a tag is {printed:.1} mm wide with its white ring and does not fit on a face of {edge:.1} mm; take a smaller --size or a larger --edge"
-    );
+    if printed > edge || edge.is_nan() {
+        return Err(SheetError::FaceTooSmall { printed, edge });
+    }
     let [width, height] = paper.size();
     let largest = ((width - 2.0 * MARGIN) / 3.0).min((height - 2.0 * MARGIN - FLAP) / 4.0);
-    ensure!(
-        edge <= largest,
-        "the net of this cube does not fit on {}; --edge can be {:.3} at most",
-        paper.name(),
-        largest.floor() * 1e-3
-    );
+    if edge > largest {
+        return Err(SheetError::NetTooLarge { largest, paper });
+    }
     let faces = faces(edge * 1e-3);
     let tags = ids
         .iter()
@@ -122,7 +112,7 @@ struct NetLayout {
 }
 
 impl NetLayout {
-    fn page(&self, paper: Paper, faces: &[Face], ids: &[TagId], size: f64) -> super::pdf::Page {
+    fn page(&self, paper: Paper, faces: &[Face], ids: &[TagId], size: f64) -> Page {
         let mut sheet = Sheet::new(paper);
         self.outlines(&mut sheet);
         for (&tag, face) in ids.iter().zip(faces) {

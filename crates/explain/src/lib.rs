@@ -1,4 +1,4 @@
-//! `detect --explain`: the stages of one detection as pictures, their counts and times as JSON.
+//! The stages of one detection as pictures, their counts and times as JSON.
 //!
 //! Everything comes from the detector itself, through its observer: there is no second pipeline that could differ.
 
@@ -6,22 +6,57 @@ mod close_ups;
 mod pictures;
 mod record;
 mod summary;
+mod tag_line;
 
-use super::sight::DetectedImage;
-use anyhow::Context;
+pub use tag_line::TagLine;
+
 use record::{Record, Stopwatch};
-use sextant_apriltag::{Detection, Detector, Image, Options, Report};
+use sextant_apriltag::{Detection, Detector, Image, ImageError, Options, OptionsError, Report};
 use sextant_drawing::Canvas;
-use sextant_process::{Exit, WithExit};
-use sextant_recordings::{GreyImage, read_picture, write_colour_png};
+use sextant_recordings::{GreyImage, RecordingError, read_picture, write_colour_png};
 use sextant_replay::image_of;
-use sextant_site_files::write_atomically;
-use std::fs;
-use std::path::Path;
+use sextant_site_files::{FileError, write_atomically};
+use std::path::{Path, PathBuf};
+use std::{fs, io};
 use summary::{Subject, Summary};
 
+/// Why a detection is not explained.
+#[derive(Debug, thiserror::Error)]
+pub enum ExplainError {
+    /// The file is no picture, or one of the pictures cannot be written.
+    #[error(transparent)]
+    Picture(#[from] RecordingError),
+    /// The detector does not take images of this size.
+    #[error("{}: {cause}", path.display())]
+    Image {
+        /// The picture.
+        path: PathBuf,
+        /// The detector's reason.
+        cause: ImageError,
+    },
+    /// The detector refuses the options.
+    #[error(transparent)]
+    Options(#[from] OptionsError),
+    /// The folder cannot be made.
+    #[error("{}: no folder can be made there; name another one", path.display())]
+    Folder {
+        /// The folder.
+        path: PathBuf,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// The report cannot be written.
+    #[error(transparent)]
+    Report(#[from] FileError),
+    /// The report has numbers that JSON lacks.
+    #[error(transparent)]
+    Json(#[from] serde_json::Error),
+}
+
 /// One image and all that is known of its detection.
-struct Explanation {
+#[derive(Debug)]
+pub struct Explanation {
+    path: PathBuf,
     picture: GreyImage,
     report: Report,
     record: Record,
@@ -29,37 +64,24 @@ struct Explanation {
     detections: Vec<Detection>,
 }
 
-/// Explains the detection in a picture's file with files in the folder `out`, which is made if need be. Times are those of the
-/// run of median length among `reps`.
-///
-/// # Errors
-/// [`Exit::Input`] for a file that is no picture, a size that the detector does not take, a folder that can't be written.
-pub fn explain(
-    path: &Path,
-    out: &Path,
-    options: &Options,
-    reps: u32,
-) -> anyhow::Result<DetectedImage> {
-    let explanation = Explanation::of(path, options, reps).exit_with(Exit::Input)?;
-    explanation.write(path, out).exit_with(Exit::Input)?;
-    Ok(DetectedImage {
-        path: path.to_owned(),
-        ms: explanation.times.total_ms(),
-        detections: explanation.detections,
-        tracking: None,
-    })
-}
-
 impl Explanation {
-    fn of(path: &Path, options: &Options, reps: u32) -> anyhow::Result<Self> {
+    /// Detects the tags in a picture's file. Times are those of the run of median length among `reps`, which is at least 1.
+    ///
+    /// # Errors
+    /// A file that is no picture, a size or options that the detector does not take.
+    pub fn of(path: &Path, options: &Options, reps: u32) -> Result<Self, ExplainError> {
         let picture = read_picture(path)?;
-        let image = image_of(&picture).with_context(|| path.display().to_string())?;
+        let image = image_of(&picture).map_err(|cause| ExplainError::Image {
+            path: path.to_owned(),
+            cause,
+        })?;
         let mut detector = Detector::new(options.clone())?;
         let mut record = Record::default();
         let detections = detector.detect_observed(&image, &mut record).to_vec();
         record.sort();
         Ok(Self {
-            times: timed(&mut detector, &image, reps),
+            path: path.to_owned(),
+            times: timed(&mut detector, &image, reps.max(1)),
             report: detector.report().clone(),
             record,
             detections,
@@ -67,18 +89,30 @@ impl Explanation {
         })
     }
 
-    fn write(&self, path: &Path, out: &Path) -> anyhow::Result<()> {
-        fs::create_dir_all(out).with_context(|| {
-            format!(
-                "{}: no folder can be made there; name another one",
-                out.display()
-            )
+    /// The tags.
+    pub fn detections(&self) -> &[Detection] {
+        &self.detections
+    }
+
+    /// Time of all stages, ms.
+    pub fn total_ms(&self) -> f64 {
+        self.times.total_ms()
+    }
+
+    /// Writes the pictures and `report.json` into a folder, which is made if need be.
+    ///
+    /// # Errors
+    /// A folder or file that cannot be written.
+    pub fn write(&self, out: &Path) -> Result<(), ExplainError> {
+        fs::create_dir_all(out).map_err(|source| ExplainError::Folder {
+            path: out.to_owned(),
+            source,
         })?;
         for (name, canvas) in self.pictures() {
             write_colour_png(&out.join(name), canvas.image())?;
         }
         let subject = Subject {
-            file: path.display().to_string(),
+            file: self.path.display().to_string(),
             width: self.picture.width,
             height: self.picture.height,
         };

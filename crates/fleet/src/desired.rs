@@ -1,7 +1,7 @@
 //! What a host shall have: the configuration and the keys of its camera, checked before any host is asked.
 
-use super::digest::digest;
-use anyhow::{Context, ensure};
+use crate::digest::digest;
+use crate::error::FleetError;
 use node_camera::CameraNodeConfig;
 use sextant_proto::SiteId;
 use sextant_site_files::{read_text, write_atomically};
@@ -47,7 +47,7 @@ impl Desired {
     ///
     /// # Errors
     /// A file that is wrong, or that does not go with the keys.
-    pub fn read(camera: &CameraId, sources: &Sources<'_>) -> anyhow::Result<Self> {
+    pub fn read(camera: &CameraId, sources: &Sources<'_>) -> Result<Self, FleetError> {
         let file = sources.folder.join(format!("camera-{camera}.toml"));
         let config = if file.exists() {
             read_text(&file)?
@@ -55,23 +55,22 @@ impl Desired {
             minimal(camera, sources)?
         };
         let mut parsed = CameraNodeConfig::parse(&file, &config)?;
-        ensure!(
-            parsed.camera == *camera && parsed.site == *sources.site,
-            "{}: it is for camera {} of site {}, not for camera {camera} of site {} (--site)",
-            file.display(),
-            parsed.camera,
-            parsed.site,
-            sources.site
-        );
+        if parsed.camera != *camera || parsed.site != *sources.site {
+            return Err(FleetError::OtherCamera {
+                file,
+                found: [parsed.camera.to_string(), parsed.site.to_string()],
+                wanted: [camera.to_string(), sources.site.to_string()],
+            });
+        }
         let keys = match (&parsed.security.keys, sources.authority) {
             (None, _) => None,
-            (Some(_), None) => anyhow::bail!(
-                "{}: it names keys; name the folder of `sextant keys` with --authority, which has them",
-                file.display()
-            ),
+            (Some(_), None) => return Err(FleetError::NoAuthority(file)),
             (Some(place), Some(authority)) => Some(Keys {
                 folder: authority.join(camera.as_str()),
-                place: place_below(place).with_context(|| file.display().to_string())?,
+                place: place_below(place).ok_or_else(|| FleetError::KeysPlace {
+                    file: file.clone(),
+                    place: place.to_string_lossy().into_owned(),
+                })?,
             }),
         };
         parsed.security.keys = keys.as_ref().map(|keys| keys.folder.clone());
@@ -84,11 +83,11 @@ impl Desired {
         self.keys.as_ref().map_or("-", |keys| &keys.place)
     }
 
-    /// SHA-256 of each file, by the names of [`super::facts::HostFacts::files`].
+    /// SHA-256 of each file, by the names that the host reports: `camera.toml`, `keys/NAME`.
     ///
     /// # Errors
     /// Keys that cannot be read.
-    pub fn digests(&self) -> anyhow::Result<BTreeMap<String, String>> {
+    pub fn digests(&self) -> Result<BTreeMap<String, String>, FleetError> {
         let mut digests =
             BTreeMap::from([("camera.toml".to_owned(), digest(self.config.as_bytes()))]);
         for file in self.key_files()? {
@@ -97,7 +96,10 @@ impl Desired {
                 .unwrap_or_default()
                 .to_string_lossy()
                 .into_owned();
-            digests.insert(format!("keys/{name}"), digest(&fs::read(&file)?));
+            digests.insert(
+                format!("keys/{name}"),
+                digest(&fs::read(&file).map_err(FleetError::system(&file))?),
+            );
         }
         Ok(digests)
     }
@@ -106,49 +108,53 @@ impl Desired {
     ///
     /// # Errors
     /// What the system refuses.
-    pub fn write(&self, folder: &Path) -> anyhow::Result<()> {
+    pub fn write(&self, folder: &Path) -> Result<(), FleetError> {
         let config = folder.join("camera.toml");
         write_atomically(&config, self.config.as_bytes())?;
-        fs::set_permissions(&config, fs::Permissions::from_mode(0o640))?;
+        let private = |path: &Path, mode| {
+            fs::set_permissions(path, fs::Permissions::from_mode(mode))
+                .map_err(FleetError::system(path))
+        };
+        private(&config, 0o640)?;
         let files = self.key_files()?;
         if !files.is_empty() {
             let keys = folder.join("keys");
-            fs::create_dir(&keys)?;
-            fs::set_permissions(&keys, fs::Permissions::from_mode(0o700))?;
+            fs::create_dir(&keys).map_err(FleetError::system(&keys))?;
+            private(&keys, 0o700)?;
             for file in files {
                 // With its permissions.
-                fs::copy(&file, keys.join(file.file_name().unwrap_or_default()))?;
+                fs::copy(&file, keys.join(file.file_name().unwrap_or_default()))
+                    .map_err(FleetError::system(&file))?;
             }
         }
         Ok(())
     }
 
-    fn key_files(&self) -> anyhow::Result<Vec<PathBuf>> {
+    fn key_files(&self) -> Result<Vec<PathBuf>, FleetError> {
         let Some(Keys { folder, .. }) = &self.keys else {
             return Ok(Vec::new());
         };
-        let entries = fs::read_dir(folder).with_context(|| folder.display().to_string())?;
+        let entries = fs::read_dir(folder).map_err(FleetError::system(folder))?;
         let paths = entries.filter_map(|entry| Some(entry.ok()?.path()));
         Ok(paths.filter(|path| path.is_file()).collect())
     }
 }
 
 /// Name, router and keys; everything else comes from the site or is as usual.
-fn minimal(camera: &CameraId, sources: &Sources<'_>) -> anyhow::Result<String> {
+fn minimal(camera: &CameraId, sources: &Sources<'_>) -> Result<String, FleetError> {
     let Sources {
         site,
         router,
         authority,
         ..
     } = sources;
-    ensure!(
-        !is_loopback(router),
-        "camera {camera}: hosts cannot reach the router at {router}; name its address with --router, or write {}",
-        sources
-            .folder
-            .join(format!("camera-{camera}.toml"))
-            .display()
-    );
+    if is_loopback(router) {
+        return Err(FleetError::LocalRouter {
+            camera: camera.clone(),
+            router: (*router).to_owned(),
+            file: sources.folder.join(format!("camera-{camera}.toml")),
+        });
+    }
     let mut text = format!(
         "# Written by `sextant deploy`. Exposure, gain, the lens and the sizes of tags come from the site.\nsite = \"{site}\"\ncamera = \"{camera}\"\n\n[network]\nconnect = [{router:?}]\n"
     );
@@ -166,11 +172,8 @@ fn minimal(camera: &CameraId, sources: &Sources<'_>) -> anyhow::Result<String> {
             "\n[security]\nprofile = \"{}\"\nkeys = \"{KEYS}/{camera}\"\n",
             profile.name()
         ));
-    } else {
-        ensure!(
-            authority.is_none(),
-            "camera {camera} has no keys; make them with `sextant keys add DIR {camera} --role camera`"
-        );
+    } else if authority.is_some() {
+        return Err(FleetError::NoKeys(camera.clone()));
     }
     Ok(text)
 }
@@ -182,17 +185,14 @@ fn is_loopback(endpoint: &str) -> bool {
 }
 
 /// A place for keys below the state folder, safe in a shell.
-fn place_below(place: &Path) -> anyhow::Result<String> {
+fn place_below(place: &Path) -> Option<String> {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "._-/".contains(c);
     let text = place.to_string_lossy();
     let mut parts = place.components();
-    ensure!(
-        parts.all(|part| matches!(part, Component::Normal(_)))
-            && text.chars().all(is_plain)
-            && !text.starts_with('-'),
-        "[security] keys = {text:?}: name a folder below that of the file, such as \"keys\""
-    );
-    Ok(text.trim_end_matches('/').to_owned())
+    let is_below = parts.all(|part| matches!(part, Component::Normal(_)))
+        && text.chars().all(is_plain)
+        && !text.starts_with('-');
+    is_below.then(|| text.trim_end_matches('/').to_owned())
 }
 
 #[cfg(test)]
@@ -215,7 +215,7 @@ mod tests {
         }
         let (site, camera) = (SiteId::new("lab").unwrap(), CameraId::new("north").unwrap());
         let desired = Desired::read(&camera, &sources(folder.path(), &site, router));
-        desired.map_err(|cause| format!("{cause:#}"))
+        desired.map_err(|cause| cause.to_string())
     }
 
     #[test]
@@ -257,7 +257,7 @@ mod tests {
     fn keys_stay_below_the_state_folder() {
         assert_eq!(place_below(Path::new("keys/north/")).unwrap(), "keys/north");
         for place in ["/etc/keys", "../keys", "keys;rm", "-r", "keys/../.."] {
-            assert!(place_below(Path::new(place)).is_err(), "{place}");
+            assert!(place_below(Path::new(place)).is_none(), "{place}");
         }
     }
 }

@@ -3,7 +3,7 @@
 //! Certificates are valid from the start of 2018: boards without a battery-backed clock begin there after each start and could not
 //! connect otherwise before their clock is set. Only the end of validity protects.
 
-use anyhow::Context;
+use crate::KeysError;
 use rcgen::{
     BasicConstraints, CertificateParams, DnType, ExtendedKeyUsagePurpose, IsCa, KeyPair,
     KeyUsagePurpose, date_time_ymd,
@@ -24,28 +24,30 @@ pub struct Made {
 ///
 /// # Errors
 /// A system without a source of random numbers.
-pub fn authority(site: &SiteId, valid_until_s: u64) -> anyhow::Result<Made> {
-    let key = KeyPair::generate().context("a key pair")?;
+pub fn authority(site: &SiteId, valid_until_s: u64) -> Result<Made, KeysError> {
+    let key = KeyPair::generate().map_err(KeysError::certificate("a key pair"))?;
     let mut params = authority_params(site.as_str())?;
     params.not_after = time_of(valid_until_s)?;
-    let certificate = params.self_signed(&key).context("a certificate")?;
+    let certificate = params
+        .self_signed(&key)
+        .map_err(KeysError::certificate("a certificate"))?;
     Ok(Made {
         key: key.serialize_pem(),
         certificate: certificate.pem(),
     })
 }
 
-fn authority_params(site: &str) -> anyhow::Result<CertificateParams> {
+fn authority_params(site: &str) -> Result<CertificateParams, KeysError> {
     let mut params = params(&format!("authority of sextant site {site}"), &[])?;
     params.is_ca = IsCa::Ca(BasicConstraints::Constrained(0));
     params.key_usages = vec![KeyUsagePurpose::KeyCertSign, KeyUsagePurpose::CrlSign];
     Ok(params)
 }
 
-fn params(common_name: &str, hosts: &[String]) -> anyhow::Result<CertificateParams> {
-    let mut params = CertificateParams::new(hosts.to_vec()).with_context(|| {
-        format!("--host: none of {hosts:?} may be other than a name or an address")
-    })?;
+fn params(common_name: &str, hosts: &[String]) -> Result<CertificateParams, KeysError> {
+    let mut params = CertificateParams::new(hosts.to_vec()).map_err(KeysError::certificate(
+        format!("--host: none of {hosts:?} may be other than a name or an address"),
+    ))?;
     params.distinguished_name = rcgen::DistinguishedName::new();
     params
         .distinguished_name
@@ -95,8 +97,8 @@ impl Issuer {
     ///
     /// # Errors
     /// An invalid key.
-    pub fn new(site: &str, key: &str) -> anyhow::Result<Self> {
-        let key = KeyPair::from_pem(key).context("authority.key")?;
+    pub fn new(site: &str, key: &str) -> Result<Self, KeysError> {
+        let key = KeyPair::from_pem(key).map_err(KeysError::certificate("authority.key"))?;
         Ok(Self(rcgen::Issuer::new(authority_params(site)?, key)))
     }
 
@@ -104,14 +106,16 @@ impl Issuer {
     ///
     /// # Errors
     /// A host that is neither a name nor an address.
-    pub fn sign(&self, subject: &Subject<'_>) -> anyhow::Result<Made> {
-        let key = KeyPair::generate().context("a key pair")?;
+    pub fn sign(&self, subject: &Subject<'_>) -> Result<Made, KeysError> {
+        let key = KeyPair::generate().map_err(KeysError::certificate("a key pair"))?;
         let mut params = params(&subject.common_name, subject.hosts)?;
         params.not_after = time_of(subject.valid_until_s)?;
         params.key_usages = vec![KeyUsagePurpose::DigitalSignature];
         params.extended_key_usages = subject.usages.clone();
         params.use_authority_key_identifier_extension = true;
-        let certificate = params.signed_by(&key, &self.0).context("a certificate")?;
+        let certificate = params
+            .signed_by(&key, &self.0)
+            .map_err(KeysError::certificate("a certificate"))?;
         Ok(Made {
             key: key.serialize_pem(),
             certificate: certificate.pem(),
@@ -119,6 +123,7 @@ impl Issuer {
     }
 }
 
-fn time_of(seconds: u64) -> anyhow::Result<OffsetDateTime> {
-    OffsetDateTime::from_unix_timestamp(i64::try_from(seconds)?).context("a time")
+fn time_of(seconds: u64) -> Result<OffsetDateTime, KeysError> {
+    let seconds = i64::try_from(seconds).map_err(|_| KeysError::Time)?;
+    OffsetDateTime::from_unix_timestamp(seconds).map_err(|_| KeysError::Time)
 }

@@ -1,8 +1,9 @@
 //! Passwords and tokens.
 
-use anyhow::Context;
+use crate::KeysError;
 use std::fs::File;
 use std::io::Read;
+use std::path::Path;
 
 /// Random bytes of a secret; enough to make guessing infeasible.
 const BYTES: usize = 16;
@@ -11,10 +12,11 @@ const BYTES: usize = 16;
 ///
 /// # Errors
 /// A system without a source of random numbers.
-pub fn random_text() -> anyhow::Result<String> {
+pub fn random_text() -> Result<String, KeysError> {
     let mut bytes = [0_u8; BYTES];
-    File::open("/dev/urandom")
+    let source = Path::new("/dev/urandom");
+    File::open(source)
         .and_then(|mut source| source.read_exact(&mut bytes))
-        .context("/dev/urandom")?;
+        .map_err(KeysError::system(source, ""))?;
     Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
 }

@@ -3,7 +3,9 @@
 use super::*;
 use nalgebra::Vector2;
 use sextant_apriltag::{Detector, Image, Options};
+use sextant_calibrator::PrintedGrid;
 use sextant_geometry::tag_corners_in_tag;
+use sextant_site_files::{AprilGrid, CharucoBoard, Chessboard, UpperLeft};
 use std::collections::BTreeMap;
 
 /// Pixels a millimetre.
@@ -96,11 +98,11 @@ fn apart(a: [f64; 2], b: [f64; 2]) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
-fn board_arguments() -> board::BoardArguments {
-    board::BoardArguments {
+fn grid() -> PrintedGrid {
+    PrintedGrid {
         columns: 5,
         rows: 6,
-        size: 0.028,
+        size_m: 0.028,
         family: Family::Tag36h11,
         first: 0,
     }
@@ -109,7 +111,7 @@ fn board_arguments() -> board::BoardArguments {
 #[test]
 fn every_tag_of_a_board_is_seen_upright_where_its_object_file_says() {
     for paper in [Paper::A4, Paper::Letter] {
-        let printed = board::board(&board_arguments(), "board", paper).unwrap();
+        let printed = board(&grid(), "board", paper).unwrap();
         let pictures = pictures(&pdf::pdf("", &printed.pages));
         let seen = pictures[0].tags(Family::Tag36h11);
         assert_eq!(seen.len(), 30);
@@ -135,20 +137,17 @@ fn every_tag_of_a_board_is_seen_upright_where_its_object_file_says() {
 #[test]
 fn single_tags_of_every_border_are_seen_in_their_size_on_all_pages() {
     for (name, ids) in [
-        ("tag36h11", "0-19"),
-        ("tagStandard41h12", "5-8"),
-        ("aruco4x4-50", "3"),
+        ("tag36h11", 0..=19),
+        ("tagStandard41h12", 5..=8),
+        ("aruco4x4-50", 3..=3),
     ] {
-        let arguments = tags::TagsArguments {
-            ids: ids.parse().unwrap(),
-            size: 0.03,
-            family: name.parse().unwrap(),
-        };
-        let printed = tags::tags(&arguments, "tags", Paper::A4).unwrap();
+        let family = name.parse().unwrap();
+        let ids: Vec<u32> = ids.collect();
+        let printed = tags(family, &ids, 0.03, "tags", Paper::A4).unwrap();
         let pictures = pictures(&pdf::pdf("", &printed.pages));
         let seen: BTreeMap<u32, [[f64; 2]; 4]> = pictures
             .iter()
-            .flat_map(|picture| picture.tags(arguments.family))
+            .flat_map(|picture| picture.tags(family))
             .collect();
         let expected: Vec<u32> = printed.model.tags().iter().map(|tag| tag.tag.id).collect();
         assert_eq!(seen.keys().copied().collect::<Vec<_>>(), expected, "{name}");
@@ -199,14 +198,14 @@ fn assert_seen_as_described(printed: &PrintJob, family: Family) {
 #[test]
 fn an_aprilgrid_is_seen_as_its_object_file_says() {
     for (paper, spacing) in [(Paper::A4, 0.3), (Paper::Letter, 0.2)] {
-        let arguments = calibration_boards::AprilgridArguments {
+        let arguments = AprilGrid {
             columns: 6,
             rows: 6,
-            size: 0.022,
+            size_m: 0.022,
             spacing,
             first: 4,
         };
-        let printed = calibration_boards::aprilgrid(&arguments, "grid", paper).unwrap();
+        let printed = aprilgrid(&arguments, "grid", paper).unwrap();
         assert_seen_as_described(&printed, Family::Tag36h11b2);
     }
 }
@@ -214,57 +213,58 @@ fn an_aprilgrid_is_seen_as_its_object_file_says() {
 #[test]
 fn a_charuco_board_is_seen_as_its_object_file_says() {
     for (columns, marker, name) in [(5, 0.75, "charuco5x5-100"), (4, 0.6, "charuco4x4-50")] {
-        let arguments = calibration_boards::CharucoArguments {
+        let arguments = CharucoBoard {
             columns,
             rows: 6,
-            size: 0.033,
-            marker,
+            square_m: 0.033,
+            marker_m: 0.033 * marker,
             family: name.parse().unwrap(),
+            first: 0,
+            upper_left: UpperLeft::Black,
         };
-        let printed = calibration_boards::charuco(&arguments, "board", Paper::A4).unwrap();
+        let printed = charuco(&arguments, "board", Paper::A4).unwrap();
         assert_seen_as_described(&printed, arguments.family);
     }
 }
 
 #[test]
 fn boards_that_are_none_are_refused_with_the_reason() {
-    let mut arguments = board_arguments();
+    let mut arguments = grid();
     arguments.family = Family::Tag36h11b2;
-    let error = board::board(&arguments, "board", Paper::A4).err().unwrap();
-    assert!(
-        error.to_string().contains("`sextant print aprilgrid`"),
-        "{error}"
-    );
-    let charuco = calibration_boards::CharucoArguments {
+    let error = board(&arguments, "board", Paper::A4).err().unwrap();
+    assert!(matches!(error, SheetError::OfBoard { .. }), "{error}");
+    let board = CharucoBoard {
         columns: 5,
         rows: 7,
-        size: 0.033,
-        marker: 0.95,
+        square_m: 0.033,
+        marker_m: 0.033 * 0.95,
         family: Family::Charuco4x4With50,
+        first: 0,
+        upper_left: UpperLeft::Black,
     };
     let refused = |arguments: &_| {
-        let printed = calibration_boards::charuco(arguments, "board", Paper::A4);
+        let printed = charuco(arguments, "board", Paper::A4);
         printed.err().unwrap().to_string()
     };
-    assert!(refused(&charuco).contains("markers of 0.95 of a square"));
-    let large = calibration_boards::CharucoArguments {
-        size: 0.05,
-        marker: 0.75,
-        ..charuco
+    assert!(refused(&board).contains("markers of 0.95 of a square"));
+    let large = CharucoBoard {
+        square_m: 0.05,
+        marker_m: 0.05 * 0.75,
+        ..board
     };
-    assert!(refused(&large).contains("take fewer columns or rows"));
+    assert!(refused(&large).contains("but A4 leaves"));
 }
 
 #[test]
 fn each_face_of_a_cubes_net_carries_its_tag() {
-    let arguments = cube::CubeArguments {
-        edge: 0.06,
-        size: 0.04,
+    let arguments = Cube {
+        edge_m: 0.06,
+        size_m: 0.04,
         family: Family::Tag36h11,
         first: 10,
     };
     for paper in [Paper::A4, Paper::Letter] {
-        let printed = cube::cube(&arguments, "cube", paper).unwrap();
+        let printed = cube(&arguments, "cube", paper).unwrap();
         let seen = pictures(&pdf::pdf("", &printed.pages))[0].tags(Family::Tag36h11);
         assert_eq!(
             seen.keys().copied().collect::<Vec<_>>(),
@@ -308,50 +308,50 @@ fn a_ruler_is_as_long_as_it_says() {
 
 #[test]
 fn a_measured_size_scales_the_whole_object() {
-    let printed = board::board(&board_arguments(), "board", Paper::A4).unwrap();
-    let measured = as_measured(&printed, 0.0294).unwrap();
+    let printed = board(&grid(), "board", Paper::A4).unwrap();
+    let measured = printed.as_measured(0.0294).unwrap();
     for (was, is) in printed.model.tags().iter().zip(measured.tags()) {
         assert!((is.size_m / was.size_m - 1.05).abs() < 1e-9);
         let place = |tag: &ObjectTag| tag.object_from_tag.unwrap().translation.vector;
         assert!((place(is) - place(was) * 1.05).norm() < 1e-9);
     }
-    assert!(as_measured(&printed, 28.0).is_err());
-    assert!(as_measured(&printed, f64::NAN).is_err());
+    assert!(printed.as_measured(28.0).is_err());
+    assert!(printed.as_measured(f64::NAN).is_err());
 }
 
 #[test]
 fn what_does_not_fit_or_does_not_exist_is_refused_with_what_would() {
-    let refused = |change: fn(&mut board::BoardArguments)| {
-        let mut arguments = board_arguments();
+    let refused = |change: fn(&mut PrintedGrid)| {
+        let mut arguments = grid();
         change(&mut arguments);
-        let printed = board::board(&arguments, "board", Paper::A4);
+        let printed = board(&arguments, "board", Paper::A4);
         printed.err().unwrap().to_string()
     };
-    assert!(refused(|a| a.size = 0.05).contains("take fewer tags or a smaller --size"));
-    assert!(refused(|a| a.size = f64::NAN).contains("edge of the black square"));
+    assert!(refused(|a| a.size_m = 0.05).contains("the grid is"));
+    assert!(refused(|a| a.size_m = f64::NAN).contains("edge of the black square"));
     assert!(refused(|a| a.first = 580).contains("has no tag 587; its ids are 0 to 586"));
-    let cube = cube::CubeArguments {
-        edge: 0.08,
-        size: 0.04,
+    let large = Cube {
+        edge_m: 0.08,
+        size_m: 0.04,
         family: Family::Tag36h11,
         first: 0,
     };
-    let error = cube::cube(&cube, "cube", Paper::A4).err().unwrap();
+    let error = cube(&large, "cube", Paper::A4).err().unwrap();
     assert!(
-        error.to_string().contains("--edge can be 0.063 at most"),
+        matches!(error, SheetError::NetTooLarge { largest, .. } if largest.floor() == 63.0),
         "{error}"
     );
 }
 
 #[test]
 fn a_chessboard_is_found_where_its_object_file_says() {
-    let arguments = calibration_boards::ChessboardArguments {
+    let arguments = Chessboard {
         columns: 6,
         rows: 9,
-        size: 0.022,
+        square_m: 0.022,
     };
     for paper in [Paper::A4, Paper::Letter] {
-        let printed = calibration_boards::chessboard(&arguments, "board", paper).unwrap();
+        let printed = chessboard(&arguments, "board", paper).unwrap();
         let picture = &pictures(&pdf::pdf("", &printed.pages))[0];
         let pixels: Vec<u8> = picture
             .white

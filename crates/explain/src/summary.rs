@@ -1,7 +1,7 @@
 //! `report.json`: counts and times of the stages.
 
-use super::super::print::TagLine;
-use super::record::{PassRecord, Record, Stopwatch};
+use crate::TagLine;
+use crate::record::{PassRecord, Record, Stopwatch};
 use serde::Serialize;
 use sextant_apriltag::{Detection, Rejection, Report, Stage};
 use std::collections::BTreeMap;

@@ -1,6 +1,6 @@
 //! The pictures of whole images: one a stage, each with a legend below.
 
-use super::record::{PassRecord, Quad, Record};
+use crate::record::{PassRecord, Quad, Record};
 use sextant_apriltag::{Detection, Rejection};
 use sextant_drawing::{
     Canvas, Colour, Font, GROUND, INK, LegendLine, View, legend_height, legend_width, write_legend,

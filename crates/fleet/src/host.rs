@@ -1,17 +1,20 @@
 //! One host, from the first question to the last word.
 
-use super::desired::Desired;
-use super::facts::HostFacts;
-use super::health::Health;
-use super::packages::{Package, PackageFolder};
-use super::plan::Plan;
-use super::progress::Progress;
-use super::ssh::{Ssh, SshError, rest_of};
-use super::target::Target;
+use crate::desired::Desired;
+use crate::error::FleetError;
+use crate::facts::HostFacts;
+use crate::health::Health;
+use crate::packages::PackageFolder;
+use crate::plan::Plan;
+use crate::ssh::{Ssh, SshError, rest_of};
+use crate::target::Target;
 use serde::Serialize;
 use sextant_process::Shutdown;
 use sextant_process::shutdown::SHUTDOWN_POLL;
+use sextant_process::terminal::plain;
+use sextant_proto::CameraStatus;
 use std::io::{BufRead, BufReader, Write};
+use std::path::Path;
 use std::process::{ChildStdin, Command};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
@@ -49,13 +52,17 @@ pub enum Outcome {
 /// What became of a host.
 #[derive(Debug, Clone, Serialize)]
 pub struct Report {
+    /// As ssh takes it.
     pub host: String,
+    /// Its camera.
     pub camera: String,
+    /// How it ended.
     pub outcome: Outcome,
     /// Version before.
     pub from: Option<String>,
     /// Version wanted.
     pub to: Option<String>,
+    /// What was to be done.
     pub changes: Vec<String>,
     /// Why it failed.
     pub cause: Option<String>,
@@ -65,21 +72,34 @@ pub struct Report {
     pub notices: Vec<String>,
 }
 
+/// Learns what a host, by its number, is at.
+pub type OnStep<'a> = &'a (dyn Fn(usize, &str) + Sync);
+
 /// What every host is deployed with.
 pub struct Deployment<'a> {
+    /// The packages.
     pub packages: &'a PackageFolder,
-    /// None for a dry run.
+    /// What the site sees; none for a dry run.
     pub health: Option<&'a Health>,
+    /// How long the site may take to see a camera after its start.
     pub timeout: Duration,
-    pub progress: &'a Progress,
+    /// Learns each step.
+    pub on_step: OnStep<'a>,
+    /// What a camera complains about in its status.
+    pub notices_of: fn(&CameraStatus) -> Vec<String>,
+    /// The request to stop.
     pub shutdown: &'a Shutdown,
 }
 
 /// One host's part of it.
 pub struct HostJob<'a> {
-    pub line: usize,
+    /// Number of the host.
+    pub number: usize,
+    /// The host and its camera.
     pub target: &'a Target,
+    /// What it shall have.
     pub desired: &'a Desired,
+    /// The way to it.
     pub ssh: Ssh,
 }
 
@@ -102,11 +122,11 @@ impl From<SshError> for Stop {
     }
 }
 
-impl From<anyhow::Error> for Stop {
-    fn from(error: anyhow::Error) -> Self {
+impl From<FleetError> for Stop {
+    fn from(error: FleetError) -> Self {
         Self {
             outcome: Outcome::Untouched,
-            cause: format!("{error:#}"),
+            cause: error.to_string(),
         }
     }
 }
@@ -141,7 +161,7 @@ impl Deployment<'_> {
                 report.cause.get_or_insert(cause);
             }
         }
-        self.progress.say(job.line, &report.words());
+        (self.on_step)(job.number, &report.words());
         report
     }
 
@@ -183,7 +203,7 @@ impl Deployment<'_> {
                 cause: "interrupted; nothing was changed".to_owned(),
             });
         }
-        self.progress.say(job.line, step);
+        (self.on_step)(job.number, step);
         Ok(())
     }
 
@@ -263,14 +283,14 @@ impl Dialogue<'_> {
     }
 
     fn hear(&mut self, line: &str, report: &mut Report) {
-        let line = crate::words::plain(line);
+        let line = plain(line);
         let (word, rest) = line.split_once(' ').unwrap_or((&line, ""));
         match word {
             "step" => {
                 if rest == "waiting" {
                     self.started = Some(Instant::now());
                 }
-                self.deployment.progress.say(self.job.line, rest);
+                (self.deployment.on_step)(self.job.number, rest);
             }
             "cause" => drop(report.cause.get_or_insert_with(|| rest.to_owned())),
             "log" if report.log.len() < MOST_LOG_LINES => report.log.push(rest.to_owned()),
@@ -301,7 +321,7 @@ impl Dialogue<'_> {
         let Some(started) = self.started else { return };
         match self.health.after(&self.job.target.camera, started) {
             Some(status) if status.version == self.plan.program_version => {
-                report.notices = crate::words::camera_findings(&status);
+                report.notices = (self.deployment.notices_of)(&status);
                 if let Some(mut input) = self.input.take() {
                     // A lost connection is heard of as the end of what the host says.
                     let _ = input.write_all(b"keep\n");
@@ -331,14 +351,19 @@ impl Dialogue<'_> {
 }
 
 /// What the host unpacks: the script, the configuration, the keys, the package.
-fn archive(plan: &Plan, desired: &Desired) -> anyhow::Result<Vec<u8>> {
-    let folder = tempfile::tempdir()?;
-    std::fs::write(folder.path().join("host.sh"), SCRIPT)?;
-    desired.write(folder.path())?;
-    if let Some(Package { file, digest, .. }) = &plan.package {
-        let name = plan.package.as_ref().map_or("", Package::staged_name);
-        std::fs::copy(file, folder.path().join(name))?;
-        std::fs::write(folder.path().join("package.sha256"), digest)?;
+fn archive(plan: &Plan, desired: &Desired) -> Result<Vec<u8>, FleetError> {
+    let folder = tempfile::tempdir().map_err(FleetError::system(&std::env::temp_dir()))?;
+    let folder = folder.path();
+    let write = |name: &str, content: &[u8]| {
+        let path = folder.join(name);
+        std::fs::write(&path, content).map_err(FleetError::system(&path))
+    };
+    write("host.sh", SCRIPT.as_bytes())?;
+    desired.write(folder)?;
+    if let Some(package) = &plan.package {
+        std::fs::copy(&package.file, folder.join(package.staged_name()))
+            .map_err(FleetError::system(&package.file))?;
+        write("package.sha256", package.digest.as_bytes())?;
     }
     let output = Command::new("tar")
         .args([
@@ -348,14 +373,14 @@ fn archive(plan: &Plan, desired: &Desired) -> anyhow::Result<Vec<u8>> {
             "--numeric-owner",
             "--directory",
         ])
-        .arg(folder.path())
+        .arg(folder)
         .arg(".")
-        .output()?;
-    anyhow::ensure!(
-        output.status.success(),
-        "tar: {}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+        .output()
+        .map_err(FleetError::system(Path::new("tar")))?;
+    if !output.status.success() {
+        let cause = String::from_utf8_lossy(&output.stderr).into_owned();
+        return Err(FleetError::Archive(cause));
+    }
     Ok(output.stdout)
 }
 

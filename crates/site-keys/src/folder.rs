@@ -1,11 +1,13 @@
 //! Folders and files of keys: private from the start, and written whole or not at all.
 
-use anyhow::{Context, ensure};
+use crate::KeysError;
 use sextant_zenoh_bus::KeyFiles;
 use std::fs::{self, DirBuilder, File, OpenOptions};
 use std::io::Write;
 use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
+
+const UNWRITABLE: &str = ": cannot be written";
 
 /// The authority's key pair, which signs every certificate.
 pub struct FolderFiles {
@@ -20,10 +22,10 @@ impl FolderFiles {
     ///
     /// # Errors
     /// An error of the system.
-    pub fn read(dir: &Path) -> anyhow::Result<Self> {
+    pub fn read(dir: &Path) -> Result<Self, KeysError> {
         let read = |name: &str| {
             let file = dir.join(name);
-            fs::read_to_string(&file).with_context(|| file.display().to_string())
+            fs::read_to_string(&file).map_err(KeysError::system(&file, ""))
         };
         Ok(Self {
             authority_key: read("authority.key")?,
@@ -36,7 +38,7 @@ impl FolderFiles {
 ///
 /// # Errors
 /// An error of the system.
-pub fn write_secret(path: &Path, content: &str) -> anyhow::Result<()> {
+pub fn write_secret(path: &Path, content: &str) -> Result<(), KeysError> {
     let temporary = beside(path);
     let write = || -> std::io::Result<()> {
         let mut file = OpenOptions::new()
@@ -50,7 +52,7 @@ pub fn write_secret(path: &Path, content: &str) -> anyhow::Result<()> {
     };
     write()
         .inspect_err(|_| drop(fs::remove_file(&temporary)))
-        .with_context(|| format!("{}: cannot be written", path.display()))
+        .map_err(KeysError::system(path, UNWRITABLE))
 }
 
 /// Fills a new private folder and moves it to `folder`, whose former content is then removed.
@@ -59,20 +61,20 @@ pub fn write_secret(path: &Path, content: &str) -> anyhow::Result<()> {
 /// An error of the system; the former folder is then unchanged.
 pub fn in_place_of(
     folder: &Path,
-    fill: impl FnOnce(&Path) -> anyhow::Result<()>,
-) -> anyhow::Result<()> {
+    fill: impl FnOnce(&Path) -> Result<(), KeysError>,
+) -> Result<(), KeysError> {
     let temporary = beside(folder);
-    let unwritable = || format!("{}: cannot be written", folder.display());
+    let unwritable = || KeysError::system(folder, UNWRITABLE);
     DirBuilder::new()
         .mode(0o700)
         .create(&temporary)
-        .with_context(unwritable)?;
+        .map_err(unwritable())?;
     let filled = fill(&temporary).and_then(|()| {
         let former = beside(&temporary);
         if folder.exists() {
-            fs::rename(folder, &former).with_context(unwritable)?;
+            fs::rename(folder, &former).map_err(unwritable())?;
         }
-        fs::rename(&temporary, folder).with_context(unwritable)?;
+        fs::rename(&temporary, folder).map_err(unwritable())?;
         if former.exists() {
             remove_keys(&KeyFiles::within(&former))?;
         }
@@ -85,24 +87,22 @@ pub fn in_place_of(
     let above = folder.parent().filter(|above| *above != Path::new(""));
     File::open(above.unwrap_or(Path::new(".")))
         .and_then(|above| above.sync_all())
-        .with_context(unwritable)
+        .map_err(unwritable())
 }
 
 /// Removes a member's folder; ignores a folder without `node.toml`.
 ///
 /// # Errors
 /// An error of the system.
-pub fn remove_keys(files: &KeyFiles) -> anyhow::Result<()> {
+pub fn remove_keys(files: &KeyFiles) -> Result<(), KeysError> {
     let folder = files.folder();
     if !folder.exists() {
         return Ok(());
     }
-    ensure!(
-        files.node().is_file(),
-        "{}: is no folder of keys and is left as it is",
-        folder.display()
-    );
-    fs::remove_dir_all(folder).with_context(|| format!("{}: cannot be removed", folder.display()))
+    if !files.node().is_file() {
+        return Err(KeysError::NoKeys(folder.to_owned()));
+    }
+    fs::remove_dir_all(folder).map_err(KeysError::system(folder, ": cannot be removed"))
 }
 
 /// A name in the same folder that no other process uses.
