@@ -150,8 +150,8 @@ impl Score {
             }
             let bound = best.and_then(Matrix6::cholesky).map(|root| root.inverse());
             if let (Some(bound), State::Tracking) = (bound, estimate.state) {
-                for half in 0..2 {
-                    self.of_two[half][0] += halves[half].powi(2);
+                for (half, error) in halves.iter().enumerate() {
+                    self.of_two[half][0] += error.powi(2);
                     self.of_two[half][1] += bound.fixed_view::<3, 3>(3 * half, 3 * half).trace();
                 }
             }
