@@ -7,7 +7,6 @@
 pub mod browser;
 mod processes;
 mod readiness;
-mod score;
 mod site_folder;
 mod terminal;
 mod watch;
@@ -18,6 +17,7 @@ use anyhow::{Context, bail};
 use clap::Args;
 use processes::Processes;
 use serde::Serialize;
+use sextant_evaluation::live::{LatencySummary, ObjectSummary};
 use sextant_process::{Exit, Failure, Shutdown, WithExit};
 use sextant_proto::{Keys, SiteId};
 use sextant_zenoh_bus::{Bus, BusError, BusOptions, Security};
@@ -88,8 +88,8 @@ impl DemoArguments {
 #[derive(Debug, Serialize)]
 pub struct Summary {
     cameras: Vec<watch::CameraSummary>,
-    objects: Vec<score::ObjectSummary>,
-    latency_ms: score::LatencySummary,
+    objects: Vec<ObjectSummary>,
+    latency_ms: LatencySummary,
 }
 
 /// Runs the demo until its duration is over, Ctrl-C, or the death of a child.

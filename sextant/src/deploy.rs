@@ -1,43 +1,21 @@
 //! `sextant deploy`: camera nodes on boards, over the system's ssh.
-//!
-//! | module | what |
-//! |---|---|
-//! | `target` | hosts and cameras as typed |
-//! | `desired` | configuration and keys of a camera |
-//! | `packages` | the package for a host |
-//! | `facts`, `digest`, `plan` | what a host is and has; what it lacks |
-//! | `host`, `host.sh` | one host, here and there |
-//! | `health` | which cameras the site sees |
-//! | `ssh`, `progress` | the connection; the lines on the screen |
 
-mod desired;
-mod digest;
-mod facts;
-mod health;
-mod host;
-mod packages;
-mod plan;
 mod progress;
-mod ssh;
-mod target;
 
 use crate::output::{Format, print_line};
-use crate::site::{Site, SiteArguments};
+use crate::site::SiteArguments;
+use crate::words;
 use anyhow::{anyhow, bail, ensure};
 use clap::Args;
-use desired::{Desired, Sources};
-use health::Health;
-use host::{Deployment, HostJob, Outcome, Report};
-use packages::PackageFolder;
 use progress::Progress;
+use sextant_fleet::{
+    Deployment, Desired, Health, HostJob, Outcome, PackageFolder, Report, Sources, Ssh, Target,
+};
+use sextant_gateways::site::SiteSession;
 use sextant_process::{Exit, Failure, Shutdown, WithExit};
-use ssh::Ssh;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
-use target::Target;
 
 /// Where packages are, seen from the working folder and from that of the program.
 const PACKAGES: [&str; 2] = ["target/package", "packages"];
@@ -131,7 +109,7 @@ fn read(arguments: &DeployArguments) -> anyhow::Result<(PackageFolder, Vec<Desir
         .targets
         .iter()
         .map(|target| Desired::read(&target.camera, &sources));
-    Ok((packages, desired.collect::<anyhow::Result<_>>()?))
+    Ok((packages, desired.collect::<Result<_, _>>()?))
 }
 
 fn package_folder(arguments: &DeployArguments) -> PathBuf {
@@ -149,59 +127,40 @@ fn deploy(
     arguments: &DeployArguments,
     packages: &PackageFolder,
     desired: &[Desired],
-    site: Option<&Site>,
+    site: Option<&SiteSession>,
     shutdown: &Shutdown,
 ) -> anyhow::Result<Vec<Report>> {
     let targets = &arguments.targets;
     let health = Health::of(targets.iter().map(|target| target.camera.clone()).collect());
     let progress = Progress::of(targets.iter().map(|target| target.host.clone()));
+    let on_step = |host: usize, step: &str| progress.say(host, step);
     let deployment = Deployment {
         packages,
         health: site.map(|_| &health),
         timeout: Duration::from_secs(arguments.timeout),
-        progress: &progress,
+        on_step: &on_step,
+        notices_of: words::camera_findings,
         shutdown,
     };
-    let job = |line: usize| HostJob {
-        line,
-        target: &targets[line],
-        desired: &desired[line],
-        ssh: Ssh {
-            config: arguments.ssh_config.clone(),
-            host: targets[line].host.clone(),
-        },
-    };
-    let (next, reports) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
-    let work = || {
-        loop {
-            let line = next.fetch_add(1, Ordering::Relaxed);
-            if line >= targets.len() {
-                return;
-            }
-            let report = deployment.run(&job(line));
-            reports
-                .lock()
-                .unwrap_or_else(std::sync::PoisonError::into_inner)
-                .push((line, report));
-        }
-    };
-    let done = Shutdown::manual()?;
-    std::thread::scope(|scope| -> anyhow::Result<()> {
-        let collector = site.map(|site| scope.spawn(|| health.collect(site, &done)));
-        let workers: Vec<_> = (0..arguments.parallel).map(|_| scope.spawn(work)).collect();
-        workers.into_iter().for_each(|worker| drop(worker.join()));
-        done.request();
-        match collector.map(std::thread::ScopedJoinHandle::join) {
-            Some(Ok(collected)) => Ok(collected?),
-            Some(Err(_)) => Err(anyhow!("the collector of statuses panicked")),
-            None => Ok(()),
-        }
-    })?;
-    let mut reports = reports
-        .into_inner()
-        .unwrap_or_else(std::sync::PoisonError::into_inner);
-    reports.sort_by_key(|(line, _)| *line);
-    Ok(reports.into_iter().map(|(_, report)| report).collect())
+    let jobs = targets.iter().zip(desired).enumerate();
+    let jobs: Vec<HostJob<'_>> = jobs
+        .map(|(number, (target, desired))| HostJob {
+            number,
+            target,
+            desired,
+            ssh: Ssh {
+                config: arguments.ssh_config.clone(),
+                host: target.host.clone(),
+            },
+        })
+        .collect();
+    let watched = (site, &health);
+    Ok(sextant_fleet::deploy(
+        &deployment,
+        &jobs,
+        watched,
+        arguments.parallel,
+    )?)
 }
 
 fn say(report: &Report, format: Format) -> anyhow::Result<()> {

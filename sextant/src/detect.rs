@@ -1,29 +1,25 @@
 //! `sextant detect`: tags in pictures.
 
 mod dataset;
-pub mod explain;
 mod families;
-mod finder;
 mod otherwise;
 mod print;
 mod sight;
 
-use crate::ordered::in_order;
 use crate::output::{Format, print_line};
 use anyhow::{Context, bail};
 use clap::{ArgGroup, Args};
 use families::{Sought, families};
 use otherwise::NothingFound;
 use sextant_apriltag::{Detector, Options, Tracker};
+use sextant_explain::Explanation;
 use sextant_process::{Exit, Failure, WithExit};
+use sextant_replay::in_order;
 use sextant_site_files::read_rig;
 use sextant_site_model::{Camera, CameraId};
 use sight::{DetectedImage, detect, follow};
 use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
-
-pub use finder::{ChessboardSearch, PartialViews, TagFinder};
-pub use sight::{detected_tags, image_of};
 
 /// Arguments of `sextant detect`.
 #[derive(Args, Debug)]
@@ -112,7 +108,15 @@ pub fn run(arguments: &DetectArguments, format: Format) -> anyhow::Result<()> {
     match (&arguments.dataset, &arguments.explain, &arguments.out) {
         (Some(dataset), _, Some(out)) => dataset::write_detections(dataset, out, threads, &options),
         (_, Some(picture), Some(out)) => {
-            let sight = explain::explain(picture, out, &options, arguments.reps)?;
+            let explanation = Explanation::of(picture, &options, arguments.reps);
+            let explanation = explanation.exit_with(Exit::Input)?;
+            explanation.write(out).exit_with(Exit::Input)?;
+            let sight = DetectedImage {
+                path: picture.clone(),
+                ms: explanation.total_ms(),
+                detections: explanation.detections().to_vec(),
+                tracking: None,
+            };
             Ok(print_line(&print::of(&sight, format))?)
         }
         _ => detect_each(arguments, threads, &options, format),
@@ -139,7 +143,7 @@ fn detect_each(
                 eprintln!("error: {error:#}");
             }
         }
-        Ok(())
+        anyhow::Ok(())
     };
     let paths = paths(&arguments.images);
     let camera = camera(arguments)?;

@@ -5,12 +5,14 @@ mod pose_text;
 use crate::message_text::{JsonMessage, text_of};
 use crate::output::{Format, print_line};
 use crate::pose_feed::FeedArguments;
-use crate::site::RouterWatch;
+use crate::site::{expression, report_router};
 use crate::words;
 use anyhow::{anyhow, bail};
 use clap::Args;
 use pose_text::PoseFormat;
 use serde::Serialize;
+use sextant_gateways::site::RouterWatch;
+use sextant_process::shutdown::SHUTDOWN_POLL;
 use sextant_process::{Exit, Failure, now_ns};
 use sextant_proto::{AnyMessage, limits};
 use sextant_site_mirror::limits::SILENCE_NS;
@@ -20,8 +22,6 @@ use std::time::{Duration, Instant};
 
 /// Messages that wait while the terminal is slow; the oldest give way.
 const QUEUE: usize = 1024;
-/// Longest delay until Ctrl-C has an effect.
-const GLANCE: Duration = Duration::from_millis(100);
 /// Silence after which a notice is printed.
 const SILENCE: Duration = Duration::from_nanos(SILENCE_NS);
 /// Timeout of queries for last values.
@@ -71,7 +71,7 @@ pub fn run(arguments: &EchoArguments, format: Format) -> anyhow::Result<()> {
     };
     let site = arguments.feed.site.open()?;
     let expression = match name {
-        Some(name) => site.expression(name),
+        Some(name) => expression(&site.keys, name),
         None => site.keys.all_poses(),
     };
     let end = arguments
@@ -105,11 +105,11 @@ pub fn run(arguments: &EchoArguments, format: Format) -> anyhow::Result<()> {
     let (mut router, mut heard) = (RouterWatch::default(), !kept.is_empty());
     let mut hint_due = Some(Instant::now() + SILENCE);
     while more && !site.shutdown.is_requested() && !is_over() {
-        if let Some(item) = messages.recv_timeout(GLANCE) {
+        if let Some(item) = messages.recv_timeout(SHUTDOWN_POLL) {
             (heard, hint_due) = (true, Some(Instant::now() + SILENCE));
             more = show(&item)?;
         }
-        router.say(&site.bus);
+        report_router(&mut router, &site.bus);
         if hint_due.is_some_and(|due| Instant::now() >= due) {
             if site.bus.is_connected() {
                 let silence = match heard {

@@ -2,11 +2,13 @@
 
 use crate::message_text::capture_ns;
 use crate::output::{Format, print_line};
-use crate::site::{RouterWatch, SiteArguments};
+use crate::site::{SiteArguments, expression, report_router};
 use crate::words;
 use clap::Args;
 use serde_json::json;
+use sextant_gateways::site::RouterWatch;
 use sextant_process::now_ns;
+use sextant_process::shutdown::SHUTDOWN_POLL;
 use sextant_proto::{AnyMessage, limits};
 use sextant_zenoh_bus::{DropRule, Item, Payload};
 use std::collections::BTreeMap;
@@ -14,8 +16,6 @@ use std::time::{Duration, Instant};
 
 /// Messages that wait while a report is made; the oldest give way.
 const QUEUE: usize = 8192;
-/// Longest delay until Ctrl-C has an effect.
-const GLANCE: Duration = Duration::from_millis(50);
 /// Keys that are counted; a flood of invented keys must not fill the memory.
 const MAX_KEYS: usize = 4096;
 
@@ -45,10 +45,10 @@ pub struct HzArguments {
 /// # Errors
 /// No router, or a key that is none.
 pub fn run(arguments: &HzArguments, format: Format) -> anyhow::Result<()> {
-    let period = Duration::try_from_secs_f64(arguments.every)?.max(GLANCE);
+    let period = Duration::try_from_secs_f64(arguments.every)?.max(SHUTDOWN_POLL);
     let site = arguments.site.open()?;
     let expression = match &arguments.what {
-        Some(said) => site.expression(said),
+        Some(said) => expression(&site.keys, said),
         None => site.keys.everything(),
     };
     let messages = site.bus.subscribe(
@@ -62,11 +62,11 @@ pub fn run(arguments: &HzArguments, format: Format) -> anyhow::Result<()> {
     while left > 0 && !site.shutdown.is_requested() {
         let (start, mut counts) = (Instant::now(), BTreeMap::new());
         while start.elapsed() < period && !site.shutdown.is_requested() {
-            if let Some(item) = messages.recv_timeout(GLANCE) {
+            if let Some(item) = messages.recv_timeout(SHUTDOWN_POLL) {
                 count(&mut counts, &item);
             }
         }
-        router.say(&site.bus);
+        report_router(&mut router, &site.bus);
         print_line(&report(&mut counts, start.elapsed().as_secs_f64(), format))?;
         left -= 1;
     }

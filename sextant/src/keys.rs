@@ -1,25 +1,12 @@
 //! `sextant keys`: a site's authority, the keys of its members, and their revocation.
-//!
-//! | in DIR | contents |
-//! |---|---|
-//! | `authority.pem` | the authority's certificate, which all members trust |
-//! | `authority.key` | its private key, which creates members |
-//! | `members.toml` | members, their roles and validity, including revoked ones |
-//! | `passwords` | the members' passwords of profile lab |
-//! | `NAME/` | a member's keys: the folder that is copied to its machine ([`sextant_zenoh_bus::KeyFiles`]) |
-
-mod authority;
-mod certificates;
-mod folder;
-mod secrets;
 
 use crate::output::{Format, print_line};
 use anyhow::Context;
-use authority::{Authority, New};
 use clap::{Args, Subcommand, ValueEnum};
 use serde_json::json;
 use sextant_process::{Exit, WithExit, now_ns};
 use sextant_proto::{NodeId, SiteId};
+use sextant_site_keys::{Authority, CertificateRequest};
 use sextant_zenoh_bus::{Member, Role};
 use std::path::PathBuf;
 use time::OffsetDateTime;
@@ -179,8 +166,8 @@ fn obey(command: &Command, format: Format) -> anyhow::Result<()> {
 }
 
 impl Validity {
-    fn wish(&self, now_s: u64) -> New<'_> {
-        New {
+    fn wish(&self, now_s: u64) -> CertificateRequest<'_> {
+        CertificateRequest {
             now_s,
             days: self.days,
             hosts: &self.hosts,

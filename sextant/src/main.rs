@@ -1,6 +1,5 @@
 //! Sextant on the command line: one program for every node and every tool.
 
-mod alignment;
 mod arguments;
 mod axes;
 mod calibrate;
@@ -8,12 +7,10 @@ mod camera;
 mod check;
 mod config;
 mod convert;
-mod datagrams;
 mod demo;
 mod deploy;
 mod detect;
 mod doctor;
-mod drawing;
 mod echo;
 mod foxglove;
 mod hz;
@@ -25,7 +22,6 @@ mod manual;
 mod mavlink;
 mod message_text;
 mod nodes;
-mod ordered;
 mod osc;
 mod output;
 mod play;

@@ -1,16 +1,11 @@
 //! `sextant mavlink`: the pose of a vehicle as MAVLink `ODOMETRY`, by UDP to its autopilot.
 
-use crate::datagrams::{DatagramTarget, SenderCounts};
 use crate::output::Format;
-use crate::pose_feed::{self, FeedArguments, Next, PoseReceiver, RateLimit};
+use crate::pose_feed::{self, FeedArguments};
 use clap::{Args, ValueEnum};
-use sextant_pose_formats::{LocalFrame, MavlinkSender, ResetCounter, Sender};
-use sextant_proto::ObjectPose;
+use sextant_gateways::mavlink::OdometrySender;
+use sextant_pose_formats::{LocalFrame, Sender};
 use sextant_site_model::ObjectId;
-use std::time::{Duration, Instant};
-
-/// Between two heartbeats.
-const HEARTBEAT: Duration = Duration::from_secs(1);
 
 /// Arguments of `sextant mavlink`.
 #[derive(Args, Debug)]
@@ -67,64 +62,26 @@ fn degrees(text: &str) -> Result<f64, String> {
 /// A target that is none, no router.
 pub fn run(arguments: &MavlinkArguments, format: Format) -> anyhow::Result<()> {
     let target = arguments.to.strip_prefix("udp:").unwrap_or(&arguments.to);
-    let mut vehicle = Vehicle {
-        target: DatagramTarget::open(target)?,
-        frames: MavlinkSender::new(Sender {
-            system: arguments.sysid,
-            component: arguments.compid,
-        }),
-        local: match arguments.frame {
-            Frame::Frd => LocalFrame::Frd,
-            Frame::Ned => LocalFrame::Ned {
-                north_rad: arguments.north.to_radians(),
-            },
-        },
-        resets: ResetCounter::default(),
-        limit: RateLimit::new(arguments.rate),
-        heartbeat_due: Instant::now(),
-    };
+    let target = pose_feed::datagram_target(target)?;
     eprintln!(
         "sending the pose of {} to {} by UDP as MAVLink ODOMETRY of system {}, at most {} a second; Ctrl-C ends it",
         arguments.object,
-        vehicle.target.address(),
+        target.address(),
         arguments.sysid,
         arguments.rate
     );
+    let sender = Sender {
+        system: arguments.sysid,
+        component: arguments.compid,
+    };
+    let local = match arguments.frame {
+        Frame::Frd => LocalFrame::Frd,
+        Frame::Ned => LocalFrame::Ned {
+            north_rad: arguments.north.to_radians(),
+        },
+    };
+    let mut vehicle = OdometrySender::new(sender, local, target, arguments.rate);
     let objects = std::slice::from_ref(&arguments.object);
     let feed = pose_feed::run(&arguments.feed, objects, &mut vehicle)?;
-    let counts = SenderCounts {
-        feed,
-        datagrams: vehicle.target.counts(),
-        skipped: vehicle.limit.skipped,
-    };
-    counts.report(format)
-}
-
-struct Vehicle {
-    target: DatagramTarget,
-    frames: MavlinkSender,
-    local: LocalFrame,
-    resets: ResetCounter,
-    limit: RateLimit,
-    heartbeat_due: Instant,
-}
-
-impl PoseReceiver for Vehicle {
-    fn take(&mut self, pose: &ObjectPose) -> anyhow::Result<Next> {
-        if let Some(resets) = self.resets.take(pose)
-            && self.limit.admits(&pose.object, Instant::now())
-        {
-            let frame = self.frames.odometry(pose, &self.local, resets);
-            self.target.send(&frame);
-        }
-        Ok(Next::More)
-    }
-
-    fn tick(&mut self) {
-        if Instant::now() >= self.heartbeat_due {
-            self.heartbeat_due = Instant::now() + HEARTBEAT;
-            let frame = self.frames.heartbeat();
-            self.target.send(&frame);
-        }
-    }
+    pose_feed::print_counts(&vehicle.counts(feed), format)
 }

@@ -1,18 +1,15 @@
 //! `sextant osc`: poses as Open Sound Control messages, by UDP to one machine.
 
 use crate::axes::AxesName;
-use crate::datagrams::{DatagramTarget, SenderCounts};
 use crate::output::Format;
-use crate::pose_feed::{self, FeedArguments, Next, PoseReceiver, RateLimit};
+use crate::pose_feed::{self, FeedArguments};
 use crate::words;
 use anyhow::{anyhow, bail};
 use clap::{Args, ValueEnum};
+use sextant_gateways::osc::OscSender;
 use sextant_pose_formats::{AddressTemplate, MAX_VMT_TRACKERS, MAX_VRCHAT_TRACKERS, OscLayout};
 use sextant_process::{Exit, Failure};
-use sextant_proto::ObjectPose;
 use sextant_site_model::ObjectId;
-use sextant_site_report::State;
-use std::time::Instant;
 
 /// Arguments of `sextant osc`.
 #[derive(Args, Debug)]
@@ -65,26 +62,17 @@ enum Layout {
 /// A target that is none, no router.
 pub fn run(arguments: &OscArguments, format: Format) -> anyhow::Result<()> {
     let layout = arguments.layout()?;
-    let target = DatagramTarget::open(&arguments.to)?;
-    let mut sender = OscSender {
-        layout,
-        target,
-        limit: RateLimit::new(arguments.rate),
-    };
+    let target = pose_feed::datagram_target(&arguments.to)?;
     eprintln!(
         "sending {} to {} by UDP as OSC ({}), at most {} a second; Ctrl-C ends it",
         words::poses_of(&arguments.objects),
-        sender.target.address(),
+        target.address(),
         arguments.what(),
         arguments.rate
     );
+    let mut sender = OscSender::new(layout, target, arguments.rate);
     let feed = pose_feed::run(&arguments.feed, &arguments.objects, &mut sender)?;
-    let counts = SenderCounts {
-        feed,
-        datagrams: sender.target.counts(),
-        skipped: sender.limit.skipped,
-    };
-    counts.report(format)
+    pose_feed::print_counts(&sender.counts(feed), format)
 }
 
 impl OscArguments {
@@ -133,22 +121,4 @@ impl OscArguments {
 
 fn usage(cause: &str) -> Failure {
     Failure::new(Exit::Usage, anyhow!("{cause}"))
-}
-
-struct OscSender {
-    layout: OscLayout,
-    target: DatagramTarget,
-    limit: RateLimit,
-}
-
-impl PoseReceiver for OscSender {
-    fn take(&mut self, pose: &ObjectPose) -> anyhow::Result<Next> {
-        // The news that an object is lost is sent once, and never held back.
-        if pose.state == State::Lost || self.limit.admits(&pose.object, Instant::now()) {
-            for message in self.layout.messages(pose) {
-                self.target.send(&message.to_bytes());
-            }
-        }
-        Ok(Next::More)
-    }
 }

@@ -11,6 +11,7 @@ use clap::Args;
 use node_viewer_bridge::ViewerConfig;
 use publishers::Publishers;
 use serde_json::json;
+use sextant_process::shutdown::SHUTDOWN_POLL;
 use sextant_process::{Exit, Shutdown, WithExit};
 use sextant_proto::{KeyRef, Keys, NodeId, NodeKind, SiteId};
 use sextant_recordings::mcap::reader::{McapReader, RecordedMessage};
@@ -25,7 +26,6 @@ use std::time::{Duration, Instant};
 
 /// Longest wait for the page.
 const PATIENCE: Duration = Duration::from_secs(30);
-const GLANCE: Duration = Duration::from_millis(50);
 /// Between the end of the recording and its repetition.
 const PAUSE: Duration = Duration::from_secs(1);
 
@@ -266,7 +266,7 @@ impl Player<'_> {
     fn wait_for_page(&self) -> anyhow::Result<()> {
         let alive = self.bus.watch_alive(&self.keys.all_alive())?;
         let deadline = Instant::now() + PATIENCE;
-        while !self.shutdown.wait(GLANCE) {
+        while !self.shutdown.wait(SHUTDOWN_POLL) {
             while let Some(Presence::Joined(key)) = alive.try_recv() {
                 if let Some(KeyRef::Alive(NodeKind::Viewer, _)) = self.keys.parse(&key) {
                     return Ok(());

@@ -1,22 +1,16 @@
-//! The poses of a running site, one after the other, to a receiver: shared by the commands that hand poses on.
+//! What the commands share that pass on the poses of a running site.
 
-use crate::site::{RouterWatch, SiteArguments, take};
+use crate::output::{Format, print_line};
+use crate::site::SiteArguments;
+use crate::words;
 use anyhow::Context;
 use clap::Args;
-use serde::Serialize;
-use sextant_process::now_ns;
-use sextant_proto::{AnyMessage, ObjectPose, limits};
-use sextant_site_mirror::SiteMirror;
-use sextant_site_mirror::limits::SILENCE_NS;
+use sextant_gateways::datagrams::{DatagramTarget, SenderCounts, TargetError};
+use sextant_gateways::pose_feed::{self, FeedCounts, PoseReceiver};
+use sextant_gateways::{Notice, Reporter};
+use sextant_process::{Exit, WithExit};
 use sextant_site_model::ObjectId;
-use sextant_zenoh_bus::DropRule;
-use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
-
-/// Poses that wait while the receiver is slow; the oldest give way.
-const QUEUE: usize = 1024;
-/// Longest delay until Ctrl-C has an effect.
-const GLANCE: Duration = Duration::from_millis(50);
 
 /// Which site, and for how long.
 #[derive(Args, Debug)]
@@ -32,128 +26,77 @@ fn seconds(text: &str) -> anyhow::Result<Duration> {
     Ok(Duration::try_from_secs_f64(text.parse()?)?)
 }
 
-/// Where poses go.
-pub trait PoseReceiver {
-    /// Takes a pose.
-    ///
-    /// # Errors
-    /// What ends the command.
-    fn take(&mut self, pose: &ObjectPose) -> anyhow::Result<Next>;
-
-    /// Called several times a second, also without poses.
-    fn tick(&mut self) {}
-}
-
-/// Whether a receiver takes more poses.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Next {
-    /// It does.
-    More,
-    /// It has all that it wants.
-    Done,
-}
-
-/// What came.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
-pub struct FeedCounts {
-    /// Poses of the wanted objects.
-    pub poses: u64,
-    /// Payloads that are no pose of their key's object.
-    pub refused: u64,
-    /// Poses of a fusion node that another one has replaced.
-    pub superseded: u64,
-    /// Poses that gave way because the receiver was too slow, and those of more objects than are kept.
-    pub dropped: u64,
-}
-
-/// Hands the poses of these objects to `receiver`, those of all objects when none is named, until the time is over, Ctrl-C, or the receiver is done.
+/// Hands the poses of these objects to `receiver`, those of all objects when none is named, until the time is over, Ctrl-C, or the receiver is
+/// done.
 ///
 /// # Errors
 /// No router, or an error of the receiver.
-pub fn run(
+pub fn run<R: PoseReceiver>(
     arguments: &FeedArguments,
     objects: &[ObjectId],
-    receiver: &mut impl PoseReceiver,
-) -> anyhow::Result<FeedCounts> {
+    receiver: &mut R,
+) -> anyhow::Result<FeedCounts>
+where
+    anyhow::Error: From<R::Error>,
+{
     let site = arguments.site.open()?;
-    let expression = match objects {
-        [one] => site.keys.pose(one),
-        _ => site.keys.all_poses(),
-    };
-    let messages = site.bus.subscribe(
-        &expression,
-        QUEUE,
-        DropRule::Oldest,
-        limits::MAX_PAYLOAD_BYTES,
-    )?;
     let end = arguments
         .duration
         .map(|duration| Instant::now().checked_add(duration).context("--duration"))
         .transpose()?;
-    let is_over = || end.is_some_and(|end| Instant::now() >= end);
-    let (mut counts, mut mirror) = (FeedCounts::default(), SiteMirror::default());
-    let mut router = RouterWatch::default();
-    let mut hint_due = Some(Instant::now() + Duration::from_nanos(SILENCE_NS));
-    let mut next = Next::More;
-    while next == Next::More && !site.shutdown.is_requested() && !is_over() {
-        if let Some(item) = messages.recv_timeout(GLANCE) {
-            let update = take(&site.keys, &mut mirror, &item, now_ns());
-            if let Some(AnyMessage::ObjectPose(pose)) = update.map(|update| update.message)
-                && (objects.is_empty() || objects.contains(&pose.object))
-            {
-                counts.poses += 1;
-                hint_due = None;
-                next = receiver.take(&pose)?;
-            }
-        }
-        receiver.tick();
-        router.say(&site.bus);
-        if hint_due.is_some_and(|due| Instant::now() >= due) && site.bus.is_connected() {
-            let known = site.objects_in_words();
-            eprintln!("no pose on {expression} so far; {known} (`sextant list` shows more)");
-            hint_due = None;
-        }
-    }
-    let rejections = mirror.rejections();
-    counts.refused = rejections.invalid();
-    counts.superseded = rejections.superseded();
-    counts.dropped = messages.counts().dropped + rejections.too_many();
-    site.bus.close();
-    Ok(counts)
+    Ok(pose_feed::run(site, objects, end, receiver, &reporter())?)
 }
 
-/// Lets an object's poses through at most so often, evenly.
-#[derive(Debug)]
-pub struct RateLimit {
-    period: Duration,
-    due: BTreeMap<ObjectId, Instant>,
-    /// Poses held back.
-    pub skipped: u64,
+/// Prints notices on standard error.
+pub fn reporter() -> Reporter {
+    Reporter::new(|notice| {
+        let words = words::plain(&notice.to_string());
+        match notice {
+            Notice::NoPose { .. } => eprintln!("{words} (`sextant list` shows more)"),
+            Notice::NoRosRouter { .. } => eprintln!(
+                "{words}. Start `ros2 run rmw_zenoh_cpp rmw_zenohd`, or name another with --router"
+            ),
+            _ => eprintln!("{words}"),
+        }
+    })
 }
 
-impl RateLimit {
-    /// At most `rate_hz` poses a second of each object.
-    pub fn new(rate_hz: f64) -> Self {
-        Self {
-            period: Duration::from_secs_f64(1.0 / rate_hz),
-            due: BTreeMap::new(),
-            skipped: 0,
-        }
-    }
+/// Value of `--to`: the machine and port to which datagrams go.
+///
+/// # Errors
+/// [`Exit::Usage`] for what is no address of one machine, [`Exit::Unavailable`] for a name that is not found.
+pub fn datagram_target(target: &str) -> anyhow::Result<DatagramTarget> {
+    DatagramTarget::open(target, reporter()).or_else(|error| {
+        let exit = match &error {
+            TargetError::Address(_) => Exit::Usage,
+            TargetError::Host { .. } | TargetError::Unreachable(_) => Exit::Unavailable,
+            TargetError::Socket(_) => Exit::Fault,
+        };
+        Err(error)
+            .with_context(|| format!("--to {target}"))
+            .exit_with(exit)
+    })
+}
 
-    /// Whether a pose that arrives `now` goes through. There are no more objects than a fusion node may have.
-    pub fn admits(&mut self, object: &ObjectId, now: Instant) -> bool {
-        let due = self.due.get(object).copied();
-        let is_known = due.is_some() || self.due.len() < limits::MAX_OBJECTS;
-        if !is_known || due.is_some_and(|due| now < due) {
-            self.skipped += 1;
-            return false;
-        }
-        // An early next pose after a late one, so that the rate is reached; at most by half a period.
-        let start = due.unwrap_or(now).max(now - self.period / 2);
-        self.due.insert(object.clone(), start + self.period);
-        true
+/// Prints the counts of a sender of datagrams.
+///
+/// # Errors
+/// A closed output.
+pub fn print_counts(counts: &SenderCounts, format: Format) -> anyhow::Result<()> {
+    let (feed, datagrams) = (counts.feed, counts.datagrams);
+    match format {
+        Format::Json => print_line(&serde_json::to_string(counts)?)?,
+        Format::Text => eprintln!(
+            "{} from {}; {} skipped by the rate limit, {} dropped, {} refused; {} unsent",
+            words::count(datagrams.sent as usize, "datagram"),
+            words::count(feed.poses as usize, "pose"),
+            counts.skipped,
+            feed.dropped,
+            feed.refused,
+            datagrams.unsent
+        ),
     }
+    Ok(())
 }
 
 /// A rate in hertz.
@@ -161,35 +104,5 @@ pub fn rate(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(rate) if (0.1..=1000.0).contains(&rate) => Ok(rate),
         _ => Err("a rate is a number from 0.1 to 1000 (poses a second)".to_owned()),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_limit_reaches_its_rate_and_does_not_exceed_it() {
-        for arrivals_hz in [20, 40, 100, 119] {
-            let mut limit = RateLimit::new(30.0);
-            let (cube, start) = (ObjectId::new("cube").unwrap(), Instant::now());
-            let period = Duration::from_secs(1) / arrivals_hz;
-            let passed = (0..10 * arrivals_hz).filter(|n| limit.admits(&cube, start + period * *n));
-            let passed = passed.count();
-            let wanted = 10 * arrivals_hz.min(30) as usize;
-            assert!(passed <= wanted + 1 && passed + 10 >= wanted, "{passed}");
-            assert_eq!(limit.skipped as usize + passed, 10 * arrivals_hz as usize);
-        }
-    }
-
-    #[test]
-    fn a_flood_of_objects_ends_at_the_bound() {
-        let (mut limit, now) = (RateLimit::new(1.0), Instant::now());
-        let ids = (0..4 * limits::MAX_OBJECTS).map(|n| ObjectId::new(&format!("o{n}")).unwrap());
-        assert_eq!(
-            ids.filter(|id| limit.admits(id, now)).count(),
-            limits::MAX_OBJECTS
-        );
-        assert_eq!(limit.due.len(), limits::MAX_OBJECTS);
     }
 }

@@ -1,24 +1,21 @@
 //! `sextant print`: boards, tags and cubes as PDF in true size, with their object files.
 
-mod board;
-mod calibration_boards;
-mod cube;
-mod pdf;
-mod sheet;
-mod tags;
+mod ids;
 
 use crate::output::{Format, print_line};
 use crate::words;
-use anyhow::{bail, ensure};
-use clap::{Args, Subcommand};
-use nalgebra::Translation3;
-use pdf::Page;
+use anyhow::anyhow;
+use clap::{Args, Subcommand, ValueEnum};
+use ids::Ids;
 use serde_json::json;
+use sextant_calibrator::PrintedGrid;
 use sextant_process::{Exit, WithExit};
-use sextant_site_files::{object_toml, write_atomically, write_keeping_former};
-use sextant_site_model::{ObjectModel, ObjectTag, TagId};
+use sextant_sheets::{Cube, Paper, PrintJob, SheetError, length_text, pdf};
+use sextant_site_files::{
+    AprilGrid, CharucoBoard, Chessboard, UpperLeft, object_toml, write_atomically,
+    write_keeping_former,
+};
 use sextant_tag_families::{Board, Family};
-use sheet::{Paper, length_text};
 use std::path::PathBuf;
 
 /// Arguments of `sextant print`.
@@ -43,7 +40,7 @@ pub struct PrintArguments {
     what: What,
     /// The paper.
     #[arg(long, value_enum, default_value = "a4", global = true)]
-    paper: Paper,
+    paper: PaperName,
     /// PDF to write; the object file has the same name with .toml. Default: board.pdf, tags.pdf and so on.
     #[arg(long, value_name = "FILE.pdf", global = true)]
     out: Option<PathBuf>,
@@ -55,29 +52,144 @@ pub struct PrintArguments {
     measured_size: Option<f64>,
 }
 
+/// Value of `--paper`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum PaperName {
+    /// 210 x 297 mm.
+    A4,
+    /// 8.5 x 11 inches.
+    Letter,
+}
+
+impl From<PaperName> for Paper {
+    fn from(name: PaperName) -> Self {
+        match name {
+            PaperName::A4 => Self::A4,
+            PaperName::Letter => Self::Letter,
+        }
+    }
+}
+
 #[derive(Subcommand, Debug)]
 enum What {
     /// Flat board for calibrating lenses and rigs.
-    Board(board::BoardArguments),
+    Board(BoardArguments),
     /// Kalibr AprilGrid, for calibrating with Kalibr and with Sextant.
-    Aprilgrid(calibration_boards::AprilgridArguments),
+    Aprilgrid(AprilgridArguments),
     /// OpenCV ChArUco board, for calibrating with OpenCV and with Sextant.
-    Charuco(calibration_boards::CharucoArguments),
+    Charuco(CharucoArguments),
     /// Plain chessboard, for calibrating with any program.
-    Chessboard(calibration_boards::ChessboardArguments),
+    Chessboard(ChessboardArguments),
     /// Single tags to cut out and stick on objects.
-    Tags(tags::TagsArguments),
+    Tags(TagsArguments),
     /// Cube to fold, with a tag on each face.
-    Cube(cube::CubeArguments),
+    Cube(CubeArguments),
 }
 
-/// Pages with their object. Sizes on paper are in millimetres, those of the object in metres.
-struct PrintJob {
-    title: String,
-    pages: Vec<Page>,
-    model: ObjectModel,
-    /// Edge of the black squares.
+/// Options of a board.
+#[derive(Args, Debug, Clone)]
+struct BoardArguments {
+    /// Tags per row.
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..=100))]
+    columns: u16,
+    /// Rows of tags.
+    #[arg(long, default_value_t = 6, value_parser = clap::value_parser!(u16).range(1..=100))]
+    rows: u16,
+    /// Edge of each black square, metres.
+    #[arg(long, value_name = "METRES", default_value_t = 0.028)]
     size: f64,
+    /// The tags' family.
+    #[arg(long, default_value = "tag36h11")]
+    family: Family,
+    /// Id of the tag at the top left; the others follow row by row.
+    #[arg(long, value_name = "ID", default_value_t = 0)]
+    first: u32,
+}
+
+/// Options of an AprilGrid.
+#[derive(Args, Debug, Clone)]
+struct AprilgridArguments {
+    /// Tags per row: Kalibr's tagCols.
+    #[arg(long, default_value_t = 6)]
+    columns: u16,
+    /// Rows of tags: Kalibr's tagRows.
+    #[arg(long, default_value_t = 6)]
+    rows: u16,
+    /// Edge of each tag's black square, metres: Kalibr's tagSize.
+    #[arg(long, value_name = "METRES", default_value_t = 0.022)]
+    size: f64,
+    /// Gap between tags as a share of their edge: Kalibr's tagSpacing.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.3)]
+    spacing: f64,
+    /// Id of the tag at the lower left; the others follow row by row.
+    #[arg(long, value_name = "ID", default_value_t = 0)]
+    first: u32,
+}
+
+/// Options of a ChArUco board.
+#[derive(Args, Debug, Clone)]
+struct CharucoArguments {
+    /// Squares per row: OpenCV's squaresX.
+    #[arg(long, default_value_t = 5)]
+    columns: u16,
+    /// Rows of squares: OpenCV's squaresY.
+    #[arg(long, default_value_t = 7)]
+    rows: u16,
+    /// Edge of each square, metres: OpenCV's squareLength.
+    #[arg(long, value_name = "METRES", default_value_t = 0.033)]
+    size: f64,
+    /// Edge of each marker as a share of its square: OpenCV's markerLength / squareLength.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.75)]
+    marker: f64,
+    /// The squares' family: charuco and OpenCV's dictionary.
+    #[arg(long, default_value = "charuco5x5-100")]
+    family: Family,
+}
+
+/// Options of a plain chessboard.
+#[derive(Args, Debug, Clone)]
+struct ChessboardArguments {
+    /// Inner corners per row, one fewer than squares. With an even number of columns and an odd one of rows, or the other way round,
+    /// images tell which end is up.
+    #[arg(long, default_value_t = 6)]
+    columns: u16,
+    /// Rows of inner corners.
+    #[arg(long, default_value_t = 9)]
+    rows: u16,
+    /// Edge of each square, metres.
+    #[arg(long, value_name = "METRES", default_value_t = 0.022)]
+    size: f64,
+}
+
+/// Options of single tags.
+#[derive(Args, Debug, Clone)]
+struct TagsArguments {
+    /// Ids and ranges, such as 0-5,9.
+    #[arg(long, value_name = "IDS", default_value = "0-5")]
+    ids: Ids,
+    /// Edge of each black square, metres.
+    #[arg(long, value_name = "METRES", default_value_t = 0.04)]
+    size: f64,
+    /// The tags' family.
+    #[arg(long, default_value = "tag36h11")]
+    family: Family,
+}
+
+/// Options of a cube.
+#[derive(Args, Debug, Clone)]
+struct CubeArguments {
+    /// Edge of the cube, metres.
+    #[arg(long, value_name = "METRES", default_value_t = 0.06)]
+    edge: f64,
+    /// Edge of each black square, metres.
+    #[arg(long, value_name = "METRES", default_value_t = 0.04)]
+    size: f64,
+    /// The tags' family.
+    #[arg(long, default_value = "tag36h11")]
+    family: Family,
+    /// Id of the first tag; the others follow.
+    #[arg(long, value_name = "ID", default_value_t = 0)]
+    first: u32,
 }
 
 /// Runs `sextant print`.
@@ -86,15 +198,17 @@ struct PrintJob {
 /// [`Exit::Usage`] for what is larger than the paper, and files that cannot be written.
 pub fn run(arguments: &PrintArguments, format: Format) -> anyhow::Result<()> {
     let id = arguments.id.as_deref().unwrap_or(arguments.what.word());
-    let printed = arguments
-        .what
-        .printed(id, arguments.paper)
-        .exit_with(Exit::Usage)?;
+    let paper = Paper::from(arguments.paper);
+    let printed = arguments.what.printed(id, paper);
+    let printed = printed.map_err(with_remedy).exit_with(Exit::Usage)?;
     let default = || PathBuf::from(format!("{}.pdf", arguments.what.word()));
     let pdf_file = arguments.out.clone().unwrap_or_else(default);
     let object_file = pdf_file.with_extension("toml");
     let model = match arguments.measured_size {
-        Some(measured) => as_measured(&printed, measured).exit_with(Exit::Usage)?,
+        Some(measured) => printed
+            .as_measured(measured)
+            .map_err(with_remedy)
+            .exit_with(Exit::Usage)?,
         None => printed.model.clone(),
     };
     let toml = format!("{}{}", heading(&printed, arguments), object_toml(&model));
@@ -112,7 +226,7 @@ pub fn run(arguments: &PrintArguments, format: Format) -> anyhow::Result<()> {
             "{}: {} on {}; print at 100 % and check the ruler\n{}: {} of {}",
             pdf.display(),
             words::count(pages, "page"),
-            arguments.paper.name(),
+            paper.name(),
             object_file.display(),
             words::count(tags, "tag"),
             length_text(printed.size)
@@ -138,15 +252,99 @@ impl What {
         }
     }
 
-    fn printed(&self, id: &str, paper: Paper) -> anyhow::Result<PrintJob> {
+    fn printed(&self, id: &str, paper: Paper) -> Result<PrintJob, SheetError> {
         match self {
-            Self::Board(arguments) => board::board(arguments, id, paper),
-            Self::Aprilgrid(arguments) => calibration_boards::aprilgrid(arguments, id, paper),
-            Self::Charuco(arguments) => calibration_boards::charuco(arguments, id, paper),
-            Self::Chessboard(arguments) => calibration_boards::chessboard(arguments, id, paper),
-            Self::Tags(arguments) => tags::tags(arguments, id, paper),
-            Self::Cube(arguments) => cube::cube(arguments, id, paper),
+            Self::Board(arguments) => {
+                let grid = PrintedGrid {
+                    columns: arguments.columns,
+                    rows: arguments.rows,
+                    size_m: arguments.size,
+                    family: arguments.family,
+                    first: arguments.first,
+                };
+                sextant_sheets::board(&grid, id, paper)
+            }
+            Self::Aprilgrid(arguments) => {
+                let grid = AprilGrid {
+                    columns: arguments.columns,
+                    rows: arguments.rows,
+                    size_m: arguments.size,
+                    spacing: arguments.spacing,
+                    first: arguments.first,
+                };
+                sextant_sheets::aprilgrid(&grid, id, paper)
+            }
+            Self::Charuco(arguments) => {
+                let board = CharucoBoard {
+                    columns: arguments.columns,
+                    rows: arguments.rows,
+                    square_m: arguments.size,
+                    marker_m: arguments.size * arguments.marker,
+                    family: arguments.family,
+                    first: 0,
+                    upper_left: UpperLeft::Black,
+                };
+                sextant_sheets::charuco(&board, id, paper)
+            }
+            Self::Chessboard(arguments) => {
+                let board = Chessboard {
+                    columns: arguments.columns,
+                    rows: arguments.rows,
+                    square_m: arguments.size,
+                };
+                sextant_sheets::chessboard(&board, id, paper)
+            }
+            Self::Tags(arguments) => {
+                let ids = arguments.ids.as_slice();
+                sextant_sheets::tags(arguments.family, ids, arguments.size, id, paper)
+            }
+            Self::Cube(arguments) => {
+                let cube = Cube {
+                    edge_m: arguments.edge,
+                    size_m: arguments.size,
+                    family: arguments.family,
+                    first: arguments.first,
+                };
+                sextant_sheets::cube(&cube, id, paper)
+            }
         }
+    }
+}
+
+/// An error with the options that remedy it.
+pub fn with_remedy(error: SheetError) -> anyhow::Error {
+    match &error {
+        SheetError::TooLarge { what: "grid", .. } => {
+            anyhow!("{error}; take fewer tags or a smaller --size")
+        }
+        SheetError::TooLarge { .. } => {
+            anyhow!("{error}; take fewer columns or rows or a smaller --size")
+        }
+        SheetError::TagTooLarge { .. } => anyhow!("{error}; take a smaller --size"),
+        SheetError::FaceTooSmall { .. } => {
+            anyhow!("{error}; take a smaller --size or a larger --edge")
+        }
+        SheetError::NetTooLarge { largest, .. } => {
+            anyhow!(
+                "{error}; --edge can be {:.3} at most",
+                largest.floor() * 1e-3
+            )
+        }
+        SheetError::Size(_) => anyhow!("--size {error}"),
+        SheetError::Scale(_) => anyhow!("--measured-size is {error}"),
+        SheetError::OfBoard { board, .. } => {
+            let command = match board {
+                Board::Aprilgrid => "aprilgrid",
+                Board::Charuco => "charuco",
+                Board::Chessboard => "chessboard",
+            };
+            anyhow!("{error}; print one with `sextant print {command}`")
+        }
+        SheetError::UnknownTag { .. }
+        | SheetError::Board(_)
+        | SheetError::Grid(_)
+        | SheetError::Object(_)
+        | SheetError::Id(_) => error.into(),
     }
 }
 
@@ -163,64 +361,3 @@ fn heading(printed: &PrintJob, arguments: &PrintArguments) -> String {
         ),
     }
 }
-
-/// The object with the measured size of its tags.
-fn as_measured(printed: &PrintJob, measured_m: f64) -> anyhow::Result<ObjectModel> {
-    enlarged(&printed.model, measured_m * 1e3 / printed.size)
-}
-
-/// Scales an object as a whole, as a printer does.
-///
-/// # Errors
-/// A scale that no printer causes.
-pub fn enlarged(object: &ObjectModel, scale: f64) -> anyhow::Result<ObjectModel> {
-    ensure!(
-        (0.5..=2.0).contains(&scale),
-        "--measured-size is {scale:.3} times what was printed; it is the edge of a black square in metres"
-    );
-    let tags = object.tags().iter().map(|tag| {
-        let place = tag.object_from_tag.map(|mut pose| {
-            pose.translation = Translation3::from(pose.translation.vector * scale);
-            pose
-        });
-        ObjectTag::new(tag.tag, tag.size_m * scale, place)
-    });
-    Ok(ObjectModel::new(object.id().clone(), tags.collect())?)
-}
-
-/// `count` consecutive tags of a family.
-fn ids_from(family: Family, first: u32, count: u32) -> anyhow::Result<Vec<TagId>> {
-    (0..count)
-        .map(|index| tag_of(family, first.saturating_add(index)))
-        .collect()
-}
-
-fn tag_of(family: Family, id: u32) -> anyhow::Result<TagId> {
-    if let Some(board) = family.data().board {
-        let command = match board {
-            Board::Aprilgrid => "aprilgrid",
-            Board::Charuco => "charuco",
-            Board::Chessboard => "chessboard",
-        };
-        bail!("tags of {family} are part of a board; print one with `sextant print {command}`");
-    }
-    let last = family.data().codes.len() - 1;
-    ensure!(
-        id as usize <= last,
-        "{family} has no tag {id}; its ids are 0 to {last}"
-    );
-    Ok(TagId { family, id })
-}
-
-/// The comparison also refuses NaN.
-fn check_size(mm: f64) -> anyhow::Result<()> {
-    ensure!(
-        (5.0..=300.0).contains(&mm),
-        "--size {} is no tag for this paper; it is the edge of the black square in metres, 0.005 to 0.3",
-        mm * 1e-3
-    );
-    Ok(())
-}
-
-#[cfg(test)]
-mod tests;

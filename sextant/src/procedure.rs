@@ -9,7 +9,6 @@ mod recording;
 pub use live::Live;
 pub use recording::wrong;
 
-use crate::detect::ChessboardSearch;
 use crate::output::Format;
 use crate::site::SiteArguments;
 use anyhow::{anyhow, bail};
@@ -18,6 +17,7 @@ use recording::each_image;
 use sextant_calibrator::procedure::{Outcome, Procedure, ProcedureError};
 use sextant_process::{Exit, Failure, WithExit};
 use sextant_recordings::Dataset;
+use sextant_replay::ChessboardSearch;
 use sextant_site_model::{CameraId, Rig};
 use sextant_tag_families::Family;
 use std::collections::BTreeSet;

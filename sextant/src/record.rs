@@ -6,7 +6,7 @@ mod progress;
 
 use crate::output::{Format, print_line};
 use crate::seconds;
-use crate::site::{RouterWatch, Site, SiteArguments, is_request};
+use crate::site::{SiteArguments, report_router};
 use anyhow::Context;
 use clap::Args;
 use images::ImageReaders;
@@ -15,8 +15,10 @@ use node_camera::CameraNodeConfig;
 use node_viewer_bridge::download_last_seconds;
 use progress::{Figures, ProgressLine};
 use serde_json::json;
+use sextant_gateways::site::{RouterWatch, SiteSession, is_request};
 use sextant_iceoryx_images::IceoryxOptions;
 use sextant_process::host::host_name;
+use sextant_process::shutdown::SHUTDOWN_POLL;
 use sextant_process::{Exit, Failure, WithExit, now_ns};
 use sextant_proto::{CameraStatus, KeyRef, decode, limits};
 use sextant_recordings::mcap::RecordingInfo;
@@ -32,8 +34,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// Longest delay until Ctrl-C has an effect.
-const GLANCE: Duration = Duration::from_millis(100);
 /// Chunks are completed this often: what a kill may cost.
 const FLUSH_PERIOD: Duration = Duration::from_millis(500);
 /// Timeout of queries for what is kept.
@@ -182,7 +182,7 @@ impl Write for CountedFile {
 }
 
 struct Recorder<'a> {
-    site: &'a Site,
+    site: &'a SiteSession,
     file: PathBuf,
     writer: McapWriter<BufWriter<CountedFile>>,
     written: Arc<AtomicU64>,
@@ -199,7 +199,7 @@ impl<'a> Recorder<'a> {
     fn begin(
         arguments: &RecordArguments,
         place: Option<IceoryxOptions>,
-        site: &'a Site,
+        site: &'a SiteSession,
         file: BufWriter<CountedFile>,
         format: Format,
     ) -> anyhow::Result<Self> {
@@ -240,13 +240,13 @@ impl<'a> Recorder<'a> {
         let mut flush_due = Instant::now() + FLUSH_PERIOD;
         let is_over = |begun: Instant| duration.is_some_and(|duration| begun.elapsed() >= duration);
         while !self.site.shutdown.is_requested() && !is_over(self.begun) {
-            if let Some(entry) = self.inbox.pop_timeout(GLANCE) {
+            if let Some(entry) = self.inbox.pop_timeout(SHUTDOWN_POLL) {
                 self.write(entry)?;
             }
             if Instant::now() >= flush_due {
                 self.writer.flush()?;
                 flush_due = Instant::now() + FLUSH_PERIOD;
-                router.say(&self.site.bus);
+                report_router(&mut router, &self.site.bus);
                 let figures = self.figures();
                 self.progress.show(&figures)?;
             }
@@ -329,7 +329,7 @@ impl<'a> Recorder<'a> {
 }
 
 fn subscriptions(
-    site: &Site,
+    site: &SiteSession,
     inbox: &Arc<Inbox>,
     objects: &[ObjectId],
 ) -> anyhow::Result<Vec<CallbackSubscription>> {
@@ -354,7 +354,11 @@ fn subscriptions(
     streams.collect()
 }
 
-fn subscribe(site: &Site, key: &str, inbox: &Arc<Inbox>) -> anyhow::Result<CallbackSubscription> {
+fn subscribe(
+    site: &SiteSession,
+    key: &str,
+    inbox: &Arc<Inbox>,
+) -> anyhow::Result<CallbackSubscription> {
     let (inbox, keys) = (Arc::clone(inbox), site.keys.clone());
     let subscription = site
         .bus

@@ -1,36 +1,24 @@
 //! `sextant replay`: a recording through the very estimator that runs live.
 
-mod comparison;
-mod ledger;
-mod live;
-mod models;
-mod pass;
-mod plan;
-mod plots;
+mod delivery;
 mod poses_file;
-mod reference;
-pub mod sight;
 mod summary;
+mod table;
 
-use crate::detect::{ChessboardSearch, PartialViews, TagFinder};
-use crate::ordered::in_order;
 use crate::output::{Format, print_line};
-use crate::progress;
-use anyhow::bail;
-use clap::Args;
-use comparison::Alignment;
-use live::LivePoses;
-use models::Models;
-use pass::{Delivery, Pass};
-use plan::{Order, Plan, Replacement};
+use anyhow::{Context, bail};
+use clap::{Args, ValueEnum};
+use delivery::Delivery;
 use poses_file::PosesFile;
-use sextant_estimator::{Fusion, FusionOptions, Input};
+use sextant_evaluation::reference::{self, ReferenceError};
+use sextant_evaluation::{Alignment, compare as compared, plots};
 use sextant_process::{Exit, Failure, WithExit};
 use sextant_proto::NodeId;
+use sextant_recordings::Dataset;
 use sextant_recordings::mcap::reader::Ending;
 use sextant_recordings::mcap::site_recording::SiteRecording;
-use sextant_recordings::{Dataset, Row};
-use sextant_site_model::ImageObservation;
+use sextant_replay::{Models, Order, Plan, Replacement, read_objects, replay_folder, replay_plan};
+use sextant_site_files::read_rig;
 use sextant_site_report::ObjectEstimate;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -76,7 +64,7 @@ pub struct ReplayArguments {
     against: Vec<PathBuf>,
     /// Motion allowed between the world of the poses and that of --against.
     #[arg(long, value_enum, default_value = "none", requires = "against")]
-    align: Alignment,
+    align: AlignmentName,
     /// Folder for plots of the errors over time, OBJECT.png: position, attitude, NEES.
     #[arg(long, value_name = "DIR", requires = "against")]
     plots: Option<PathBuf>,
@@ -88,10 +76,22 @@ pub struct ReplayArguments {
     threads: u8,
 }
 
-/// What a replay gives.
-struct Replayed {
-    poses: Vec<ObjectEstimate>,
-    summary: Summary,
+/// Value of `--align`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum AlignmentName {
+    /// None: both have the same world frame.
+    None,
+    /// The rigid motion of the whole world that fits the poses of all objects best.
+    Rigid,
+}
+
+impl From<AlignmentName> for Alignment {
+    fn from(name: AlignmentName) -> Self {
+        match name {
+            AlignmentName::None => Self::None,
+            AlignmentName::Rigid => Self::Rigid,
+        }
+    }
 }
 
 /// Runs `sextant replay`.
@@ -105,19 +105,19 @@ pub fn run(arguments: &ReplayArguments, format: Format) -> anyhow::Result<()> {
         prints: file.is_none(),
     };
     let is_mcap = arguments.recording.extension().is_some_and(|e| e == "mcap");
-    let mut replayed = if is_mcap {
-        replay_file(arguments, delivery)?
+    let (poses, mut summary) = if is_mcap {
+        file_replayed(arguments, delivery)?
     } else {
-        replay_folder(arguments, delivery)?
+        folder_replayed(arguments, delivery)?
     };
     if let Some(file) = &file {
-        file.write(&replayed.poses)?;
+        file.write(&poses)?;
     }
-    compare(arguments, &mut replayed)?;
+    compare(arguments, &poses, &mut summary)?;
     match format {
-        Format::Text => eprintln!("{}", replayed.summary.text()),
+        Format::Text => eprintln!("{}", summary.text()),
         Format::Json if file.is_some() => {
-            print_line(&serde_json::to_string(&replayed.summary)?)?;
+            print_line(&serde_json::to_string(&summary)?)?;
         }
         Format::Json => {}
     }
@@ -125,13 +125,25 @@ pub fn run(arguments: &ReplayArguments, format: Format) -> anyhow::Result<()> {
 }
 
 /// Compares with the references, if any are named.
-fn compare(arguments: &ReplayArguments, replayed: &mut Replayed) -> anyhow::Result<()> {
+fn compare(
+    arguments: &ReplayArguments,
+    poses: &[ObjectEstimate],
+    summary: &mut Summary,
+) -> anyhow::Result<()> {
     if arguments.against.is_empty() {
         return Ok(());
     }
-    let objects: BTreeSet<_> = replayed.poses.iter().map(|p| p.object.clone()).collect();
-    let references = reference::read(&arguments.against, &objects)?;
-    let comparisons = comparison::compare(&replayed.poses, &references, arguments.align);
+    let objects: BTreeSet<_> = poses.iter().map(|p| p.object.clone()).collect();
+    let references = reference::read(&arguments.against, &objects)
+        .map_err(|error| match error {
+            ReferenceError::UnknownFormat(_) | ReferenceError::UnknownObject { .. } => {
+                anyhow::anyhow!("--against {error}")
+            }
+            error => error.into(),
+        })
+        .exit_with(Exit::Input)?;
+    let alignment = arguments.align.into();
+    let comparisons = compared(poses, &references, alignment);
     if comparisons.is_empty() {
         let cause = anyhow::anyhow!(
             "--against: no pose of the reference is of the time of a replayed pose of the same object"
@@ -141,58 +153,46 @@ fn compare(arguments: &ReplayArguments, replayed: &mut Replayed) -> anyhow::Resu
     if let Some(folder) = &arguments.plots {
         plots::write(folder, &comparisons)?;
     }
-    replayed.summary.against = Some((arguments.align, comparisons));
+    summary.against = Some((alignment, comparisons));
     Ok(())
 }
 
-fn estimator(
-    rig: &sextant_site_model::Rig,
-    objects: &[sextant_site_model::ObjectModel],
-) -> anyhow::Result<Fusion> {
-    let fusion = Fusion::new(rig.clone(), objects.to_vec(), FusionOptions::default());
-    fusion.exit_with(Exit::Input)
-}
-
-fn replay_folder(arguments: &ReplayArguments, delivery: Delivery) -> anyhow::Result<Replayed> {
+fn folder_replayed(
+    arguments: &ReplayArguments,
+    delivery: Delivery,
+) -> anyhow::Result<(Vec<ObjectEstimate>, Summary)> {
     let (Some(rig), false) = (&arguments.rig, arguments.objects.is_empty()) else {
         let cause = anyhow::anyhow!(
             "a folder has no rig and no objects: name their files with --rig and --object"
         );
         bail!(Failure::new(Exit::Usage, cause));
     };
-    let models = Models::read(rig, &arguments.objects)?;
+    let models = Models::read(rig, &arguments.objects).exit_with(Exit::Input)?;
     let dataset = Dataset::open(&arguments.recording).exit_with(Exit::Input)?;
-    models.check_cameras(&dataset, &arguments.recording)?;
-    let rows = dataset.rows_by_arrival();
-    let times_ns = rows.iter().map(|row| models.capture_ns(row));
-    let mut pass = Pass::new(estimator(&models.rig, &models.objects)?, times_ns, delivery)?;
-    let options = models.detector_options();
-    let chessboard = ChessboardSearch::of(&models.objects, PartialViews::LeftOut);
-    in_order(
-        usize::from(arguments.threads),
-        progress::over(rows.iter().copied(), "images"),
-        || TagFinder::new(&options, chessboard.as_ref()),
-        |finder, row| (row, sight::observation(finder, row, &models.rig)),
-        |(row, seen): (&Row, anyhow::Result<ImageObservation>)| {
-            let image = models.rig.timed(seen.exit_with(Exit::Input)?);
-            pass.take(row.arrival_ns, Input::Image(image)).map(drop)
-        },
-    )?;
-    let (poses, fusion) = pass.finish()?;
-    let images = dataset.cameras().iter();
-    let images = images.map(|camera| (camera.camera.clone(), camera.rows.len()));
-    let objects = models.objects.iter().map(|object| object.id().clone());
-    let summary = Summary::of(&images.collect(), objects, &poses, &fusion);
-    Ok(Replayed { poses, summary })
+    models
+        .check_cameras(&dataset, &arguments.recording)
+        .exit_with(Exit::Input)?;
+    let threads = usize::from(arguments.threads);
+    let images = dataset.rows_by_arrival().len() as u64;
+    let replayed = delivery.of(Some(images), |observer| {
+        replay_folder(&dataset, &models, threads, observer)
+    })?;
+    let summary = Summary::of(&replayed);
+    Ok((replayed.poses, summary))
 }
 
-fn replay_file(arguments: &ReplayArguments, delivery: Delivery) -> anyhow::Result<Replayed> {
+fn file_replayed(
+    arguments: &ReplayArguments,
+    delivery: Delivery,
+) -> anyhow::Result<(Vec<ObjectEstimate>, Summary)> {
+    let rig = arguments.rig.as_deref().map(read_rig).transpose();
+    let objects = match &arguments.objects[..] {
+        [] => Ok(None),
+        files => read_objects(files).map(Some),
+    };
     let replacement = Replacement {
-        rig: arguments.rig.as_deref().map(models::rig).transpose()?,
-        objects: match &arguments.objects[..] {
-            [] => None,
-            files => Some(models::objects(files)?),
-        },
+        rig: rig.exit_with(Exit::Input)?,
+        objects: objects.exit_with(Exit::Input)?,
     };
     let recording = SiteRecording::read(&arguments.recording).exit_with(Exit::Input)?;
     let path = arguments.recording.display();
@@ -200,39 +200,20 @@ fn replay_file(arguments: &ReplayArguments, delivery: Delivery) -> anyhow::Resul
         Ending::Closed => path.to_string(),
         ending => format!("{path}: {ending}"),
     };
-    let mut plan = Plan::of(&recording, arguments.node.as_ref(), &replacement)
-        .map_err(|cause| cause.context(place.clone()))
+    let plan = Plan::of(&recording, arguments.node.as_ref(), &replacement)
+        .context(place)
         .exit_with(Exit::Input)?;
     let mut notices = notices(&recording, &plan);
-    let (images, end_ns) = (plan.images(), plan.end_ns());
-    let times_ns: Vec<u64> = plan.capture_times_ns().collect();
-    let mut runs = std::mem::take(&mut plan.runs).into_iter();
-    let Some(first) = runs.next() else {
-        let cause = anyhow::anyhow!("{place}: nothing to replay");
-        bail!(Failure::new(Exit::Input, cause));
-    };
-    let mut live = LivePoses::new(&recording.poses);
-    let mut objects: BTreeSet<_> = recording.poses.iter().map(|p| p.object.clone()).collect();
-    let fusion = estimator(&first.rig, &first.objects)?;
-    let mut pass = Pass::new(fusion, times_ns.into_iter(), delivery)?;
-    for (number, run) in std::iter::once(first).chain(runs).enumerate() {
-        if number > 0 {
-            pass.fusion = estimator(&run.rig, &run.objects)?;
-        }
-        objects.extend(run.objects.iter().map(|object| object.id().clone()));
-        for (now_ns, input) in run.steps {
-            pass.take(now_ns, input)?
-                .iter()
-                .for_each(|pose| live.take(pose));
-        }
+    let mut replayed = delivery.of(None, |observer| {
+        replay_plan(plan, &recording.poses, observer)
+    })?;
+    if replacement.rig.is_some() || replacement.objects.is_some() {
+        replayed.live = None;
     }
-    let (poses, fusion) = pass.finish()?;
-    let is_as_recorded = replacement.rig.is_none() && replacement.objects.is_none();
-    let mut summary = Summary::of(&images, objects.into_iter(), &poses, &fusion);
-    summary.live = is_as_recorded.then(|| live.comparison(end_ns));
+    let mut summary = Summary::of(&replayed);
     notices.append(&mut summary.notices);
     summary.notices = notices;
-    Ok(Replayed { poses, summary })
+    Ok((replayed.poses, summary))
 }
 
 /// What a person should know about a recording.

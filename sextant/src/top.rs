@@ -7,11 +7,13 @@ mod screen;
 mod table;
 
 use crate::output::{Format, print_line};
-use crate::site::{RouterWatch, Site, SiteArguments};
+use crate::site::SiteArguments;
 use board::Board;
 use clap::Args;
 use screen::Screen;
+use sextant_gateways::site::{RouterWatch, SiteSession};
 use sextant_process::now_ns;
+use sextant_process::shutdown::SHUTDOWN_POLL;
 use sextant_proto::limits;
 use sextant_zenoh_bus::{AliveWatch, DropRule, Subscription};
 use std::time::{Duration, Instant};
@@ -20,8 +22,6 @@ use std::time::{Duration, Instant};
 const QUEUE: usize = 8192;
 /// Between two blocks.
 const PERIOD: Duration = Duration::from_secs(1);
-/// Longest delay until Ctrl-C has an effect.
-const GLANCE: Duration = Duration::from_millis(50);
 /// Time in which every node has published a status; they come once per second.
 const ALL_HEARD: Duration = Duration::from_millis(1600);
 /// Timeout of queries for last values.
@@ -78,7 +78,7 @@ pub fn run(arguments: &TopArguments, format: Format) -> anyhow::Result<()> {
 
 /// The board and its subscription.
 struct View<'a> {
-    site: &'a Site,
+    site: &'a SiteSession,
     board: Board,
     router: RouterWatch,
     alive: AliveWatch,
@@ -86,7 +86,7 @@ struct View<'a> {
 }
 
 impl<'a> View<'a> {
-    fn open(site: &'a Site) -> anyhow::Result<Self> {
+    fn open(site: &'a SiteSession) -> anyhow::Result<Self> {
         let keys = &site.keys;
         let wanted = [
             keys.all_camera_statuses(),
@@ -117,7 +117,7 @@ impl<'a> View<'a> {
     /// Handles messages for a duration.
     fn watch(&mut self, duration: Duration) {
         let end = Instant::now() + duration;
-        while Instant::now() < end && !self.site.shutdown.wait(GLANCE) {
+        while Instant::now() < end && !self.site.shutdown.wait(SHUTDOWN_POLL) {
             for subscription in &self.messages {
                 while let Some(item) = subscription.try_recv() {
                     self.board.take(&item, now_ns());

@@ -1,19 +1,16 @@
 //! `sextant vrpn`: each object as a tracker of a VRPN server.
 
-mod dialler;
-mod server;
-
 use crate::axes::AxesName;
+use crate::listening::listen;
 use crate::output::{Format, print_line};
-use crate::pose_feed::{self, FeedArguments, FeedCounts, Next, PoseReceiver, RateLimit};
+use crate::pose_feed::{self, FeedArguments};
 use crate::words;
+use anyhow::Context;
 use clap::Args;
-use serde::Serialize;
-use server::{Server, ServerCounts};
-use sextant_pose_formats::{VRPN_PORT, VrpnTrackers};
-use sextant_proto::ObjectPose;
+use sextant_gateways::vrpn::{StartError, TrackerCounts, TrackerServer};
+use sextant_pose_formats::VRPN_PORT;
+use sextant_process::{Exit, WithExit};
 use sextant_site_model::ObjectId;
-use std::time::Instant;
 
 /// Arguments of `sextant vrpn`.
 #[derive(Args, Debug)]
@@ -45,74 +42,46 @@ pub struct VrpnArguments {
 /// # Errors
 /// An address that is none or in use, no router.
 pub fn run(arguments: &VrpnArguments, format: Format) -> anyhow::Result<()> {
-    let mut trackers = TrackerServer {
-        trackers: VrpnTrackers::new(arguments.axes.into()),
-        server: Server::open(&arguments.listen)?,
-        limit: RateLimit::new(arguments.rate),
-    };
+    let mut trackers = arguments.server()?;
     eprintln!(
         "serving {} as VRPN trackers at {}, at most {} a second; Ctrl-C ends it",
         words::poses_of(&arguments.objects),
-        trackers.server.address(),
+        trackers.address(),
         arguments.rate
     );
     let feed = pose_feed::run(&arguments.feed, &arguments.objects, &mut trackers)?;
-    let counts = Counts {
-        feed,
-        server: trackers.server.counts(),
-        skipped: trackers.limit.skipped,
-    };
-    counts.report(format)
+    print_counts(&trackers.counts(feed), format)
 }
 
-struct TrackerServer {
-    trackers: VrpnTrackers,
-    server: Server,
-    limit: RateLimit,
-}
-
-impl PoseReceiver for TrackerServer {
-    fn take(&mut self, pose: &ObjectPose) -> anyhow::Result<Next> {
-        if self.limit.admits(&pose.object, Instant::now())
-            && let Some(report) = self.trackers.report(pose)
-        {
-            self.server.send(&report);
+impl VrpnArguments {
+    fn server(&self) -> anyhow::Result<TrackerServer> {
+        let listener = listen(&self.listen, VRPN_PORT)?;
+        let server =
+            TrackerServer::start(listener, self.axes.into(), self.rate, pose_feed::reporter());
+        match server {
+            Err(error @ StartError::UdpPort(_)) => Err(error)
+                .with_context(|| format!("--listen {}", self.listen))
+                .exit_with(Exit::Unavailable),
+            server => Ok(server?),
         }
-        Ok(Next::More)
-    }
-
-    fn tick(&mut self) {
-        self.server.turn(&self.trackers, Instant::now());
     }
 }
 
-#[derive(Debug, Serialize)]
-struct Counts {
-    #[serde(flatten)]
-    feed: FeedCounts,
-    #[serde(flatten)]
-    server: ServerCounts,
-    /// Poses held back by the rate limit.
-    skipped: u64,
-}
-
-impl Counts {
-    fn report(&self, format: Format) -> anyhow::Result<()> {
-        let (feed, server) = (self.feed, self.server);
-        match format {
-            Format::Json => print_line(&serde_json::to_string(self)?)?,
-            Format::Text => eprintln!(
-                "{} to {} from {}; {} skipped by the rate limit, {} dropped, {} refused; {} dropped as too slow, {} turned away",
-                words::count(server.sent as usize, "message"),
-                words::count(server.clients as usize, "client"),
-                words::count(feed.poses as usize, "pose"),
-                self.skipped,
-                feed.dropped,
-                feed.refused,
-                words::count(server.slow as usize, "client"),
-                server.turned_away
-            ),
-        }
-        Ok(())
+fn print_counts(counts: &TrackerCounts, format: Format) -> anyhow::Result<()> {
+    let (feed, server) = (counts.feed, counts.server);
+    match format {
+        Format::Json => print_line(&serde_json::to_string(counts)?)?,
+        Format::Text => eprintln!(
+            "{} to {} from {}; {} skipped by the rate limit, {} dropped, {} refused; {} dropped as too slow, {} turned away",
+            words::count(server.sent as usize, "message"),
+            words::count(server.clients as usize, "client"),
+            words::count(feed.poses as usize, "pose"),
+            counts.skipped,
+            feed.dropped,
+            feed.refused,
+            words::count(server.slow as usize, "client"),
+            server.turned_away
+        ),
     }
+    Ok(())
 }

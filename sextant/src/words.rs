@@ -1,5 +1,7 @@
 //! Words for people: states, and text from elsewhere made harmless for a terminal.
 
+pub use sextant_process::terminal::plain;
+
 use serde::Serialize;
 use serde_json::Value;
 use sextant_proto::{CameraStatus, FusionStatus, Notice, Outcome, SettingsOutcome};
@@ -151,13 +153,6 @@ pub fn poses_of(objects: &[ObjectId]) -> String {
     format!("the poses of {}", names.join(", "))
 }
 
-/// Text without control characters, which could steer a terminal.
-pub fn plain(text: &str) -> String {
-    text.chars()
-        .map(|c| if c.is_control() { ' ' } else { c })
-        .collect()
-}
-
 /// Nanoseconds since the epoch as the time of day in UTC, to the millisecond.
 pub fn time_of_day(ns: u64) -> String {
     let ms = ns / 1_000_000;
@@ -174,10 +169,5 @@ mod tests {
     fn a_time_is_read_as_a_clock_shows_it() {
         assert_eq!(time_of_day(1_800_000_000_123_456_789), "08:00:00.123");
         assert_eq!(time_of_day(0), "00:00:00.000");
-    }
-
-    #[test]
-    fn text_from_elsewhere_steers_no_terminal() {
-        assert_eq!(plain("a\x1b[31mb\nc"), "a [31mb c");
     }
 }

@@ -40,7 +40,7 @@ struct Shared {
 }
 
 /// How often a frozen link looks whether it is thawed.
-const GLANCE: Duration = Duration::from_millis(5);
+const THAW_POLL: Duration = Duration::from_millis(5);
 /// What each socket of the proxy holds of data that were not passed on: as much as the queue of a small switch.
 const HELD_BYTES: libc::c_int = 64 * 1024;
 /// Batches under way in each direction of a connection; then its sender has to wait.
@@ -181,7 +181,7 @@ impl Shared {
         for (due, batch) in batches {
             std::thread::sleep(due.saturating_duration_since(Instant::now()));
             while self.faults().is_frozen {
-                std::thread::sleep(GLANCE);
+                std::thread::sleep(THAW_POLL);
             }
             to.write_all(&batch)?;
         }

@@ -4,6 +4,7 @@
 use nalgebra::{Point3, Rotation3, UnitQuaternion, Vector3};
 use sextant_geometry::{Intrinsics, Lens, Pose, tag_corners_in_tag};
 use sextant_proto::{ClockQuality, ClockSource, Observations, TagObservation, Timing};
+use sextant_simulator::Random;
 use sextant_site_model::{Camera, CameraId, ObjectId, ObjectModel, ObjectTag, Rig, TagId};
 use sextant_tag_families::Family;
 
@@ -22,7 +23,7 @@ pub struct Scene {
     pub objects: Vec<ObjectModel>,
     /// Seconds that a camera's stamps lie after the truth, by camera.
     pub clock_offsets_s: Vec<f64>,
-    random: u64,
+    random: Random,
 }
 
 impl Scene {
@@ -44,7 +45,7 @@ impl Scene {
             clock_offsets_s: vec![0.0; rig.cameras().len()],
             rig,
             objects,
-            random: 1,
+            random: Random::new(1),
         }
     }
 
@@ -99,7 +100,7 @@ impl Scene {
         let mut corners = [[0.0_f32; 2]; 4];
         for (corner, at) in corners.iter_mut().zip(tag_corners_in_tag(tag.size_m)) {
             let pixel = camera.lens.project(&(camera_from_tag * Point3::from(at)))?;
-            let pixel = [pixel.x + self.noise(), pixel.y + self.noise()];
+            let pixel = [pixel.x, pixel.y].map(|at| at + SIGMA_PX * self.random.normal());
             *corner = pixel.map(|pixels| pixels as f32);
         }
         let [width, height] = camera.resolution.map(|pixels| pixels as f32);
@@ -114,20 +115,6 @@ impl Scene {
             corner_cross_covariance: [[0.0; 4]; 6],
             poses: Vec::new(),
         })
-    }
-
-    /// Gaussian, as nearly as the sum of twelve uniform numbers is (splitmix64).
-    fn noise(&mut self) -> f64 {
-        let sum: f64 = (0..12).map(|_| self.uniform()).sum();
-        (sum - 6.0) * SIGMA_PX
-    }
-
-    fn uniform(&mut self) -> f64 {
-        self.random = self.random.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.random;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
     }
 }
 

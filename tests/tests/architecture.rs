@@ -41,7 +41,13 @@ const FLOORS: &[&[&str]] = &[
         "node-fusion",
         "node-viewer-bridge",
         "sextant-client",
+        "sextant-drawing",
+        "sextant-gateways",
+        "sextant-replay",
+        "sextant-sheets",
+        "sextant-site-keys",
     ],
+    &["sextant-evaluation", "sextant-explain", "sextant-fleet"],
     &["sextant"],
     &[
         "system-tests",
@@ -70,7 +76,13 @@ const IGNORANT_OF: &[(&str, &[&str])] = &[
 const TRANSPORT: &[&str] = &["zenoh", "iceoryx2", "tokio", "axum", "tracing", "libc"];
 
 /// Packages that run fusion. All others use the data of `sextant-site-model` and `sextant-site-report`.
-const RUN_FUSION: &[&str] = &["node-fusion", "sextant", "system-tests", "sextant-examine"];
+const RUN_FUSION: &[&str] = &[
+    "node-fusion",
+    "sextant-replay",
+    "sextant",
+    "system-tests",
+    "sextant-examine",
+];
 
 fn floor_of(package: &str) -> Option<usize> {
     FLOORS.iter().position(|floor| floor.contains(&package))

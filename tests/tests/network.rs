@@ -5,8 +5,8 @@
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 
-use nalgebra::{Matrix6, Vector6};
-use sextant_geometry::se3;
+use nalgebra::Matrix6;
+use sextant_evaluation::{Consistency, PoseError};
 use sextant_process::now_ns;
 use sextant_proto::{FusionStatus, Notice, ObjectPose, Observations};
 use sextant_simulator::{Arrival, Network, NetworkFaults, Scenario};
@@ -79,18 +79,16 @@ fn heard<M: sextant_proto::Message>(subscription: &Subscription) -> Vec<M> {
     items.filter_map(|item| item.decode().ok()).collect()
 }
 
-/// Where the object was that a pose is of, minus where the pose says, with the pose's covariance.
-fn off(pose: &ObjectPose, start_ns: u64) -> (Vector6<f64>, Matrix6<f64>) {
+/// The error of a pose, and its NEES.
+fn error_of(pose: &ObjectPose, start_ns: u64) -> (PoseError, f64) {
     let name = pose.object.as_str();
     let index = OBJECTS.iter().position(|object| *object == name);
     let seconds = (pose.capture_ns - start_ns) as f64 * 1e-9;
     let truth = place(index.expect("one of ours"), seconds);
-    let off = se3::difference(&pose.world_from_object(), &truth);
-    (off, Matrix6::from_row_slice(&pose.covariance))
+    let error = PoseError::between(&pose.world_from_object(), &truth);
+    let covariance = Matrix6::from_row_slice(&pose.covariance);
+    (error, error.nees(&covariance).expect("a covariance"))
 }
-
-/// Below this the sum of six squares of numbers with sigma 1 stays in 95 of 100 cases.
-const INSIDE_95: f64 = 12.592;
 
 #[test]
 fn poses_stay_true_through_a_bad_network_and_a_camera_that_goes_and_comes_back() {
@@ -135,15 +133,14 @@ fn assert_true(poses: &[ObjectPose], start_ns: u64) {
     let settled = poses.iter().filter(|pose| pose.capture_ns > settled_ns);
     let settled: Vec<&ObjectPose> = settled.collect();
     assert!(settled.len() > 500, "{}", settled.len());
-    let (mut inside, mut worst_mm) = (0, 0.0_f64);
+    let (mut consistency, mut worst_mm) = (Consistency::default(), 0.0_f64);
     for pose in &settled {
         assert_eq!(pose.state, State::Tracking, "{pose:?}");
-        let (off, covariance) = off(pose, start_ns);
-        let sure = covariance.cholesky().expect("a covariance").solve(&off);
-        inside += usize::from(off.dot(&sure) < INSIDE_95);
-        worst_mm = worst_mm.max(off.fixed_rows::<3>(0).norm() * 1e3);
+        let (error, nees) = error_of(pose, start_ns);
+        consistency.add(nees);
+        worst_mm = worst_mm.max(error.position_m() * 1e3);
     }
-    let share = inside as f64 / settled.len() as f64;
+    let share = consistency.within_95();
     println!(
         "{} poses, {share:.3} inside, at most {worst_mm:.2} mm",
         settled.len()

@@ -5,7 +5,7 @@
 
 use nalgebra::Matrix6;
 use sextant_client::{Error, Messages, Pose, Site};
-use sextant_geometry::se3;
+use sextant_evaluation::PoseError;
 use sextant_process::now_ns;
 use sextant_proto::State;
 use sextant_zenoh_bus::Profile;
@@ -22,7 +22,7 @@ const PERIOD_NS: u64 = 33_333_333;
 /// A moment for what cannot come.
 const MOMENT: Duration = Duration::from_millis(300);
 /// Chi-square of six degrees of freedom that one sample in ten thousand exceeds.
-const CHI2_LIMIT: f64 = 27.9;
+const NEES_LIMIT: f64 = 27.9;
 
 #[test]
 fn every_example_runs_against_a_demo() {
@@ -114,14 +114,13 @@ impl Moving {
     }
 }
 
-fn chi2(
+fn nees(
     estimate: &sextant_geometry::Pose,
     truth: &sextant_geometry::Pose,
     covariance: &Matrix6<f64>,
 ) -> f64 {
-    let error = se3::difference(estimate, truth);
-    let inverse = covariance.try_inverse().expect("a covariance");
-    (error.transpose() * inverse * error)[0]
+    let error = PoseError::between(estimate, truth);
+    error.nees(covariance).expect("a covariance")
 }
 
 #[test]
@@ -141,14 +140,14 @@ fn poses_at_any_time_and_between_objects_are_true_within_their_covariance() {
     for t_ns in (begin_ns..begin_ns + 58 * PERIOD_NS).step_by(41_000_001) {
         let pose = client.pose_at("box", t_ns, PATIENCE).expect("a pose");
         let truth = moving.truth(0, t_ns);
-        let off = chi2(&pose.world_from_object(), &truth, &pose.covariance);
-        assert!(off < CHI2_LIMIT, "{off} at {t_ns}");
+        let off = nees(&pose.world_from_object(), &truth, &pose.covariance);
+        assert!(off < NEES_LIMIT, "{off} at {t_ns}");
         let relative = client
             .transform_at("box", "cube", t_ns, PATIENCE)
             .expect("a transform");
         let truth = truth.inv_mul(&moving.truth(1, t_ns));
-        let off = chi2(&relative.a_from_b(), &truth, &relative.covariance);
-        assert!(off < CHI2_LIMIT, "{off} at {t_ns}");
+        let off = nees(&relative.a_from_b(), &truth, &relative.covariance);
+        assert!(off < NEES_LIMIT, "{off} at {t_ns}");
     }
     let early = client.pose_at("box", moving.start_ns - 1, Duration::ZERO);
     assert!(

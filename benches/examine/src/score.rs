@@ -3,8 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
-use nalgebra::{Matrix6, Vector6};
+use nalgebra::Matrix6;
 use sextant_estimator::{Fusion, FusionOptions, Input, Output};
+use sextant_evaluation::{Consistency, PoseError, Spread};
 use sextant_geometry::{Pose, se3};
 use sextant_site_report::{ObjectEstimate, State};
 
@@ -18,11 +19,9 @@ use crate::view::information;
 pub struct Score {
     scenes: usize,
     in_band: usize,
-    poses: f64,
-    square: [f64; 2],
-    worst: [f64; 2],
-    nees: f64,
-    inside: f64,
+    /// Errors of poses, m and rad.
+    errors: [Vec<f64>; 2],
+    consistency: Consistency,
     /// Instants at which a body was visible, and those of them with a pose.
     seen: f64,
     covered: f64,
@@ -37,8 +36,6 @@ pub struct Score {
     pub n_faults: usize,
 }
 
-/// 95 % quantile of the chi-square distribution with six degrees of freedom.
-const WITHIN_95: f64 = 12.592;
 /// Attitude error beyond which a pose counts as flipped, rad.
 const FLIP: f64 = 0.35;
 /// Prediction horizon, s.
@@ -86,7 +83,7 @@ pub fn examined(scene: &Scene, shots: &[Shot]) -> Score {
         score.take(scene, (*body, *time_ns), said);
     }
     score.cover(scene, shots, &last);
-    let mean = score.nees / score.poses;
+    let mean = score.consistency.mean_nees() / 6.0;
     score.in_band = usize::from((0.7..1.5).contains(&mean));
     score
 }
@@ -141,15 +138,20 @@ impl Score {
                 .collect();
         }
         for (pose, covariance, truth) in errors {
-            let off = se3::difference(&pose, &truth);
-            self.add(&off, &covariance);
-            if off.fixed_rows::<3>(3).norm() > FLIP && estimate.state == State::Tracking {
+            let error = PoseError::between(&pose, &truth);
+            let halves = [error.position_m(), error.attitude_rad()];
+            self.consistency
+                .add(error.nees(&covariance).unwrap_or(f64::INFINITY));
+            for (errors, half) in self.errors.iter_mut().zip(halves) {
+                errors.push(half);
+            }
+            if halves[1] > FLIP && estimate.state == State::Tracking {
                 self.flips += 1;
             }
             let bound = best.and_then(Matrix6::cholesky).map(|root| root.inverse());
             if let (Some(bound), State::Tracking) = (bound, estimate.state) {
-                for half in 0..2 {
-                    self.of_two[half][0] += off.fixed_rows::<3>(3 * half).norm_squared();
+                for (half, error) in halves.iter().enumerate() {
+                    self.of_two[half][0] += error.powi(2);
                     self.of_two[half][1] += bound.fixed_view::<3, 3>(3 * half, 3 * half).trace();
                 }
             }
@@ -165,24 +167,10 @@ impl Score {
             }
             if let Some(ahead) = fusion.pose_at(one.model.id(), time_ns) {
                 let truth = one.links(shot.taken_s + AHEAD_S)[0];
-                let off = se3::difference(&ahead.world_from_object, &truth);
-                for half in 0..2 {
-                    self.ahead[half].push(off.fixed_rows::<3>(3 * half).norm());
-                }
+                let error = PoseError::between(&ahead.world_from_object, &truth);
+                self.ahead[0].push(error.position_m());
+                self.ahead[1].push(error.attitude_rad());
             }
-        }
-    }
-
-    fn add(&mut self, off: &Vector6<f64>, covariance: &Matrix6<f64>) {
-        let solved = covariance.cholesky().map(|root| off.dot(&root.solve(off)));
-        let nees = solved.unwrap_or(f64::INFINITY);
-        self.poses += 1.0;
-        self.nees += nees / 6.0;
-        self.inside += f64::from(u8::from(nees < WITHIN_95));
-        for half in 0..2 {
-            let error = off.fixed_rows::<3>(3 * half).norm();
-            self.square[half] += error.powi(2);
-            self.worst[half] = self.worst[half].max(error);
         }
     }
 
@@ -216,9 +204,7 @@ impl Score {
     pub fn join(&mut self, other: &Self) {
         self.scenes += other.scenes;
         self.in_band += other.in_band;
-        self.poses += other.poses;
-        self.nees += other.nees;
-        self.inside += other.inside;
+        self.consistency.join(&other.consistency);
         self.seen += other.seen;
         self.covered += other.covered;
         self.flips += other.flips;
@@ -226,8 +212,7 @@ impl Score {
         self.disorder = self.disorder.max(other.disorder);
         for half in 0..2 {
             self.ahead[half].extend(&other.ahead[half]);
-            self.square[half] += other.square[half];
-            self.worst[half] = self.worst[half].max(other.worst[half]);
+            self.errors[half].extend(&other.errors[half]);
             (0..2).for_each(|of| self.of_two[half][of] += other.of_two[half][of]);
         }
     }
@@ -303,28 +288,27 @@ fn known(scene: &Scene, shots: &[&Shot], now_ns: u64) -> Vec<Option<ObjectEstima
 
 impl fmt::Display for Score {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let rms = |half: usize| (self.square[half] / self.poses).sqrt();
+        let spread = |values: &Vec<f64>| Spread::of(values.iter().copied());
+        let errors = self.errors.each_ref().map(spread);
+        let rms = errors.map(|errors| errors.map_or(f64::NAN, |errors| errors.rms));
+        let worst = errors.map(|errors| errors.map_or(f64::NAN, |errors| errors.max));
+        let ahead = self.ahead.each_ref().map(spread);
+        let ahead = ahead.map(|ahead| ahead.map_or(f64::NAN, |ahead| ahead.p95));
         let ratio = |half: usize| (self.of_two[half][0] / self.of_two[half][1]).sqrt();
-        let ahead = |half: usize| {
-            let mut errors = self.ahead[half].clone();
-            errors.sort_by(f64::total_cmp);
-            let of_95 = errors.get(errors.len() * 95 / 100);
-            of_95.copied().unwrap_or(f64::NAN)
-        };
         write!(
             f,
             "mm {:.4} deg {:.4} worst {:.3} {:.2}  NEES {:.3} inside {:.3}  covered {:.3}  bound {:.2} {:.2}  ahead {:.2} {:.2}  flips {}  faults {}  order {:.0e}  in band {} of {}",
-            rms(0) * 1e3,
-            rms(1).to_degrees(),
-            self.worst[0] * 1e3,
-            self.worst[1].to_degrees(),
-            self.nees / self.poses,
-            self.inside / self.poses,
+            rms[0] * 1e3,
+            rms[1].to_degrees(),
+            worst[0] * 1e3,
+            worst[1].to_degrees(),
+            self.consistency.mean_nees() / 6.0,
+            self.consistency.within_95(),
             self.covered / self.seen,
             ratio(0),
             ratio(1),
-            ahead(0) * 1e3,
-            ahead(1).to_degrees(),
+            ahead[0] * 1e3,
+            ahead[1].to_degrees(),
             self.flips,
             self.n_faults,
             self.disorder,

@@ -13,6 +13,7 @@
 use nalgebra::{Isometry3, Point2, Point3, Vector2, Vector3, Vector6};
 use sextant_calibrator::bundle::*;
 use sextant_geometry::{Intrinsics, Lens, Pose, se3, tag_corners_in_tag};
+use sextant_simulator::Random;
 use std::f64::consts::PI;
 use std::time::Instant as Clock;
 
@@ -22,24 +23,8 @@ const TAGS: usize = 24;
 const NOISE_PX: f64 = 0.2;
 const RESOLUTION: [f64; 2] = [1280.0, 800.0];
 
-/// Small and seeded (G. Marsaglia, Xorshift RNGs, 2003); sums of twelve make the normal deviates.
-struct Noise(u64);
-
-impl Noise {
-    fn uniform(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn normal(&mut self) -> f64 {
-        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
-    }
-
-    fn twist(&mut self, translation: f64, rotation: f64) -> Vector6<f64> {
-        Vector6::from_fn(|at, _| self.normal() * if at < 3 { translation } else { rotation })
-    }
+fn twist(random: &mut Random, translation: f64, rotation: f64) -> Vector6<f64> {
+    Vector6::from_fn(|at, _| random.normal() * if at < 3 { translation } else { rotation })
 }
 
 /// Along the walls of a room of 8 by 6 metres, looking to its middle.
@@ -106,7 +91,7 @@ fn corners(camera: &BundleCamera, object: &Pose, tag: &BundleTag) -> Option<[Poi
 }
 
 /// Everything where it is, and what is seen of it with noise.
-fn truth(free_running: bool, noise: &mut Noise) -> Bundle {
+fn truth(free_running: bool, noise: &mut Random) -> Bundle {
     let mut bundle = Bundle {
         cameras: (0..CAMERAS).map(camera).collect(),
         tags: (0..TAGS).map(tag).collect(),
@@ -145,7 +130,7 @@ fn image(
     bundle: &Bundle,
     (camera, instant): (usize, usize),
     delay: f64,
-    noise: &mut Noise,
+    noise: &mut Random,
 ) -> Option<BundleImage> {
     let object = carried(bundle.instants[instant].seconds + delay);
     let see = |(at, tag): (usize, &BundleTag)| {
@@ -164,19 +149,19 @@ fn image(
 }
 
 /// Moves everything sought away from the truth: centimetres and degrees, clocks by 5 ms.
-fn displace(bundle: &mut Bundle, noise: &mut Noise) {
+fn displace(bundle: &mut Bundle, noise: &mut Random) {
     for camera in &mut bundle.cameras[1..] {
-        camera.world_from_camera = se3::exp(&noise.twist(0.03, 0.02)) * camera.world_from_camera;
+        camera.world_from_camera = se3::exp(&twist(noise, 0.03, 0.02)) * camera.world_from_camera;
         if bundle.motion.is_some() {
             camera.clock = Freedom::Free;
             camera.clock_offset_s = 0.005 * noise.normal();
         }
     }
     for tag in &mut bundle.tags[1..] {
-        tag.object_from_tag = se3::exp(&noise.twist(0.01, 0.05)) * tag.object_from_tag;
+        tag.object_from_tag = se3::exp(&twist(noise, 0.01, 0.05)) * tag.object_from_tag;
     }
     for instant in &mut bundle.instants {
-        instant.world_from_object *= se3::exp(&noise.twist(0.03, 0.05));
+        instant.world_from_object *= se3::exp(&twist(noise, 0.03, 0.05));
     }
 }
 
@@ -222,7 +207,7 @@ fn report(solution: &BundleSolution, right: &Bundle) {
 
 fn main() {
     let free_running = std::env::args().any(|argument| argument == "free-running");
-    let mut noise = Noise(0x9e37_79b9_7f4a_7c15);
+    let mut noise = Random::new(1);
     let right = truth(free_running, &mut noise);
     let mut start = right.clone();
     displace(&mut start, &mut noise);

@@ -101,7 +101,7 @@ fn learn(seed: u64) -> Errors {
     };
     let rig = Rig::new(vec![camera.clone()]).unwrap();
     let mut session = LearnSession::new(scene::blind(&rig), plan).unwrap();
-    let mut noise = scene::Noise::seeded(seed);
+    let mut noise = scene::Random::new(seed);
     for at in 0..45 {
         let seconds = 0.2 * f64::from(at);
         let seen = (&truth, &scene::turned(seconds));

@@ -12,6 +12,9 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use crate::Exit;
 
+/// Longest time that a loop may wait for anything else before it reads the flag again.
+pub const SHUTDOWN_POLL: Duration = Duration::from_millis(50);
+
 /// A cheap handle on the shutdown request; clones share it.
 #[derive(Debug, Clone)]
 pub struct Shutdown {

@@ -13,6 +13,13 @@ pub fn has_colour(stream: &impl IsTerminal) -> bool {
     can_redraw(stream) && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
 }
 
+/// Text without control characters, which could steer a terminal.
+pub fn plain(text: &str) -> String {
+    text.chars()
+        .map(|c| if c.is_control() { ' ' } else { c })
+        .collect()
+}
+
 /// Columns and rows of the terminal on standard output; `None` if it is no terminal or its size is unknown.
 pub fn size() -> Option<(u16, u16)> {
     let mut size = libc::winsize {
@@ -30,4 +37,14 @@ pub fn size() -> Option<(u16, u16)> {
         )
     };
     (failed == 0 && size.ws_col > 0 && size.ws_row > 0).then_some((size.ws_col, size.ws_row))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_from_elsewhere_steers_no_terminal() {
+        assert_eq!(plain("a\x1b[31mb\nc"), "a [31mb c");
+    }
 }

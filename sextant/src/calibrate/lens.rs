@@ -4,9 +4,8 @@ mod chart;
 mod pictures;
 mod words;
 
-use crate::detect::{ChessboardSearch, PartialViews};
 use crate::output::{Format, print_line};
-use crate::print::enlarged;
+use crate::print::with_remedy;
 use crate::procedure::{ImageArguments, ImageSelection, Images, wrong};
 use anyhow::{bail, ensure};
 use clap::Args;
@@ -15,6 +14,8 @@ use sextant_calibrator::procedure::{LensPlan, Outcome, Plan, Procedure, Product,
 use sextant_geometry::{Intrinsics, Lens, LensModel};
 use sextant_process::{Exit, WithExit};
 use sextant_recordings::{Dataset, Frame, read_picture};
+use sextant_replay::{ChessboardSearch, PartialViews};
+use sextant_sheets::enlarged;
 use sextant_site_files::{read_object, read_rig, write_rig};
 use sextant_site_model::{Camera, CameraId, ObjectModel, Rig};
 use std::path::{Path, PathBuf};
@@ -159,7 +160,7 @@ fn board(arguments: &LensArguments) -> anyhow::Result<ObjectModel> {
         "{}: the tags have different sizes, so that --measured-size is not clear; correct the file",
         arguments.board.display()
     );
-    enlarged(&board, measured / size)
+    enlarged(&board, measured / size).map_err(with_remedy)
 }
 
 /// The cameras of a rig file that may not be there yet.

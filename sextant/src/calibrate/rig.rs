@@ -1,6 +1,5 @@
 //! `sextant calibrate rig`: where every camera is, from an object carried through what they see.
 
-use crate::detect::{ChessboardSearch, PartialViews};
 use crate::output::{Format, print_line};
 use crate::procedure::{ImageArguments, ImageSelection, wrong};
 use anyhow::bail;
@@ -8,6 +7,7 @@ use clap::Args;
 use sextant_calibrator::procedure::{Outcome, Plan, Procedure, Product, Report};
 use sextant_calibrator::{Origin, RigPlan, RigReport, Up};
 use sextant_process::{Exit, WithExit};
+use sextant_replay::{ChessboardSearch, PartialViews};
 use sextant_site_files::{Chessboard, read_object, read_rig, write_rig};
 use sextant_site_model::{CameraId, ObjectModel, TagId};
 use std::path::PathBuf;

@@ -2,9 +2,9 @@
 
 use super::Found;
 use super::cross_checks::CrossChecks;
-use crate::ordered::in_order;
 use crate::progress;
 use sextant_recordings::{Dataset, Frame, Row, read_picture};
+use sextant_replay::in_order;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -29,7 +29,7 @@ pub fn check(path: &Path, together: &mut CrossChecks) -> Found {
             if let (Frame::Picture(file), Some(size)) = (&row.frame, size) {
                 together.picture(&row.camera, size, file);
             }
-            Ok(())
+            anyhow::Ok(())
         },
     )?;
     let mut cameras = BTreeMap::new();

@@ -1,7 +1,8 @@
 //! The answers of a site's fusion nodes to one change.
 
-use crate::site::Site;
 use anyhow::{anyhow, bail};
+use sextant_gateways::site::SiteSession;
+use sextant_process::shutdown::SHUTDOWN_POLL;
 use sextant_process::{Exit, Failure};
 use sextant_proto::{ConfigAnswer, KeyRef, NodeId, NodeKind, fingerprint, limits};
 use sextant_zenoh_bus::{DropRule, Presence, Subscription};
@@ -12,14 +13,14 @@ use std::time::{Duration, Instant};
 const QUEUE: usize = 256;
 /// Tokens of living nodes come within this after the question; the first is waited for longer.
 const TOKENS: Duration = Duration::from_millis(500);
+/// How long they may take to repeat their last answers.
+const ASKED_AGAIN: Duration = Duration::from_millis(100);
 /// How long the nodes may take to answer.
 const PATIENCE: Duration = Duration::from_secs(3);
-/// How long one look for answers takes, and how late a Ctrl-C is heard.
-const GLANCE: Duration = Duration::from_millis(100);
 
 /// Waits for the answer of every fusion node that lives.
 pub struct Answers<'a> {
-    site: &'a Site,
+    site: &'a SiteSession,
     subscription: Subscription,
     nodes: Vec<NodeId>,
     fingerprint: u64,
@@ -33,7 +34,7 @@ impl<'a> Answers<'a> {
     ///
     /// # Errors
     /// No fusion node lives on the site.
-    pub fn expect(site: &'a Site, payload: &[u8]) -> anyhow::Result<Self> {
+    pub fn expect(site: &'a SiteSession, payload: &[u8]) -> anyhow::Result<Self> {
         let key = site.keys.all_config_answers();
         let subscription =
             site.bus
@@ -51,7 +52,7 @@ impl<'a> Answers<'a> {
             subscription,
             nodes,
             fingerprint: fingerprint(payload),
-            before: last(site, PATIENCE)?,
+            before: site.latest_within(&key, PATIENCE)?,
             heard: BTreeMap::new(),
         })
     }
@@ -84,10 +85,13 @@ impl<'a> Answers<'a> {
 
     /// Answers come by themselves; one that came before the network knew of this listener is asked for.
     fn poll(&mut self) -> anyhow::Result<()> {
-        let come = self.subscription.recv_timeout(GLANCE);
+        let come = self.subscription.recv_timeout(SHUTDOWN_POLL);
         let answers = match come {
             Some(item) => item.decode().into_iter().collect(),
-            None => new_among(last(self.site, GLANCE)?, &self.before),
+            None => {
+                let key = self.site.keys.all_config_answers();
+                new_among(self.site.latest_within(&key, ASKED_AGAIN)?, &self.before)
+            }
         };
         let ours = |answer: &ConfigAnswer| answer.fingerprint == self.fingerprint;
         for answer in answers.into_iter().filter(ours) {
@@ -97,13 +101,6 @@ impl<'a> Answers<'a> {
     }
 }
 
-/// The last answer of each node, to whomever.
-fn last(site: &Site, timeout: Duration) -> anyhow::Result<Vec<ConfigAnswer>> {
-    let key = site.keys.all_config_answers();
-    let items = site.bus.latest(&key, limits::MAX_PAYLOAD_BYTES, timeout)?;
-    Ok(items.iter().filter_map(|item| item.decode().ok()).collect())
-}
-
 /// Those that have been given since. A node that says the very same again is heard by the subscription.
 fn new_among(answers: Vec<ConfigAnswer>, before: &[ConfigAnswer]) -> Vec<ConfigAnswer> {
     let is_new = |answer: &ConfigAnswer| !before.contains(answer);
@@ -111,13 +108,13 @@ fn new_among(answers: Vec<ConfigAnswer>, before: &[ConfigAnswer]) -> Vec<ConfigA
 }
 
 /// The fusion nodes that live.
-fn living(site: &Site) -> anyhow::Result<Vec<NodeId>> {
+fn living(site: &SiteSession) -> anyhow::Result<Vec<NodeId>> {
     let watch = site.bus.watch_alive(&site.keys.all_alive())?;
     let asked = Instant::now();
     let mut nodes = Vec::new();
     let patience = |nodes: &[NodeId]| if nodes.is_empty() { PATIENCE } else { TOKENS };
     while asked.elapsed() < patience(&nodes) && !site.shutdown.is_requested() {
-        let Some(Presence::Joined(key)) = watch.recv_timeout(GLANCE) else {
+        let Some(Presence::Joined(key)) = watch.recv_timeout(SHUTDOWN_POLL) else {
             continue;
         };
         if let Some(KeyRef::Alive(NodeKind::Fusion, id)) = site.keys.parse(&key)

@@ -1,12 +1,13 @@
 //! `sextant config get|set camera`: exposure, gain and rate of a camera, from the site to the camera and back.
 
 use super::change::change;
-use super::get::latest;
 use crate::output::{Format, print_line};
-use crate::site::{Site, SiteArguments};
+use crate::site::SiteArguments;
 use crate::words;
 use anyhow::{anyhow, bail};
 use clap::Args;
+use sextant_gateways::site::SiteSession;
+use sextant_process::shutdown::SHUTDOWN_POLL;
 use sextant_process::{Exit, Failure};
 use sextant_proto::{
     CameraControls, CameraSettings, CameraStatus, Control, SettingsOutcome, limits,
@@ -17,8 +18,6 @@ use std::time::{Duration, Instant};
 
 /// How long the camera may take: it may have to be opened anew, and reports once a second.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// How long one look for statuses takes, and how late a Ctrl-C is heard.
-const GLANCE: Duration = Duration::from_millis(100);
 const QUEUE: usize = 16;
 
 /// What to set. What is left out stays as it is; `file` leaves it to the camera's own file.
@@ -147,7 +146,7 @@ pub fn set(arguments: &SetCamera, format: Format) -> anyhow::Result<()> {
 /// No router, no such camera.
 pub fn get(id: &CameraId, site: &SiteArguments, format: Format) -> anyhow::Result<()> {
     let site = site.open()?;
-    let known: Vec<CameraStatus> = latest(&site, &site.keys.camera_status(id))?;
+    let known: Vec<CameraStatus> = site.latest(&site.keys.camera_status(id))?;
     let Some(status) = known.first() else {
         let cause = anyhow!("no camera {id} is there; `sextant list` shows those that are");
         bail!(Failure::new(Exit::Unavailable, cause))
@@ -157,26 +156,26 @@ pub fn get(id: &CameraId, site: &SiteArguments, format: Format) -> anyhow::Resul
     Ok(())
 }
 
-fn in_force(site: &Site, id: &CameraId) -> anyhow::Result<CameraSettings> {
-    let found: Vec<CameraSettings> = latest(site, &site.keys.config_camera(id))?;
+fn in_force(site: &SiteSession, id: &CameraId) -> anyhow::Result<CameraSettings> {
+    let found: Vec<CameraSettings> = site.latest(&site.keys.config_camera(id))?;
     let first = found.into_iter().next();
     Ok(first.unwrap_or_else(|| CameraSettings::none(id.clone())))
 }
 
-fn statuses(site: &Site, id: &CameraId) -> anyhow::Result<Subscription> {
+fn statuses(site: &SiteSession, id: &CameraId) -> anyhow::Result<Subscription> {
     let key = site.keys.camera_status(id);
     let longest = limits::MAX_PAYLOAD_BYTES;
     Ok(site.bus.subscribe(&key, QUEUE, DropRule::Oldest, longest)?)
 }
 
 fn wait_for(
-    site: &Site,
+    site: &SiteSession,
     statuses: &Subscription,
     is_settled: impl Fn(&CameraStatus) -> bool,
 ) -> Option<CameraStatus> {
     let deadline = Instant::now() + PATIENCE;
     while Instant::now() < deadline && !site.shutdown.is_requested() {
-        let item = statuses.recv_timeout(GLANCE);
+        let item = statuses.recv_timeout(SHUTDOWN_POLL);
         let status = item.and_then(|item| item.decode::<CameraStatus>().ok());
         if let Some(status) = status.filter(&is_settled) {
             return Some(status);

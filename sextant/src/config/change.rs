@@ -3,9 +3,10 @@
 use crate::config::answers::Answers;
 use crate::config::get::known_object;
 use crate::output::{Format, print_line};
-use crate::site::{Site, SiteArguments};
+use crate::site::{SiteArguments, check_may_change};
 use crate::words;
 use anyhow::{Context, bail};
+use sextant_gateways::site::SiteSession;
 use sextant_process::{Exit, Failure, WithExit};
 use sextant_proto::{ConfigAnswer, Message, ObjectConfig, Outcome, RigConfig, encode};
 use sextant_site_files::{read_object, read_rig};
@@ -55,12 +56,12 @@ pub fn remove_object(id: &ObjectId, site: &SiteArguments, format: Format) -> any
 /// # Errors
 /// No answer, a refusal.
 pub fn change<M: Message>(
-    site: &Site,
+    site: &SiteSession,
     key: &str,
     message: &M,
     format: Format,
 ) -> anyhow::Result<()> {
-    site.check_may_change()?;
+    check_may_change(site)?;
     let payload = encode(message)
         .context("this is more than fits into a message")
         .exit_with(Exit::Input)?;

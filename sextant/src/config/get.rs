@@ -1,16 +1,13 @@
 //! What a running site works from, as files.
 
 use crate::output::{Format, print_line};
-use crate::site::{Site, SiteArguments};
+use crate::site::SiteArguments;
 use anyhow::{anyhow, bail};
+use sextant_gateways::site::SiteSession;
 use sextant_process::{Exit, Failure};
-use sextant_proto::{Message, ObjectConfig, RigConfig, limits};
+use sextant_proto::{ObjectConfig, RigConfig};
 use sextant_site_files::{object_toml, rig_toml};
 use sextant_site_model::{ObjectId, ObjectModel, Rig};
-use std::time::Duration;
-
-/// How long the fusion node may take to answer.
-const ANSWER: Duration = Duration::from_secs(1);
 
 /// Prints the rig in force.
 ///
@@ -18,7 +15,7 @@ const ANSWER: Duration = Duration::from_secs(1);
 /// A site without a rig, or one that makes no sense.
 pub fn rig(site: &SiteArguments, format: Format) -> anyhow::Result<()> {
     let site = site.open()?;
-    let found: Vec<RigConfig> = latest(&site, &site.keys.config_rig())?;
+    let found: Vec<RigConfig> = site.latest(&site.keys.config_rig())?;
     let Some(message) = found.first() else {
         bail!(Failure::new(Exit::Unavailable, nobody(&site)))
     };
@@ -44,15 +41,19 @@ pub fn object(id: &ObjectId, site: &SiteArguments, format: Format) -> anyhow::Re
 ///
 /// # Errors
 /// There is none, or no node answers.
-pub fn known_object(site: &Site, id: &ObjectId) -> anyhow::Result<ObjectModel> {
+pub fn known_object(site: &SiteSession, id: &ObjectId) -> anyhow::Result<ObjectModel> {
     let mut objects = Vec::new();
-    for message in latest::<ObjectConfig>(site, &site.keys.all_config_objects())? {
+    for message in site.latest::<ObjectConfig>(&site.keys.all_config_objects())? {
         objects.push(ObjectModel::try_from(&message)?);
     }
     if let Some(found) = objects.iter().position(|object| object.id() == id) {
         return Ok(objects.swap_remove(found));
     }
-    if objects.is_empty() && latest::<RigConfig>(site, &site.keys.config_rig())?.is_empty() {
+    if objects.is_empty()
+        && site
+            .latest::<RigConfig>(&site.keys.config_rig())?
+            .is_empty()
+    {
         bail!(Failure::new(Exit::Unavailable, nobody(site)))
     }
     let names = objects.iter().map(|object| object.id().to_string());
@@ -69,20 +70,11 @@ pub fn known_object(site: &Site, id: &ObjectId) -> anyhow::Result<ObjectModel> {
 }
 
 /// Nobody answers for the site.
-pub fn nobody(site: &Site) -> anyhow::Error {
+pub fn nobody(site: &SiteSession) -> anyhow::Error {
     anyhow!(
         "no fusion node answers on site {}; start one (`sextant fusion`) or name the site with --site",
         site.keys.site()
     )
-}
-
-/// The newest messages under a key or several, in the order of the keys.
-///
-/// # Errors
-/// When the network session has ended.
-pub fn latest<M: Message>(site: &Site, key: &str) -> anyhow::Result<Vec<M>> {
-    let items = site.bus.latest(key, limits::MAX_PAYLOAD_BYTES, ANSWER)?;
-    Ok(items.iter().filter_map(|item| item.decode().ok()).collect())
 }
 
 fn print(kind: &str, text: &str, format: Format) -> anyhow::Result<()> {

@@ -1,12 +1,13 @@
 //! Putting in force the refined calibration that a fusion node proposes, and taking the last change of the site back.
 
 use crate::config::change::change;
-use crate::config::get::{latest, nobody};
+use crate::config::get::nobody;
 use crate::output::{Format, print_line};
-use crate::site::{Site, SiteArguments};
+use crate::site::SiteArguments;
 use crate::words;
 use anyhow::{Context, anyhow, bail};
 use serde_json::{Value, json};
+use sextant_gateways::site::SiteSession;
 use sextant_geometry::{Pose, se3};
 use sextant_process::{Exit, Failure};
 use sextant_proto::{NodeId, ObjectConfig, Proposal, RigConfig};
@@ -85,16 +86,19 @@ pub fn revert(
             last.as_ref().map(Models::of).transpose()?
         }
         RevertTarget::Rig => {
-            let former: Vec<RigConfig> = latest(&site, &site.keys.all_former_rigs())?;
+            let former: Vec<RigConfig> = site.latest(&site.keys.all_former_rigs())?;
             former.into_iter().next().map(Models::rig)
         }
         RevertTarget::Object(id) => {
-            let former: Vec<ObjectConfig> = latest(&site, &site.keys.all_former_objects(id))?;
+            let former: Vec<ObjectConfig> = site.latest(&site.keys.all_former_objects(id))?;
             former.into_iter().next().map(Models::object)
         }
     };
     let Some(models) = models else {
-        if latest::<Proposal>(&site, &site.keys.all_formers())?.is_empty() {
+        if site
+            .latest::<Proposal>(&site.keys.all_formers())?
+            .is_empty()
+        {
             bail!(Failure::new(Exit::Unavailable, nobody(&site)))
         }
         let of = match what {
@@ -112,8 +116,8 @@ pub fn revert(
 }
 
 /// The first proposal of anything.
-fn first(site: &Site, key: &str) -> anyhow::Result<Option<Proposal>> {
-    let all: Vec<Proposal> = latest(site, key)?;
+fn first(site: &SiteSession, key: &str) -> anyhow::Result<Option<Proposal>> {
+    let all: Vec<Proposal> = site.latest(key)?;
     if all.is_empty() {
         bail!(Failure::new(Exit::Unavailable, nobody(site)))
     }
@@ -147,15 +151,15 @@ impl Models {
     }
 
     /// Differences from the models in force.
-    fn summary(&self, site: &Site) -> anyhow::Result<RefinementSummary> {
+    fn summary(&self, site: &SiteSession) -> anyhow::Result<RefinementSummary> {
         let mut summary = RefinementSummary::default();
-        let in_force: Vec<RigConfig> = latest(site, &site.keys.config_rig())?;
+        let in_force: Vec<RigConfig> = site.latest(&site.keys.config_rig())?;
         if let Some((after, before)) = self.rig.as_ref().zip(in_force.first()) {
             summary.compare_rigs(&Rig::try_from(before)?, &Rig::try_from(after)?);
         }
         for after in &self.objects {
             let key = site.keys.config_object(&after.id);
-            let in_force: Vec<ObjectConfig> = latest(site, &key)?;
+            let in_force: Vec<ObjectConfig> = site.latest(&key)?;
             let after = ObjectModel::try_from(after)?;
             match in_force.first() {
                 Some(before) => summary.compare_objects(&ObjectModel::try_from(before)?, &after),
@@ -165,7 +169,7 @@ impl Models {
         Ok(summary)
     }
 
-    fn set(&self, site: &Site, run: Run, format: Format) -> anyhow::Result<()> {
+    fn set(&self, site: &SiteSession, run: Run, format: Format) -> anyhow::Result<()> {
         if run == Run::Dry {
             return Ok(());
         }

@@ -3,6 +3,7 @@
 use crate::demo::processes::Processes;
 use anyhow::bail;
 use sextant_process::Shutdown;
+use sextant_process::shutdown::SHUTDOWN_POLL;
 use sextant_proto::{KeyRef, Keys, NodeKind, limits};
 use sextant_site_model::CameraId;
 use sextant_zenoh_bus::{Bus, DropRule, Presence};
@@ -11,7 +12,6 @@ use std::time::{Duration, Instant};
 
 /// Longer than a start takes on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(60);
-const GLANCE: Duration = Duration::from_millis(50);
 
 /// Returns when all nodes are ready or a stop is requested.
 ///
@@ -42,7 +42,7 @@ pub fn wait(
                 missing.names()
             );
         }
-        if let Some(item) = observations.recv_timeout(GLANCE) {
+        if let Some(item) = observations.recv_timeout(SHUTDOWN_POLL) {
             missing.saw_image(keys, &item.key);
         }
         while let Some(Presence::Joined(key)) = alive.try_recv() {

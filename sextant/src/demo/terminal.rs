@@ -1,8 +1,8 @@
 //! Terminal output of the demo: address of the page, true errors, final summary.
 
 use crate::demo::Summary;
-use crate::demo::score::{ObjectSummary, Score};
 use crate::output::Format;
+use sextant_evaluation::live::{LiveScore, ObjectSummary};
 use sextant_process::terminal;
 use sextant_proto::CameraStatus;
 use sextant_simulator::Imperfections;
@@ -89,7 +89,7 @@ impl Terminal {
     }
 
     /// Reports the current state, when it is due.
-    pub fn show(&self, score: &Score, cameras: &BTreeMap<CameraId, CameraStatus>) {
+    pub fn show(&self, score: &LiveScore, cameras: &BTreeMap<CameraId, CameraStatus>) {
         if self.format == Format::Json || Instant::now() < self.due.get() {
             return;
         }

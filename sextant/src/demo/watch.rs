@@ -2,12 +2,14 @@
 
 use crate::demo::Summary;
 use crate::demo::processes::Processes;
-use crate::demo::score::{PoseError, Score, ScoredPose, WorldFrame};
 use crate::demo::site_folder::SiteFolder;
 use crate::demo::terminal::Terminal;
 use crate::simulate::models::{Body, bodies};
 use serde::Serialize;
+use sextant_evaluation::PoseError;
+use sextant_evaluation::live::{LiveScore, ScoredPose, WorldFrame};
 use sextant_geometry::{Pose, PoseParts};
+use sextant_process::shutdown::SHUTDOWN_POLL;
 use sextant_process::{Shutdown, now_ns};
 use sextant_proto::{
     CameraStatus, Keys, LinkPose, ObjectLinks, ObjectPose, ObjectTruth, decode, limits,
@@ -18,8 +20,6 @@ use sextant_zenoh_bus::{Bus, BusError, DropRule, Publisher, Qos, Subscription};
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-/// Polling period of children and stop signal.
-const GLANCE: Duration = Duration::from_millis(50);
 /// Period of publishing the truth, for display only.
 const TRUTH_PERIOD_NS: u64 = 100_000_000;
 /// Time in which the last messages of stopped children arrive.
@@ -46,7 +46,7 @@ pub struct Watch<'a> {
     statuses: Subscription,
     truths: BTreeMap<ObjectId, TruthOutlet>,
     cameras: BTreeMap<CameraId, CameraStatus>,
-    score: Score,
+    score: LiveScore,
     terminal: &'a Terminal,
 }
 
@@ -97,7 +97,7 @@ impl<'a> Watch<'a> {
             statuses: subscribe(keys.all_camera_statuses())?,
             truths,
             cameras: BTreeMap::new(),
-            score: Score::new(names, rate_hz, now_ns(), frame),
+            score: LiveScore::new(names, rate_hz, now_ns(), frame),
             terminal,
         })
     }
@@ -142,7 +142,7 @@ impl<'a> Watch<'a> {
     }
 
     fn glance(&mut self) -> anyhow::Result<()> {
-        let end = Instant::now() + GLANCE;
+        let end = Instant::now() + SHUTDOWN_POLL;
         while let Some(item) = self
             .poses
             .recv_timeout(end.saturating_duration_since(Instant::now()))
@@ -174,7 +174,8 @@ impl<'a> Watch<'a> {
             truth: &truth,
         };
         self.score.count(message.object.as_str(), &judged);
-        self.score.count_latency(message);
+        self.score
+            .count_latency(message.capture_ns, message.published_ns);
         self.publish_truth(message, &truth)
     }
 
@@ -219,8 +220,8 @@ impl<'a> Watch<'a> {
             capture_ns: message.capture_ns,
             position: parts.position,
             orientation: parts.orientation,
-            position_error_m: error.position_m,
-            attitude_error_rad: error.attitude_rad,
+            position_error_m: error.position_m(),
+            attitude_error_rad: error.attitude_rad(),
         })?;
         Ok(())
     }

@@ -1,13 +1,12 @@
 //! A recording's pictures turned into `detections.jsonl`, which replay takes in their place.
 
 use super::detector;
-use super::sight::{detected_tags, image_of};
-use crate::ordered::in_order;
 use crate::progress;
 use anyhow::Context;
 use sextant_apriltag::{Detector, Options};
 use sextant_process::{Exit, WithExit};
 use sextant_recordings::{CameraRecording, Dataset, DetectionsLine, Frame, Row, read_picture};
+use sextant_replay::{detected_tags, image_of, in_order};
 use sextant_site_files::write_atomically;
 use std::fs;
 use std::path::Path;
@@ -43,7 +42,7 @@ fn lines_of(
     let take = |line: anyhow::Result<DetectionsLine>| {
         text.push_str(&serde_json::to_string(&line?)?);
         text.push('\n');
-        Ok(())
+        anyhow::Ok(())
     };
     in_order(
         threads,

@@ -1,9 +1,9 @@
 //! What would have been found, where nothing was: the tags of other families, inverted or mirrored ones.
 
 use super::families::every_family;
-use super::sight::image_of;
 use sextant_apriltag::{Alternative, Options};
 use sextant_recordings::read_picture;
+use sextant_replay::image_of;
 use std::path::{Path, PathBuf};
 
 /// Pictures that are searched for other tags.

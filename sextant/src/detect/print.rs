@@ -5,7 +5,7 @@ use crate::output::Format;
 use crate::words;
 use serde::Serialize;
 use sextant_apriltag::{Detection, TrackingReport};
-use sextant_tag_families::Family;
+use sextant_explain::TagLine;
 use std::fmt::Write;
 
 #[derive(Serialize)]
@@ -42,32 +42,6 @@ impl From<TrackingReport> for TrackingLine {
             followed,
             discovered,
             awaited,
-        }
-    }
-}
-
-/// A tag as JSON has it.
-#[derive(Serialize)]
-pub struct TagLine {
-    family: Family,
-    id: u32,
-    hamming: u8,
-    margin: f32,
-    corners: [[f32; 2]; 4],
-    corner_covariance: [[f32; 3]; 4],
-    corner_cross_covariance: [[f32; 4]; 6],
-}
-
-impl From<&Detection> for TagLine {
-    fn from(detection: &Detection) -> Self {
-        Self {
-            family: detection.family,
-            id: detection.id,
-            hamming: detection.hamming,
-            margin: detection.margin,
-            corners: detection.corners,
-            corner_covariance: detection.corner_covariance,
-            corner_cross_covariance: detection.corner_cross_covariance,
         }
     }
 }

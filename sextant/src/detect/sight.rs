@@ -1,9 +1,10 @@
 //! One picture and what the detector sees in it.
 
 use anyhow::{Context, ensure};
-use sextant_apriltag::{Detection, Detector, Image, Tracker, TrackingReport};
+use sextant_apriltag::{Detection, Detector, Tracker, TrackingReport};
 use sextant_geometry::Lens;
-use sextant_recordings::{DetectedTag, GreyImage, read_picture};
+use sextant_recordings::{GreyImage, read_picture};
+use sextant_replay::image_of;
 use sextant_site_model::Camera;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -97,31 +98,4 @@ fn lens_of(
         camera.id
     );
     Ok(Some(camera.lens))
-}
-
-/// A picture as the detector takes it.
-///
-/// # Errors
-/// A size that the detector does not take.
-pub fn image_of(picture: &GreyImage) -> Result<Image<'_>, sextant_apriltag::ImageError> {
-    Image::new(
-        &picture.pixels,
-        picture.width,
-        picture.height,
-        picture.width,
-    )
-}
-
-/// What is recorded of detections. `replay` takes pictures through the same form, so that pictures and what is recorded of
-/// them give the same poses, bit for bit.
-pub fn detected_tags(detections: &[Detection]) -> Vec<DetectedTag> {
-    let tags = detections.iter().map(|detection| DetectedTag {
-        family: detection.family,
-        id: detection.id,
-        corners: detection.corners,
-        sigma_px: None,
-        corner_covariance: Some(detection.corner_covariance),
-        corner_cross_covariance: Some(detection.corner_cross_covariance),
-    });
-    tags.collect()
 }

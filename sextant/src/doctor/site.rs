@@ -2,8 +2,9 @@
 
 use crate::doctor::Finding;
 use crate::doctor::nodes::NamedNode;
-use crate::site::{Site, SiteArguments};
+use crate::site::SiteArguments;
 use crate::words;
+use sextant_gateways::site::SiteSession;
 use sextant_process::exit::exit_of;
 use sextant_process::host::host_name;
 use sextant_process::{Exit, now_ns};
@@ -74,7 +75,7 @@ impl<'a> SiteView<'a> {
     }
 
     /// Reports the number of fusion nodes; without any, the sites that have one.
-    fn fusion_nodes(&self, site: &Site) -> anyhow::Result<Finding> {
+    fn fusion_nodes(&self, site: &SiteSession) -> anyhow::Result<Finding> {
         let n = self.fusion.len();
         if n > 0 {
             let words = words::count(n, "fusion node");
@@ -185,7 +186,7 @@ fn foreign_contracts(fusion: &[&FusionStatus]) -> impl Iterator<Item = Finding> 
 }
 
 /// A node's name that another machine holds.
-fn taken_name(site: &Site, (kind, name): &NamedNode) -> anyhow::Result<Option<Finding>> {
+fn taken_name(site: &SiteSession, (kind, name): &NamedNode) -> anyhow::Result<Option<Finding>> {
     let holders = site
         .bus
         .alive_keys(&format!("{}/*/*", site.keys.holder(*kind, name)))?;

@@ -2,9 +2,10 @@
 
 use super::EchoArguments;
 use crate::output::print_line;
-use crate::pose_feed::{self, Next, PoseReceiver};
+use crate::pose_feed;
 use anyhow::{Context, anyhow, bail};
 use clap::ValueEnum;
+use sextant_gateways::pose_feed::{Next, PoseReceiver};
 use sextant_process::whole_lines::write_line;
 use sextant_process::{Exit, Failure, WithExit};
 use sextant_proto::ObjectPose;
@@ -63,6 +64,8 @@ struct PoseLines {
 }
 
 impl PoseReceiver for PoseLines {
+    type Error = anyhow::Error;
+
     fn take(&mut self, pose: &ObjectPose) -> anyhow::Result<Next> {
         if self.left > 0 {
             let estimate = ObjectEstimate::from(pose);

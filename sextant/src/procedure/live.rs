@@ -3,27 +3,26 @@
 use super::ImageSelection;
 use super::progress_display::ProgressDisplay;
 use crate::output::Format;
-use crate::site::{RouterWatch, Site, take};
+use crate::site::report_router;
 use anyhow::{anyhow, bail};
 use sextant_calibrator::procedure::{Outcome, Procedure};
+use sextant_gateways::site::{RouterWatch, SiteSession, take};
+use sextant_process::shutdown::SHUTDOWN_POLL;
 use sextant_process::{Exit, Failure, WithExit, monotonic_ns};
 use sextant_proto::{AnyMessage, limits};
 use sextant_site_mirror::SiteMirror;
 use sextant_site_mirror::limits::SILENCE_NS;
 use sextant_site_model::{CameraId, ImageObservation};
 use sextant_zenoh_bus::{DropRule, Subscription};
-use std::time::Duration;
 
 /// Most queued messages while a display is drawn or a solution computed; the oldest are dropped.
 const QUEUE: usize = 2048;
-/// Longest delay until Ctrl-C has an effect.
-const GLANCE: Duration = Duration::from_millis(50);
 /// Growth of the number of images before another attempt after a failed solution.
 const MORE_IMAGES: f64 = 1.3;
 
 /// Images of a running site.
 pub struct Live {
-    site: Site,
+    site: SiteSession,
     messages: Subscription,
     router: RouterWatch,
     teller: ProgressDisplay,
@@ -37,7 +36,7 @@ impl Live {
     ///
     /// # Errors
     /// A failed subscription.
-    pub fn open(site: Site, format: Format) -> anyhow::Result<Self> {
+    pub fn open(site: SiteSession, format: Format) -> anyhow::Result<Self> {
         let messages = site.bus.subscribe(
             &site.keys.all_observations(),
             QUEUE,
@@ -68,7 +67,7 @@ impl Live {
             if monotonic_ns() - self.since_ns > SILENCE_NS {
                 self.teller.remark(&self.silence(camera));
             }
-            self.router.say(&self.site.bus);
+            report_router(&mut self.router, &self.site.bus);
         }
         bail!(interrupted(self.silence(camera)))
     }
@@ -131,7 +130,7 @@ impl Live {
 
     /// The next image, if one arrives soon; invalid messages are ignored.
     fn next(&mut self) -> Option<(ImageObservation, [u32; 2])> {
-        let item = self.messages.recv_timeout(GLANCE)?;
+        let item = self.messages.recv_timeout(SHUTDOWN_POLL)?;
         let update = take(&self.site.keys, &mut self.mirror, &item, monotonic_ns())?;
         let AnyMessage::Observations(message) = update.message else {
             return None;

@@ -1,14 +1,14 @@
 //! The images of a recording, as every calibration takes them in.
 
 use super::ImageSelection;
-use crate::detect::{ChessboardSearch, TagFinder};
-use crate::ordered::in_order;
 use crate::progress;
-use crate::replay::sight;
 use anyhow::bail;
 use sextant_apriltag::Options;
 use sextant_process::{Exit, Failure, WithExit};
 use sextant_recordings::{Dataset, Row};
+use sextant_replay::in_order;
+use sextant_replay::{ChessboardSearch, TagFinder};
+use sextant_replay::{ObservationError, observation};
 use sextant_site_model::{CameraId, ImageObservation};
 use std::path::Path;
 
@@ -52,10 +52,10 @@ pub fn each_image(
         usize::from(threads),
         progress::over(rows.into_iter(), "images"),
         || TagFinder::new(&options, looking.chessboard.as_ref()),
-        |finder, row: &Row| sight::observation(finder, row, rig),
-        |seen: anyhow::Result<ImageObservation>| {
+        |finder, row: &Row| observation(finder, row, rig),
+        |seen: Result<ImageObservation, ObservationError>| {
             take(&seen.exit_with(Exit::Input)?);
-            Ok(())
+            anyhow::Ok(())
         },
     )?;
     for remark in looking

@@ -3,6 +3,7 @@
 use super::inbox::{Content, Entry, Inbox};
 use sextant_iceoryx_images::{IceoryxOptions, ImageHeader, ImageSubscriber, ImagesError};
 use sextant_process::background;
+use sextant_process::shutdown::SHUTDOWN_POLL;
 use sextant_recordings::compressed_image::RecordedImage;
 use sextant_recordings::{GreyImage, grey_png};
 use sextant_site_model::CameraId;
@@ -10,10 +11,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::{Builder, JoinHandle};
-use std::time::Duration;
 
-/// Longest delay of the end.
-const GLANCE: Duration = Duration::from_millis(100);
 /// Most cameras: each has a thread.
 const MOST_CAMERAS: usize = 64;
 
@@ -111,7 +109,7 @@ impl Reader {
             opened => opened?,
         };
         while !self.stop.load(Ordering::Relaxed) {
-            let Some(lent) = images.wait(GLANCE)? else {
+            let Some(lent) = images.wait(SHUTDOWN_POLL)? else {
                 continue;
             };
             let header = *lent.header();

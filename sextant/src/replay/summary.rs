@@ -1,12 +1,10 @@
 //! A word on what was done, and what of the recording did not count.
 
-use super::comparison::{Alignment, ObjectComparison, table};
-use super::live::LiveComparison;
+use super::table::table;
 use serde::Serialize;
-use sextant_estimator::{Fusion, Statistics};
+use sextant_evaluation::{Alignment, ObjectComparison};
+use sextant_replay::{CameraCounts, LiveComparison, Replayed};
 use sextant_site_model::{CameraId, ObjectId};
-use sextant_site_report::ObjectEstimate;
-use std::collections::BTreeMap;
 
 /// What a replay ends with.
 #[derive(Debug, Serialize)]
@@ -43,31 +41,25 @@ struct Object {
 }
 
 impl Summary {
-    /// Of the images by camera, the objects, their poses, and the estimator's counts.
-    pub fn of(
-        images: &BTreeMap<CameraId, usize>,
-        objects: impl Iterator<Item = ObjectId>,
-        poses: &[ObjectEstimate],
-        fusion: &Fusion,
-    ) -> Self {
-        let statistics = fusion.statistics();
-        let faults = fusion.faults();
-        let notices = faults.iter().map(ToString::to_string);
-        let imperfections = fusion.imperfections().iter().map(ToString::to_string);
-        let objects = objects.map(|id| Object {
-            poses: poses.iter().filter(|p| p.object == id).count(),
-            id,
+    /// Of a replay.
+    pub fn of(replayed: &Replayed) -> Self {
+        let notices = replayed.faults.iter().map(ToString::to_string);
+        let imperfections = replayed.imperfections.iter().map(ToString::to_string);
+        let poses_of = |id: &ObjectId| replayed.poses.iter().filter(|p| p.object == *id).count();
+        let objects = replayed.objects.iter().map(|id| Object {
+            poses: poses_of(id),
+            id: id.clone(),
         });
-        let cameras = images.iter();
+        let cameras = replayed.cameras.iter();
         let cameras: Vec<Camera> = cameras
-            .map(|(camera, images)| Camera::of(camera, *images, statistics))
+            .map(|(camera, counts)| Camera::of(camera, counts))
             .collect();
         Self {
             images: cameras.iter().map(|camera| camera.images).sum(),
             cameras,
             objects: objects.collect(),
             notices: notices.chain(imperfections).collect(),
-            live: None,
+            live: replayed.live,
             against: None,
         }
     }
@@ -102,11 +94,10 @@ impl Summary {
 }
 
 impl Camera {
-    fn of(id: &CameraId, images: usize, statistics: &Statistics) -> Self {
-        let counts = statistics.cameras.get(id).copied().unwrap_or_default();
+    fn of(id: &CameraId, counts: &CameraCounts) -> Self {
         Self {
             id: id.clone(),
-            images,
+            images: counts.images,
             late: counts.late,
             ahead: counts.ahead,
             unknown_tags: counts.unknown_tags,

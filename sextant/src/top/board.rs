@@ -2,9 +2,9 @@
 //!
 //! What has left is shown as gone for a while. A camera of the rig is expected back and stays.
 
-use crate::site::{take, take_token};
 use crate::top::rows::{CameraRow, ObjectRow, PoseRate};
 use crate::words;
+use sextant_gateways::site::{take, take_token};
 use sextant_proto::{AnyMessage, FusionStatus, Keys, NodeId, NodeKind};
 use sextant_site_mirror::limits::SILENCE_NS;
 use sextant_site_mirror::{Liveliness, Node, SiteMirror};

@@ -9,6 +9,7 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 use serde_json::{Value, json};
 use sextant_geometry::{Intrinsics, Lens, Pose, tag_corners_in_tag};
+use sextant_simulator::Random;
 use sextant_site_model::{Camera, CameraId, ObjectId, ObjectModel, ObjectTag, Rig, TagId};
 use sextant_tag_families::Family;
 use std::f64::consts::PI;
@@ -113,12 +114,12 @@ pub fn record(
     object: &ObjectModel,
     (images, pose_at): (u32, impl Fn(f64) -> Pose),
 ) {
-    let mut noise = Noise(0x9e37_79b9_7f4a_7c15);
+    let mut random = Random::new(1);
     let mut text = String::new();
     for at in 0..images {
         let camera_from_object =
             camera.world_from_camera.unwrap().inverse() * pose_at(0.1 * f64::from(at));
-        let see = |tag| detection(camera, &camera_from_object, tag, &mut noise);
+        let see = |tag| detection(camera, &camera_from_object, tag, &mut random);
         let seen: Vec<Value> = object.tags().iter().filter_map(see).collect();
         let t_ns = 1_000_000_000 + 100_000_000 * u64::from(at);
         text += &format!("{}\n", json!({"t_ns": t_ns, "detections": seen}));
@@ -133,7 +134,7 @@ fn detection(
     camera: &Camera,
     camera_from_object: &Pose,
     tag: &ObjectTag,
-    noise: &mut Noise,
+    random: &mut Random,
 ) -> Option<Value> {
     let pose = camera_from_object * tag.object_from_tag?;
     let towards = pose.translation.vector.normalize();
@@ -145,21 +146,12 @@ fn detection(
         let pixel = camera.lens.project(&(pose * point))?;
         let inside = (2.0..637.0).contains(&pixel.x) && (2.0..477.0).contains(&pixel.y);
         inside.then_some(())?;
-        *corner = [pixel.x + noise.pixels(), pixel.y + noise.pixels()];
+        *corner = [pixel.x, pixel.y].map(|at| at + noise_px(random));
     }
     Some(json!({"family": tag.tag.family, "id": tag.tag.id, "corners": corners}))
 }
 
-/// Seeded (G. Marsaglia, Xorshift RNGs, 2003).
-struct Noise(u64);
-
-impl Noise {
-    /// Evenly distributed, with the standard deviation [`NOISE_PX`].
-    fn pixels(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        let even = (self.0 >> 11) as f64 / (1_u64 << 53) as f64 - 0.5;
-        even * 12.0_f64.sqrt() * NOISE_PX
-    }
+/// Evenly distributed, with the standard deviation [`NOISE_PX`].
+fn noise_px(random: &mut Random) -> f64 {
+    random.between(-0.5, 0.5) * 12.0_f64.sqrt() * NOISE_PX
 }

@@ -11,6 +11,7 @@ use sextant_geometry::{Intrinsics, Lens, Pose, tag_corners_in_tag};
 use sextant_proto::{
     ClockQuality, ClockSource, Observations, TagObservation, TagPose, Timing, decode, encode,
 };
+use sextant_simulator::Random;
 use sextant_site_model::{
     Camera, CameraId, ImageObservation, ObjectId, ObjectModel, ObjectTag, Rig, TagId,
 };
@@ -34,7 +35,7 @@ struct Hall {
     objects: Vec<ObjectModel>,
     /// Middles of the circles, m.
     places: Vec<[f64; 2]>,
-    random: u64,
+    random: Random,
 }
 
 impl Hall {
@@ -46,11 +47,11 @@ impl Hall {
             rig: rig.expect("a rig"),
             objects: (0..n_objects).map(plate).collect(),
             places: Vec::new(),
-            random: 1,
+            random: Random::new(1),
         };
         let sides = [columns, rows].map(|n| (n as f64 - 1.0) * PITCH_M);
         hall.places = (0..n_objects)
-            .map(|_| sides.map(|side_m| side_m * hall.uniform()))
+            .map(|_| sides.map(|side_m| side_m * hall.random.uniform()))
             .collect();
         hall
     }
@@ -100,7 +101,8 @@ impl Hall {
         let mut corners = [[0.0_f32; 2]; 4];
         for (corner, at) in corners.iter_mut().zip(tag_corners_in_tag(tag.size_m)) {
             let pixel = camera.lens.project(&(camera_from_tag * Point3::from(at)))?;
-            *corner = [pixel.x, pixel.y].map(|pixels| pixels as f32 + self.noise());
+            *corner = [pixel.x, pixel.y]
+                .map(|pixels| pixels as f32 + SIGMA_PX * self.random.normal() as f32);
         }
         let inside = |corner: &[f32; 2]| corner.iter().all(|at| (0.0..SIDE_PX as f32).contains(at));
         let pose = TagPose {
@@ -118,21 +120,6 @@ impl Hall {
             corner_cross_covariance: [[0.0; 4]; 6],
             poses: vec![pose; 2],
         })
-    }
-
-    /// Gaussian, as nearly as the sum of twelve uniform numbers is.
-    fn noise(&mut self) -> f32 {
-        let sum: f64 = (0..12).map(|_| self.uniform()).sum();
-        (sum - 6.0) as f32 * SIGMA_PX
-    }
-
-    /// splitmix64.
-    fn uniform(&mut self) -> f64 {
-        self.random = self.random.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.random;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
     }
 }
 

@@ -7,30 +7,11 @@ use super::*;
 use nalgebra::{Isometry3, Matrix2, Point2, Vector2, Vector3, Vector6};
 use sextant_geometry::least_squares::Kernel;
 use sextant_geometry::{Intrinsics, Lens, Pose, se3, tag_corners_in_tag};
+use sextant_simulator::Random;
 use sextant_site_model::PoseSigma;
 
-/// Small and seeded (G. Marsaglia, Xorshift RNGs, 2003); sums of twelve make the normal deviates.
-pub struct Noise(u64);
-
-impl Noise {
-    pub fn seeded(seed: u64) -> Self {
-        Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
-    }
-
-    pub fn uniform(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    pub fn normal(&mut self) -> f64 {
-        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
-    }
-
-    fn twist(&mut self, translation: f64, rotation: f64) -> Vector6<f64> {
-        Vector6::from_fn(|at, _| self.normal() * if at < 3 { translation } else { rotation })
-    }
+fn twist(random: &mut Random, translation: f64, rotation: f64) -> Vector6<f64> {
+    Vector6::from_fn(|at, _| random.normal() * if at < 3 { translation } else { rotation })
 }
 
 fn lens() -> Lens {
@@ -125,7 +106,7 @@ fn image_of(bundle: &Bundle, (camera, instant): (usize, usize), delay: f64) -> B
     }
 }
 
-fn shaken(bundle: &mut Bundle, noise: &mut Noise, sigma_px: f64) {
+fn shaken(bundle: &mut Bundle, noise: &mut Random, sigma_px: f64) {
     for corner in bundle
         .images
         .iter_mut()
@@ -137,20 +118,20 @@ fn shaken(bundle: &mut Bundle, noise: &mut Noise, sigma_px: f64) {
 }
 
 /// Moves everything that is free away from the truth.
-fn displaced(bundle: &mut Bundle, noise: &mut Noise) {
+fn displaced(bundle: &mut Bundle, noise: &mut Random) {
     for camera in &mut bundle.cameras {
         if camera.pose == Freedom::Free {
             camera.world_from_camera =
-                se3::exp(&noise.twist(0.03, 0.03)) * camera.world_from_camera;
+                se3::exp(&twist(noise, 0.03, 0.03)) * camera.world_from_camera;
         }
     }
     for tag in &mut bundle.tags {
         if tag.pose == Freedom::Free {
-            tag.object_from_tag = se3::exp(&noise.twist(0.01, 0.05)) * tag.object_from_tag;
+            tag.object_from_tag = se3::exp(&twist(noise, 0.01, 0.05)) * tag.object_from_tag;
         }
     }
     for instant in &mut bundle.instants {
-        instant.world_from_object *= se3::exp(&noise.twist(0.02, 0.05));
+        instant.world_from_object *= se3::exp(&twist(noise, 0.02, 0.05));
     }
 }
 
@@ -199,7 +180,7 @@ fn anchored(bundle: &mut Bundle) {
 fn derivatives_are_those_of_the_cost() {
     let mut bundle = truth(Some(WALK));
     free_everything(&mut bundle);
-    displaced(&mut bundle, &mut Noise::seeded(3));
+    displaced(&mut bundle, &mut Random::new(3));
     anchored(&mut bundle);
     let options = BundleOptions::default();
     let kernel = Kernel::Huber { width: 40.0 };
@@ -270,7 +251,7 @@ fn exact_corners_bring_back_cameras_and_tags() {
         tag.pose = Freedom::Free;
     }
     let right = bundle.clone();
-    displaced(&mut bundle, &mut Noise::seeded(7));
+    displaced(&mut bundle, &mut Random::new(7));
     let solution = solve(bundle, &BundleOptions::default()).unwrap();
     assert!(solution.converged && solution.weak.is_empty());
     for (found, right) in solution.bundle.cameras.iter().zip(&right.cameras) {
@@ -289,7 +270,7 @@ fn clocks_of_cameras_that_run_free_are_found() {
     for image in &mut bundle.images {
         image.seconds_after_instant += [0.0, 0.012, -0.008][image.camera];
     }
-    displaced(&mut bundle, &mut Noise::seeded(9));
+    displaced(&mut bundle, &mut Random::new(9));
     let solution = solve(bundle, &BundleOptions::default()).unwrap();
     let offsets = solution.bundle.cameras.iter().map(|c| c.clock_offset_s);
     for (found, right) in offsets.zip([0.0, -0.012, 0.008]) {
@@ -303,7 +284,7 @@ fn stated_deviations_are_those_of_repetition() {
     for seed in 1..40 {
         let mut bundle = truth(None);
         let right = bundle.clone();
-        let mut noise = Noise::seeded(seed);
+        let mut noise = Random::new(seed);
         shaken(&mut bundle, &mut noise, 0.2); // twice what is stated
         displaced(&mut bundle, &mut noise);
         let solution = solve(bundle, &BundleOptions::default()).unwrap();
@@ -377,7 +358,7 @@ fn a_camera_that_sees_nothing_is_named_and_stays() {
 fn gross_errors_hardly_count() {
     let mut bundle = truth(None);
     let right = bundle.clone();
-    let mut noise = Noise::seeded(21);
+    let mut noise = Random::new(21);
     shaken(&mut bundle, &mut noise, 0.1);
     for image in &mut bundle.images {
         for seen in image.tags.iter_mut().take(1) {

@@ -48,7 +48,7 @@ struct Room {
 fn images(model: &ObjectModel, n: u32, room: &Room, seed: u64) -> Vec<ImageObservation> {
     let rig = one_camera();
     let camera = &rig.cameras()[0];
-    let mut noise = Noise::seeded(seed);
+    let mut noise = Random::new(seed);
     let mut images = Vec::new();
     for at in 0..n {
         let seconds = 0.1 * f64::from(at);
@@ -227,7 +227,7 @@ fn what_nobody_turns_is_no_object() {
 fn a_tag_that_is_carried_beside_is_not_glued_on() {
     let mut images = images(&thing(), 90, &ALONE, 7);
     let rig = one_camera();
-    let mut noise = Noise::seeded(8);
+    let mut noise = Random::new(8);
     let card = object("card", [(60, 0.03, Pose::identity())].into_iter());
     for (at, all) in images.iter_mut().enumerate() {
         let turn = 0.1 * at as f64 / 4.0 * TAU;

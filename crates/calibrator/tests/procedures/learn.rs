@@ -16,7 +16,7 @@ fn one_camera() -> Rig {
 
 fn turning(model: &ObjectModel, n: u32, seed: u64) -> Vec<ImageObservation> {
     let rig = one_camera();
-    let mut noise = Noise::seeded(seed);
+    let mut noise = Random::new(seed);
     (0..n)
         .map(|at| {
             let seconds = 0.1 * f64::from(at);
@@ -202,7 +202,7 @@ fn two_cameras_join_tags_that_neither_sees_together() {
         ..rig().cameras()[at].clone()
     });
     let rig = Rig::new(cameras.collect()).unwrap();
-    let mut noise = Noise::seeded(7);
+    let mut noise = Random::new(7);
     let mut session = LearnSession::new(rig.clone(), plan(0..2)).unwrap();
     for at in 0..60 {
         let seconds = 0.1 * f64::from(at);
@@ -257,7 +257,7 @@ fn views_from_the_front_only_are_solved_right() {
     }])
     .unwrap();
     for seed in 60..66 {
-        let mut noise = Noise::seeded(seed);
+        let mut noise = Random::new(seed);
         let mut plan = plan(0..4);
         plan.object = "card".parse().unwrap();
         let mut session = LearnSession::new(blind(&rig), plan).unwrap();

@@ -27,7 +27,7 @@ fn images(
     late_s: [f64; 2],
     (lack, seed): (Lack, u64),
 ) -> Vec<ImageObservation> {
-    let mut noise = Noise::seeded(seed);
+    let mut noise = Random::new(seed);
     let mut images = Vec::new();
     for at in 0..80 {
         let seconds = 0.1 * f64::from(at);

@@ -151,7 +151,7 @@ fn a_tag_on_the_floor_finds_out_a_board_that_was_enlarged_as_a_whole() {
         "{}",
         alone.report.scale
     );
-    let mut noise = Noise::seeded(53);
+    let mut noise = Random::new(53);
     for (at, seen) in images.iter_mut().enumerate() {
         let camera = &truth.cameras()[at % 4];
         let more = image(camera, (&floor, &Pose::identity()), 0.0, SHARP, &mut noise);
@@ -185,7 +185,7 @@ fn thirty_per_cent_of_wrong_detections_do_no_harm() {
 #[test]
 fn cameras_that_run_free_with_clocks_that_are_off_are_found() {
     let truth = rig();
-    let mut noise = Noise::seeded(5);
+    let mut noise = Random::new(5);
     let mut images = Vec::new();
     for at in 0..240 {
         for (index, camera) in truth.cameras().iter().enumerate() {
@@ -242,7 +242,7 @@ fn a_clock_that_is_off_by_50_ms_is_found_and_allowed_for() {
             seen,
             true_s,
             SHARP,
-            &mut Noise::seeded(image.capture_ns),
+            &mut Random::new(image.capture_ns),
         );
     }
     let found = plainly(&truth, &images).unwrap();
@@ -277,7 +277,7 @@ fn a_tag_on_the_floor_is_the_world() {
         Isometry3::new(Vector3::new(0.2, -0.1, 0.0), Vector3::new(0.0, 0.0, 0.8));
     let floor = object("floor", [(100, 0.2, Pose::identity())].into_iter());
     let mut images = walk(&truth, &board(), (60, 0.12), SHARP, 8);
-    let mut noise = Noise::seeded(9);
+    let mut noise = Random::new(9);
     for (at, seen) in images.iter_mut().enumerate() {
         let camera = &truth.cameras()[at % 4];
         let more = image(camera, (&floor, &world_from_floor), 0.0, SHARP, &mut noise);
@@ -310,7 +310,7 @@ fn walk_by_gravity(truth: &Rig) -> Vec<ImageObservation> {
     ];
     let still = object("still", tags.into_iter());
     let mut images = walk(truth, &board(), (40, 0.12), SHARP, 40);
-    let mut noise = Noise::seeded(41);
+    let mut noise = Random::new(41);
     for (at, seen) in images.iter_mut().enumerate() {
         let camera = &truth.cameras()[at % 4];
         let more = image(camera, (&still, &Pose::identity()), 0.0, SHARP, &mut noise);
@@ -352,7 +352,7 @@ fn two_cameras_that_see_the_board_from_the_front_only_are_found() {
         ..camera
     });
     let truth = Rig::new(cameras.collect()).unwrap();
-    let mut noise = Noise::seeded(42);
+    let mut noise = Random::new(42);
     let mut images = Vec::new();
     for at in 0..60 {
         let way = 0.3 * f64::from(at);
@@ -395,7 +395,7 @@ fn worst_in_sigmas(found: &CalibratedRig, truth: &Rig) -> f64 {
 #[test]
 fn tags_glued_on_by_hand_cost_next_to_nothing() {
     let truth = rig();
-    let mut noise = Noise::seeded(60);
+    let mut noise = Random::new(60);
     let tags = board().tags().to_vec().into_iter().map(|mut tag| {
         let mut normal = |sigma: f64| Vector3::from_fn(|_, _| noise.normal() * sigma);
         let glued = Isometry3::new(normal(0.001), normal(0.017));

@@ -2,31 +2,12 @@
 
 use nalgebra::{Isometry3, Matrix2, Point2, Point3, Vector2, Vector3};
 use sextant_geometry::{Intrinsics, Lens, Pose, tag_corners_in_tag};
+pub use sextant_simulator::Random;
 use sextant_site_model::{
     Camera, CameraId, ImageObservation, ObjectModel, ObjectTag, Rig, TagCorners, TagId,
 };
 use sextant_tag_families::Family;
 use std::f64::consts::PI;
-
-/// Small and seeded (G. Marsaglia, Xorshift RNGs, 2003); sums of twelve make the normal deviates.
-pub struct Noise(u64);
-
-impl Noise {
-    pub fn seeded(seed: u64) -> Self {
-        Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
-    }
-
-    pub fn uniform(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    pub fn normal(&mut self) -> f64 {
-        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
-    }
-}
 
 pub fn tag(id: u32) -> TagId {
     TagId {
@@ -180,7 +161,7 @@ pub fn image(
     (model, world_from_object): (&ObjectModel, &Pose),
     stamp_s: f64,
     lack: Lack,
-    noise: &mut Noise,
+    noise: &mut Random,
 ) -> ImageObservation {
     let world_from_camera = camera.world_from_camera.unwrap();
     let camera_from_object = world_from_camera.inverse() * world_from_object;
@@ -239,7 +220,7 @@ pub fn walk(
     lack: Lack,
     seed: u64,
 ) -> Vec<ImageObservation> {
-    let mut noise = Noise::seeded(seed);
+    let mut noise = Random::new(seed);
     let mut images = Vec::new();
     for at in 0..n {
         let seconds = step_s * f64::from(at);

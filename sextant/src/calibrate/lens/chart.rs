@@ -1,7 +1,7 @@
 //! A chart of the picture in cells: title, what it shows in words, the cells in colours, a scale with its unit.
 
-use crate::drawing::{Canvas, Colour, FAINT, Font, GROUND, INK, wrapped};
 use sextant_calibrator::lens::{COLUMNS, LensMaps, MapCell, ROWS};
+use sextant_drawing::{Canvas, Colour, FAINT, Font, GROUND, INK, wrapped};
 
 /// Edge of a cell, pixels.
 const CELL: usize = 64;

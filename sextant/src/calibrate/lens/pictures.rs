@@ -1,10 +1,10 @@
 //! Residuals and uncertainty of a lens over its image, as pictures.
 
 use crate::calibrate::lens::chart::{CellContent, Chart};
-use crate::drawing::Canvas;
 use anyhow::Context;
 use sextant_calibrator::lens::LensMaps;
 use sextant_calibrator::procedure::LensReport;
+use sextant_drawing::Canvas;
 use sextant_recordings::write_colour_png;
 use sextant_site_files::write_atomically;
 use std::fs;

@@ -1,0 +1,317 @@
+//! Poses to compare with: another recording or pose file, ground truth as TUM text or EuRoC's CSV.
+
+use nalgebra::{Quaternion, Translation3};
+use serde::Deserialize;
+use sextant_geometry::{Pose, PoseParts, unit_quaternion};
+use sextant_recordings::RecordingError;
+use sextant_recordings::mcap::site_recording::SiteRecording;
+use sextant_site_model::ObjectId;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::File;
+use std::io::{self, BufRead, BufReader};
+use std::path::{Path, PathBuf};
+
+/// Poses further apart than this, ns, are not interpolated.
+const LONGEST_GAP_NS: u64 = 200_000_000;
+
+/// `world_from_object` by time in ns.
+#[derive(Debug, Default, Clone, PartialEq)]
+pub struct Trajectory(BTreeMap<u64, Pose>);
+
+/// Reference poses by object.
+pub type References = BTreeMap<ObjectId, Trajectory>;
+
+impl Trajectory {
+    /// The pose at a time: of exactly that time, or between its neighbours (linear, and along the shorter arc).
+    pub fn at(&self, t_ns: u64) -> Option<Pose> {
+        let (before_ns, before) = self.0.range(..=t_ns).next_back()?;
+        if *before_ns == t_ns {
+            return Some(*before);
+        }
+        let (after_ns, after) = self.0.range(t_ns..).next()?;
+        let gap_ns = after_ns - before_ns;
+        let share = (t_ns - before_ns) as f64 / gap_ns as f64;
+        let rotation = before.rotation.try_slerp(&after.rotation, share, 1e-9);
+        let shift = before
+            .translation
+            .vector
+            .lerp(&after.translation.vector, share);
+        let pose = Pose::from_parts(
+            Translation3::from(shift),
+            rotation.unwrap_or(before.rotation),
+        );
+        (gap_ns <= LONGEST_GAP_NS).then_some(pose)
+    }
+}
+
+/// Why a file is no reference.
+#[derive(Debug, thiserror::Error)]
+pub enum ReferenceError {
+    /// The extension is that of no format.
+    #[error(
+        "{}: the name says no format; let it end with .mcap, .jsonl, .tum, .txt or .csv",
+        .0.display()
+    )]
+    UnknownFormat(PathBuf),
+    /// A file of one trajectory is named after none of several objects.
+    #[error("{}: which of the {objects} objects is it of? Name the file after it", path.display())]
+    UnknownObject {
+        /// The file.
+        path: PathBuf,
+        /// Number of objects.
+        objects: usize,
+    },
+    /// A recording cannot be read.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+    /// A file cannot be opened.
+    #[error("{}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// A line is no pose.
+    #[error("{}:{line}: {cause}", path.display())]
+    Line {
+        /// The file.
+        path: PathBuf,
+        /// Number of the line, from 1.
+        line: usize,
+        /// What is wrong, and what to write.
+        cause: String,
+    },
+}
+
+/// Reads files for these objects. A file of one trajectory is that of the object whose id is its name, or of the only object.
+///
+/// # Errors
+/// See [`ReferenceError`].
+pub fn read(files: &[PathBuf], objects: &BTreeSet<ObjectId>) -> Result<References, ReferenceError> {
+    let mut references = References::new();
+    for file in files {
+        for (object, trajectory) in read_one(file, objects)? {
+            references.entry(object).or_default().0.extend(trajectory.0);
+        }
+    }
+    Ok(references)
+}
+
+fn read_one(file: &Path, objects: &BTreeSet<ObjectId>) -> Result<References, ReferenceError> {
+    match file.extension().and_then(|extension| extension.to_str()) {
+        Some("mcap") => of_recording(file),
+        Some("jsonl" | "json") => of_lines(file),
+        Some("tum" | "txt") => Ok([(owner(file, objects)?, of_table(file, tum_row)?)].into()),
+        Some("csv") => Ok([(owner(file, objects)?, of_table(file, euroc_row)?)].into()),
+        _ => Err(ReferenceError::UnknownFormat(file.to_owned())),
+    }
+}
+
+fn owner(file: &Path, objects: &BTreeSet<ObjectId>) -> Result<ObjectId, ReferenceError> {
+    let stem = file
+        .file_stem()
+        .and_then(|stem| stem.to_str())
+        .unwrap_or_default();
+    let named = objects.iter().find(|object| object.as_str() == stem);
+    let only = objects.first().filter(|_| objects.len() == 1);
+    let owner = named.or(only).cloned();
+    owner.ok_or_else(|| ReferenceError::UnknownObject {
+        path: file.to_owned(),
+        objects: objects.len(),
+    })
+}
+
+/// The truth of an object where it was simulated, else its poses.
+fn of_recording(file: &Path) -> Result<References, ReferenceError> {
+    let recording = SiteRecording::read(file)?;
+    let mut references = References::new();
+    for truth in &recording.truths {
+        let pose = pose_of(truth.position, truth.orientation);
+        let trajectory = references.entry(truth.object.clone()).or_default();
+        trajectory.0.insert(truth.capture_ns, pose);
+    }
+    let simulated: BTreeSet<ObjectId> = references.keys().cloned().collect();
+    for pose in recording
+        .poses
+        .iter()
+        .filter(|pose| !simulated.contains(&pose.object))
+    {
+        let trajectory = references.entry(pose.object.clone()).or_default();
+        trajectory
+            .0
+            .insert(pose.capture_ns, pose.world_from_object());
+    }
+    Ok(references)
+}
+
+#[derive(Deserialize)]
+struct PoseLine {
+    t_ns: u64,
+    object: ObjectId,
+    #[serde(flatten)]
+    pose: WrittenPose,
+}
+
+#[derive(Deserialize)]
+struct WrittenPose {
+    position: [f64; 3],
+    orientation: [f64; 4],
+}
+
+fn of_lines(file: &Path) -> Result<References, ReferenceError> {
+    const FORM: &str = "write {\"t_ns\",\"object\",\"position\":[3],\"orientation\":[x,y,z,w]}";
+    let mut references = References::new();
+    each_line(file, |line| {
+        let read: PoseLine =
+            serde_json::from_str(line).map_err(|cause| format!("{FORM}: {cause}"))?;
+        let pose = checked(read.pose.position, read.pose.orientation)?;
+        references
+            .entry(read.object)
+            .or_default()
+            .0
+            .insert(read.t_ns, pose);
+        Ok(())
+    })?;
+    Ok(references)
+}
+
+fn of_table(
+    file: &Path,
+    row: fn(&str) -> Result<(u64, Pose), String>,
+) -> Result<Trajectory, ReferenceError> {
+    let mut trajectory = Trajectory::default();
+    each_line(file, |line| {
+        let (t_ns, pose) = row(line)?;
+        trajectory.0.insert(t_ns, pose);
+        Ok(())
+    })?;
+    Ok(trajectory)
+}
+
+/// Each line that is neither empty nor a comment; errors name it.
+fn each_line(
+    file: &Path,
+    mut take: impl FnMut(&str) -> Result<(), String>,
+) -> Result<(), ReferenceError> {
+    let opened = File::open(file).map_err(|source| ReferenceError::Unreadable {
+        path: file.to_owned(),
+        source,
+    })?;
+    for (number, line) in (1..).zip(BufReader::new(opened).lines()) {
+        let taken = line
+            .map_err(|cause| cause.to_string())
+            .and_then(|line| match line.trim() {
+                line if line.is_empty() || line.starts_with('#') => Ok(()),
+                line => take(line),
+            });
+        taken.map_err(|cause| ReferenceError::Line {
+            path: file.to_owned(),
+            line: number,
+            cause,
+        })?;
+    }
+    Ok(())
+}
+
+fn tum_row(line: &str) -> Result<(u64, Pose), String> {
+    const FORM: &str = "write seconds x y z qx qy qz qw, as `evo` reads it";
+    let columns: Vec<&str> = line.split_whitespace().collect();
+    let [time, numbers @ ..] = &columns[..] else {
+        return Err("there is no time".to_owned());
+    };
+    let numbers = numbers_of(numbers).map_err(|cause| format!("{FORM}: {cause}"))?;
+    let [x, y, z, qx, qy, qz, qw] = numbers;
+    let time_ns = ns_of(time).ok_or_else(|| format!("\"{time}\" is no time in seconds"))?;
+    Ok((time_ns, checked([x, y, z], [qx, qy, qz, qw])?))
+}
+
+fn euroc_row(line: &str) -> Result<(u64, Pose), String> {
+    const FORM: &str = "write timestamp [ns], x, y, z, qw, qx, qy, qz";
+    let columns: Vec<&str> = line.split(',').map(str::trim).collect();
+    let [time, numbers @ ..] = &columns[..] else {
+        return Err(FORM.to_owned());
+    };
+    let time_ns = time
+        .parse()
+        .map_err(|cause: std::num::ParseIntError| format!("{FORM}: {cause}"))?;
+    let numbers = numbers_of(&numbers[..numbers.len().min(7)]);
+    let [x, y, z, qw, qx, qy, qz] = numbers.map_err(|cause| format!("{FORM}: {cause}"))?;
+    Ok((time_ns, checked([x, y, z], [qx, qy, qz, qw])?))
+}
+
+fn numbers_of(columns: &[&str]) -> Result<[f64; 7], String> {
+    let numbers = columns.iter().map(|column| column.parse::<f64>());
+    let numbers: Vec<f64> = numbers
+        .collect::<Result<_, _>>()
+        .map_err(|cause| format!("not a number: {cause}"))?;
+    let n_columns = numbers.len();
+    numbers
+        .try_into()
+        .map_err(|_| format!("{n_columns} numbers behind the time instead of 7"))
+}
+
+/// Seconds with up to nine digits behind the point, exactly.
+fn ns_of(seconds: &str) -> Option<u64> {
+    let (whole, fraction) = seconds.split_once('.').unwrap_or((seconds, ""));
+    if !fraction.bytes().all(|byte| byte.is_ascii_digit()) {
+        return None;
+    }
+    let nanoseconds = format!("{fraction:0<9}");
+    let ns: u64 = nanoseconds[..9].parse().ok()?;
+    let whole: u64 = whole.parse().ok()?;
+    whole.checked_mul(1_000_000_000)?.checked_add(ns)
+}
+
+fn checked(position: [f64; 3], orientation: [f64; 4]) -> Result<Pose, String> {
+    let parts = PoseParts {
+        position,
+        orientation,
+    };
+    parts.to_pose().map_err(|cause| cause.to_string())
+}
+
+fn pose_of(position: [f64; 3], [x, y, z, w]: [f64; 4]) -> Pose {
+    Pose::from_parts(
+        Translation3::from(position),
+        unit_quaternion(Quaternion::new(w, x, y, z)),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+
+    #[test]
+    fn a_pose_lies_between_its_neighbours_unless_they_are_far_apart() {
+        let poses = [(0, 0.0), (100, 1.0), (100 + 2 * LONGEST_GAP_NS, 2.0)];
+        let pose = |(t_ns, x)| (t_ns, Pose::translation(x, 0.0, 0.0));
+        let trajectory = Trajectory(poses.map(pose).into());
+        let x = |t_ns| trajectory.at(t_ns).map(|pose| pose.translation.x);
+        assert_eq!([x(0), x(25), x(100)], [Some(0.0), Some(0.25), Some(1.0)]);
+        assert_eq!(x(200), None);
+        assert_eq!(x(u64::MAX), None);
+    }
+
+    #[test]
+    fn rows_of_both_tables_are_read_to_the_nanosecond() {
+        let (t_ns, pose) = tum_row("1800000000.000000005 1 2 3 0 0 0 1").unwrap();
+        assert_eq!(t_ns, 1_800_000_000_000_000_005);
+        assert_eq!(pose.translation.vector, Vector3::new(1.0, 2.0, 3.0));
+        assert_eq!(tum_row("5.5 1 2 3 0 0 0 1").unwrap().0, 5_500_000_000);
+        let euroc = "1403636580838555648,4.6,-1.7,0.8,0.5,0.5,-0.5,-0.5,0,0,0,0,0,0,0,0,0";
+        let (t_ns, pose) = euroc_row(euroc).unwrap();
+        assert_eq!(t_ns, 1_403_636_580_838_555_648);
+        assert_eq!(pose.rotation.quaternion().w, 0.5);
+        for row in [
+            "",
+            "x 1 2 3 0 0 0 1",
+            "1 1 2 3 0 0 1",
+            "1 1 2 3 0 0 0 0",
+            "1.5e3 1 2 3 0 0 0 1",
+        ] {
+            assert!(tum_row(row).is_err(), "{row}");
+        }
+    }
+}

@@ -1,0 +1,179 @@
+//! A running site for Foxglove and Lichtblick, over a WebSocket. What becomes which message is
+//! [`sextant_recordings::foxglove`]'s, as in recordings.
+
+mod hub;
+mod server;
+
+pub use hub::HubCounts;
+
+use crate::report::Reporter;
+use crate::site::{RouterWatch, SiteSession, is_request};
+use hub::{Hub, Lifetime};
+use sextant_process::now_ns;
+use sextant_process::shutdown::SHUTDOWN_POLL;
+use sextant_proto::{AnyMessage, Keys, SiteId, limits};
+use sextant_site_mirror::{Rejection, SiteMirror};
+use sextant_zenoh_bus::{BusError, CallbackSubscription, Item};
+use std::io;
+use std::net::TcpListener;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+use tokio::runtime::Runtime;
+
+/// Where viewers look for a server.
+pub const PORT: u16 = 8765;
+/// Previews are subscribed to for so long after the last client has left.
+const PREVIEWS_KEPT: Duration = Duration::from_secs(5);
+
+/// A WebSocket server for viewers.
+#[derive(Debug)]
+pub struct FoxgloveServer {
+    hub: Arc<Hub>,
+    runtime: Runtime,
+    reporter: Reporter,
+}
+
+impl FoxgloveServer {
+    /// Serves at a listener that does not block; `site` names the server.
+    ///
+    /// # Errors
+    /// The system refuses threads or the listener.
+    pub fn start(listener: TcpListener, site: &SiteId, reporter: Reporter) -> io::Result<Self> {
+        let hub = Arc::new(Hub::new(site));
+        let runtime = server::start(listener, Arc::clone(&hub), reporter.clone())?;
+        Ok(Self {
+            hub,
+            runtime,
+            reporter,
+        })
+    }
+
+    /// Serves what the site publishes until a request to stop; returns what happened. Closes the session.
+    ///
+    /// # Errors
+    /// A failed subscription or query.
+    pub fn run(self, site: SiteSession) -> Result<HubCounts, BusError> {
+        let intake = Intake {
+            keys: site.keys.clone(),
+            hub: Arc::clone(&self.hub),
+            mirror: Mutex::default(),
+        };
+        let relayed =
+            Relay::start(&site, Arc::new(intake)).and_then(|relay| relay.run(&self.reporter));
+        self.runtime.shutdown_background();
+        site.bus.close();
+        relayed.map(|()| self.hub.counts())
+    }
+}
+
+/// Messages of the site into the hub, on the network's threads.
+struct Relay<'a> {
+    site: &'a SiteSession,
+    intake: Arc<Intake>,
+    _streams: Vec<CallbackSubscription>,
+    /// Pictures take most of the bandwidth; they are fetched while a client is connected.
+    previews: Option<CallbackSubscription>,
+    watched_at: Instant,
+}
+
+impl<'a> Relay<'a> {
+    fn start(site: &'a SiteSession, intake: Arc<Intake>) -> Result<Self, BusError> {
+        let keys = &site.keys;
+        let streams = [
+            keys.all_config(),
+            keys.all_poses(),
+            keys.all_links(),
+            keys.all_observations(),
+            keys.all_camera_statuses(),
+            keys.all_fusion_statuses(),
+        ];
+        let streams = streams.iter().map(|key| subscribe(site, &intake, key));
+        Ok(Self {
+            site,
+            _streams: streams.collect::<Result<_, _>>()?,
+            intake,
+            previews: None,
+            watched_at: Instant::now(),
+        })
+    }
+
+    /// Until a signal.
+    fn run(mut self, reporter: &Reporter) -> Result<(), BusError> {
+        let (mut router, mut was_connected) = (RouterWatch::default(), false);
+        while !self.site.shutdown.wait(SHUTDOWN_POLL) {
+            let is_connected = self.site.bus.is_connected();
+            if is_connected && !was_connected {
+                let items = self.site.configuration()?;
+                items.iter().for_each(|item| self.intake.take(item));
+            }
+            was_connected = is_connected;
+            self.fetch_previews()?;
+            if let Some(notice) = router.notice(&self.site.bus) {
+                reporter.report(&notice);
+            }
+        }
+        Ok(())
+    }
+
+    fn fetch_previews(&mut self) -> Result<(), BusError> {
+        if self.intake.hub.is_watched() {
+            self.watched_at = Instant::now();
+            if self.previews.is_none() {
+                let key = self.site.keys.all_previews();
+                self.previews = Some(subscribe(self.site, &self.intake, &key)?);
+            }
+        } else if self.watched_at.elapsed() > PREVIEWS_KEPT {
+            self.previews = None;
+        }
+        Ok(())
+    }
+}
+
+fn subscribe(
+    site: &SiteSession,
+    intake: &Arc<Intake>,
+    key: &str,
+) -> Result<CallbackSubscription, BusError> {
+    let intake = Arc::clone(intake);
+    let take = move |item: Item| {
+        if !is_request(&intake.keys, &item) {
+            intake.take(&item);
+        }
+    };
+    site.bus
+        .subscribe_with(key, limits::MAX_PAYLOAD_BYTES, take)
+}
+
+/// What is done with each message of the site, in any thread.
+struct Intake {
+    keys: Keys,
+    hub: Arc<Hub>,
+    mirror: Mutex<SiteMirror>,
+}
+
+impl Intake {
+    fn take(&self, item: &Item) {
+        let Some(key) = self.keys.parse(&item.key) else {
+            return self.hub.count_invalid();
+        };
+        let (now, sender) = (now_ns(), item.sender.as_deref());
+        let mut mirror = self.mirror.lock().unwrap_or_else(PoisonError::into_inner);
+        let update = mirror.handle(now, &key, sender, item.try_bytes());
+        drop(mirror);
+        let message = match update {
+            Ok(update) => update.message,
+            // Of a fusion node that another has taken over from.
+            Err(Rejection::Superseded) => return,
+            Err(_) => return self.hub.count_invalid(),
+        };
+        let lifetime = match message {
+            AnyMessage::RigConfig(_) | AnyMessage::ObjectConfig(_) => Lifetime::UntilReplaced,
+            _ => Lifetime::Passing,
+        };
+        if lifetime == Lifetime::UntilReplaced || self.hub.is_watched() {
+            for shown in sextant_recordings::foxglove::messages(&message, now) {
+                self.hub.publish(&shown, now, lifetime);
+            }
+        }
+    }
+}

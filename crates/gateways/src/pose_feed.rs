@@ -1,0 +1,176 @@
+//! The poses of a running site, one after the other, to a receiver: shared by the gateways that pass on poses only.
+
+use crate::report::{Notice, Reporter};
+use crate::site::{RouterWatch, SiteSession, take};
+use serde::Serialize;
+use sextant_process::now_ns;
+use sextant_process::shutdown::SHUTDOWN_POLL;
+use sextant_proto::{AnyMessage, ObjectPose, limits};
+use sextant_site_mirror::SiteMirror;
+use sextant_site_mirror::limits::SILENCE_NS;
+use sextant_site_model::ObjectId;
+use sextant_zenoh_bus::{BusError, DropRule};
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+/// Poses that wait while the receiver is slow; the oldest give way.
+const QUEUE: usize = 1024;
+
+/// Where poses go.
+pub trait PoseReceiver {
+    /// What ends the feed.
+    type Error: From<BusError>;
+
+    /// Takes a pose.
+    ///
+    /// # Errors
+    /// What ends the feed.
+    fn take(&mut self, pose: &ObjectPose) -> Result<Next, Self::Error>;
+
+    /// Called several times a second, also without poses.
+    fn tick(&mut self) {}
+}
+
+/// Whether a receiver takes more poses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Next {
+    /// It does.
+    More,
+    /// It has all that it wants.
+    Done,
+}
+
+/// What came.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct FeedCounts {
+    /// Poses of the wanted objects.
+    pub poses: u64,
+    /// Payloads that are no pose of their key's object.
+    pub refused: u64,
+    /// Poses of a fusion node that another one has replaced.
+    pub superseded: u64,
+    /// Poses that gave way because the receiver was too slow, and those of more objects than are kept.
+    pub dropped: u64,
+}
+
+/// Hands the poses of these objects to `receiver`, those of all objects when none is named, until `end`, a request to stop, or the receiver
+/// is done. Closes the session unless it fails.
+///
+/// # Errors
+/// A failed subscription, or an error of the receiver.
+pub fn run<R: PoseReceiver>(
+    site: SiteSession,
+    objects: &[ObjectId],
+    end: Option<Instant>,
+    receiver: &mut R,
+    reporter: &Reporter,
+) -> Result<FeedCounts, R::Error> {
+    let expression = match objects {
+        [one] => site.keys.pose(one),
+        _ => site.keys.all_poses(),
+    };
+    let messages = site.bus.subscribe(
+        &expression,
+        QUEUE,
+        DropRule::Oldest,
+        limits::MAX_PAYLOAD_BYTES,
+    )?;
+    let is_over = || end.is_some_and(|end| Instant::now() >= end);
+    let (mut counts, mut mirror) = (FeedCounts::default(), SiteMirror::default());
+    let mut router = RouterWatch::default();
+    let mut hint_due = Some(Instant::now() + Duration::from_nanos(SILENCE_NS));
+    let mut next = Next::More;
+    while next == Next::More && !site.shutdown.is_requested() && !is_over() {
+        if let Some(item) = messages.recv_timeout(SHUTDOWN_POLL) {
+            let update = take(&site.keys, &mut mirror, &item, now_ns());
+            if let Some(AnyMessage::ObjectPose(pose)) = update.map(|update| update.message)
+                && (objects.is_empty() || objects.contains(&pose.object))
+            {
+                counts.poses += 1;
+                hint_due = None;
+                next = receiver.take(&pose)?;
+            }
+        }
+        receiver.tick();
+        if let Some(notice) = router.notice(&site.bus) {
+            reporter.report(&notice);
+        }
+        if hint_due.is_some_and(|due| Instant::now() >= due) && site.bus.is_connected() {
+            reporter.report(&Notice::NoPose {
+                key: expression.clone(),
+                objects: site.objects(),
+            });
+            hint_due = None;
+        }
+    }
+    let rejections = mirror.rejections();
+    counts.refused = rejections.invalid();
+    counts.superseded = rejections.superseded();
+    counts.dropped = messages.counts().dropped + rejections.too_many();
+    site.bus.close();
+    Ok(counts)
+}
+
+/// Lets an object's poses through at most so often, evenly.
+#[derive(Debug)]
+pub struct RateLimit {
+    period: Duration,
+    due: BTreeMap<ObjectId, Instant>,
+    /// Poses held back.
+    pub skipped: u64,
+}
+
+impl RateLimit {
+    /// At most `rate_hz` poses a second of each object; above 0.
+    pub fn new(rate_hz: f64) -> Self {
+        Self {
+            period: Duration::from_secs_f64(1.0 / rate_hz),
+            due: BTreeMap::new(),
+            skipped: 0,
+        }
+    }
+
+    /// Whether a pose that arrives `now` goes through. There are no more objects than a fusion node may have.
+    pub fn admits(&mut self, object: &ObjectId, now: Instant) -> bool {
+        let due = self.due.get(object).copied();
+        let is_known = due.is_some() || self.due.len() < limits::MAX_OBJECTS;
+        if !is_known || due.is_some_and(|due| now < due) {
+            self.skipped += 1;
+            return false;
+        }
+        // An early next pose after a late one, so that the rate is reached; at most by half a period.
+        let start = due.unwrap_or(now).max(now - self.period / 2);
+        self.due.insert(object.clone(), start + self.period);
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_limit_reaches_its_rate_and_does_not_exceed_it() {
+        for arrivals_hz in [20, 40, 100, 119] {
+            let mut limit = RateLimit::new(30.0);
+            let (cube, start) = (ObjectId::new("cube").unwrap(), Instant::now());
+            let period = Duration::from_secs(1) / arrivals_hz;
+            let passed = (0..10 * arrivals_hz).filter(|n| limit.admits(&cube, start + period * *n));
+            let passed = passed.count();
+            let wanted = 10 * arrivals_hz.min(30) as usize;
+            assert!(passed <= wanted + 1 && passed + 10 >= wanted, "{passed}");
+            assert_eq!(limit.skipped as usize + passed, 10 * arrivals_hz as usize);
+        }
+    }
+
+    #[test]
+    fn a_flood_of_objects_ends_at_the_bound() {
+        let (mut limit, now) = (RateLimit::new(1.0), Instant::now());
+        let ids = (0..4 * limits::MAX_OBJECTS).map(|n| ObjectId::new(&format!("o{n}")).unwrap());
+        assert_eq!(
+            ids.filter(|id| limit.admits(id, now)).count(),
+            limits::MAX_OBJECTS
+        );
+        assert_eq!(limit.due.len(), limits::MAX_OBJECTS);
+    }
+}
