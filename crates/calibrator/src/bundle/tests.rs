@@ -230,7 +230,7 @@ fn an_error_of_a_stamp_acts_as_an_instant_of_another_time() {
     for (at, image) in bundle.images.iter_mut().enumerate() {
         image.seconds_after_instant += late[at % 4];
     }
-    displaced(&mut bundle, &mut Noise::seeded(4));
+    displaced(&mut bundle, &mut Random::new(4));
     let solution = solve(bundle, &BundleOptions::default()).unwrap();
     assert!(solution.converged, "{}", solution.iterations);
     let right = truth(Some(WALK));

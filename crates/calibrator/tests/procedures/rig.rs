@@ -208,7 +208,7 @@ fn cameras_that_run_free_with_clocks_that_are_off_are_found() {
 #[test]
 fn stamps_that_jitter_invent_no_clock_offsets() {
     let truth = rig();
-    let mut noise = Noise::seeded(8);
+    let mut noise = Random::new(8);
     let mut images = Vec::new();
     for at in 0..200 {
         for (index, camera) in truth.cameras().iter().enumerate() {
