@@ -98,6 +98,18 @@ pub enum RigError {
         /// What to do.
         hint: String,
     },
+    /// Cameras whose tags are not arranged as on the object.
+    #[error(
+        "{cameras} did not see {object}: the tags there are arranged otherwise; show it the object's face, not its back through the paper, and take away what has the same tags"
+    )]
+    Stranger {
+        /// Who.
+        apart: Vec<CameraId>,
+        /// The same, in words.
+        cameras: String,
+        /// The object's name.
+        object: ObjectId,
+    },
     /// The object's tags could not be placed.
     #[error("the object's tags are not known and cannot be learned from these images: {0}")]
     Object(#[from] crate::learn::LearnError),

@@ -34,7 +34,8 @@ impl RigSession {
             Err(refused) => refused,
             calibrated => return calibrated,
         };
-        let RigError::NotConnected { apart, .. } = &refused else {
+        let (RigError::NotConnected { apart, .. } | RigError::Stranger { apart, .. }) = &refused
+        else {
             return Err(refused);
         };
         let Some(fewer) = self.without(apart) else {
@@ -134,6 +135,7 @@ impl RigSession {
     /// The start of the adjustment, and whether shutters are synchronised.
     pub(super) fn first(&self) -> Result<(Sightings, Adjustment, bool), RigError> {
         let sightings = self.sightings()?;
+        self.check_arrangement(&sightings)?;
         let trajectories = self.trajectories(&sightings);
         let together =
             is_synchronised(&trajectories).then(|| self.joined(&trajectories, Moments::Exact));
@@ -144,6 +146,22 @@ impl RigSession {
         };
         let first = self.adjustment(&sightings, &start);
         Ok((sightings, first, synchronised))
+    }
+
+    /// Refuses cameras that show something else than the object.
+    fn check_arrangement(&self, sightings: &Sightings) -> Result<(), RigError> {
+        let strangers = sightings.strangers(self.rig.cameras().len());
+        if strangers.is_empty() {
+            return Ok(());
+        }
+        let id = |at: &usize| self.rig.cameras()[*at].id.clone();
+        let apart: Vec<CameraId> = strangers.iter().map(id).collect();
+        let word = if apart.len() > 1 { "cameras" } else { "camera" };
+        Err(RigError::Stranger {
+            cameras: format!("{word} {}", listed(&apart)),
+            apart,
+            object: self.plan.object.id().clone(),
+        })
     }
 
     fn sightings(&self) -> Result<Sightings, RigError> {

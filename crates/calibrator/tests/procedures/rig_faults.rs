@@ -250,3 +250,26 @@ fn an_unknown_object_is_to_be_turned_until_every_tag_was_shown() {
     let hint = format!("Turn the object: hardly an image shows its tag {mute}");
     assert_eq!(progress.hint, hint);
 }
+
+#[test]
+fn a_camera_that_sees_tags_in_another_arrangement_places_nothing() {
+    let truth = rig();
+    let mut images = walk(&truth, &board(), (60, 0.12), SHARP, 33);
+    for image in images.iter_mut().filter(|i| i.camera == camera_id(2)) {
+        for seen in &mut image.tags {
+            // As read from the back: columns in the other order.
+            seen.tag.id ^= 3;
+        }
+    }
+    let found = plainly(&truth, &images).unwrap();
+    let [named] = &found.report.unsolved[..] else {
+        panic!("{:?}", found.report.unsolved)
+    };
+    assert!(named.contains("camera c did not see board"), "{named}");
+    assert_eq!(found.report.cameras.len(), 3);
+    let placed = found.rig.cameras().iter();
+    assert_eq!(
+        placed.filter(|one| one.world_from_camera.is_some()).count(),
+        3
+    );
+}
