@@ -335,7 +335,8 @@ impl Fusion {
             .count();
         self.intake
             .count_views(&image.camera, seen.views.len(), refused);
-        self.emit(object, image.capture_ns);
+        let ahead_s = self.ahead_s(object, seen.camera_index);
+        self.emit(object, image.capture_ns, ahead_s);
         Arrival::Yes
     }
 
@@ -367,12 +368,14 @@ impl Fusion {
         let seen_ns = self.timelines[object].at(capture_ns).seen_ns;
         if capture_ns > seen_ns && !is_recent(seen_ns) {
             self.emitted[object].prediction_ns = capture_ns;
-            self.emit(object, capture_ns);
+            self.emit(object, capture_ns, 0.0);
         }
     }
 
-    fn emit(&mut self, object: usize, capture_ns: u64) {
-        let estimate = self.timelines[object].estimate(capture_ns, &self.site, &self.options);
+    /// Publishes the pose after an image whose timestamp is ahead of the reference clock by `ahead_s` seconds, at the time of its capture.
+    fn emit(&mut self, object: usize, stamp_ns: u64, ahead_s: f64) {
+        let timeline = &self.timelines[object];
+        let estimate = timeline.estimate_ahead(stamp_ns, ahead_s, &self.site, &self.options);
         let estimate = estimate.map(|estimate| self.with_frame(object, estimate));
         self.outputs
             .extend(estimate.filter(ObjectEstimate::is_finite).map(Output::Pose));

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::clocks::offset_search::Arrival;
 use crate::diagnosis::Action;
-use crate::fusion::{Fusion, faults};
+use crate::fusion::Fusion;
 use crate::site::AssociatedImage;
 use crate::tracker::timeline::Timeline;
 use sextant_site_model::{CameraId, ImageObservation};
@@ -22,7 +22,22 @@ const MOST_HOST_CHANGE_NS: u64 = 500_000_000;
 /// Time between two evaluations of the estimated offsets, ns.
 const PERIOD_NS: u64 = 100_000_000;
 
+/// Whether an offset is known to be so large that it belongs to the timestamps.
+fn is_far(offset: &ClockOffset) -> bool {
+    let off_s = offset.offset_s.abs();
+    off_s > FAR_S && offset.sigma_s < KNOWN_S.min(off_s / SIGNIFICANT)
+}
+
 impl Fusion {
+    /// How far the timestamps of a camera are ahead by the filter of an object, s, as far as it matters: until it is subtracted from them
+    /// poses are published at the times that it gives.
+    pub(crate) fn ahead_s(&self, object: usize, camera_index: usize) -> f64 {
+        let mut offsets = self.timelines[object].clock_offsets();
+        let own = offsets.find(|(camera, _)| *camera == camera_index);
+        let far = own.filter(|(_, offset)| is_far(offset));
+        far.map_or(0.0, |(_, offset)| offset.offset_s)
+    }
+
     /// The image with its timestamp corrected; `None` if it is kept from the tracks.
     pub(crate) fn correct_timestamp(
         &mut self,
@@ -124,7 +139,8 @@ impl Fusion {
         }
         self.next_offsets_ns = now_ns.saturating_add(PERIOD_NS);
         let estimated = self.estimated_offsets();
-        let off = estimated.iter().filter(|(_, clock)| faults::is_off(clock));
+        let is_off = |clock: &ClockOffset| clock.offset_s.abs() > SIGNIFICANT * clock.sigma_s;
+        let off = estimated.iter().filter(|(_, clock)| is_off(clock));
         let off: BTreeSet<usize> = off.map(|(index, _)| *index).collect();
         self.offset_search.note_off(now_ns, &off);
         let contradicted: Vec<usize> = self.diagnosis.contradicting_cameras().collect();
@@ -136,11 +152,7 @@ impl Fusion {
             let off_s = found.offset_s.abs();
             if off_s > ASTRAY_S {
                 self.offset_search.search(now_ns, [index].into_iter());
-            } else if off_s > FAR_S
-                && found.sigma_s < KNOWN_S.min(off_s / SIGNIFICANT)
-                && steady.contains(&index)
-                && !is_spoilt
-            {
+            } else if is_far(&found) && steady.contains(&index) && !is_spoilt {
                 self.offset_search.add(index, found);
                 self.diagnosis.forget_images();
                 self.self_calibration.discard_quarantine();

@@ -15,14 +15,23 @@ use sextant_site_model::ObjectId;
 use sextant_site_report::{ClockOffset, ObjectEstimate, State};
 
 impl Track {
-    /// The estimate for `time_ns`, at or after this track's instant; `None` where nothing worth publishing is known.
+    /// The estimate for the time of a stamp, at or after this track's instant, less the seconds by which the clock is ahead; `None` where
+    /// nothing worth publishing is known.
     pub fn estimate(
         &self,
         object: &ObjectId,
-        time_ns: u64,
+        (stamp_ns, ahead_s): (u64, f64),
         options: &FusionOptions,
     ) -> Option<ObjectEstimate> {
-        let then = self.predicted(time_ns);
+        let mut then = self.predicted(stamp_ns);
+        if ahead_s != 0.0 {
+            let summary = then.summary.clone();
+            let ahead_ns = (ahead_s * 1e9).round() as i64;
+            let capture_ns = stamp_ns.saturating_add_signed(ahead_ns.saturating_neg());
+            let mut captured = then.predicted(capture_ns).into_owned();
+            captured.summary = summary;
+            then = Cow::Owned(captured);
+        }
         let estimate = then.estimate_now(object, options)?;
         then.is_publishable(&estimate, options).then_some(estimate)
     }

@@ -189,11 +189,22 @@ impl Timeline {
         site: &Site,
         options: &FusionOptions,
     ) -> Option<ObjectEstimate> {
-        let track = self.processed_at(time_ns, site, options);
-        if !track.is_known_at(time_ns, options) {
+        self.estimate_ahead(time_ns, 0.0, site, options)
+    }
+
+    /// The same after an image of a clock that is ahead by `ahead_s` seconds: at the time of its capture.
+    pub fn estimate_ahead(
+        &self,
+        stamp_ns: u64,
+        ahead_s: f64,
+        site: &Site,
+        options: &FusionOptions,
+    ) -> Option<ObjectEstimate> {
+        let track = self.processed_at(stamp_ns, site, options);
+        if !track.is_known_at(stamp_ns, options) {
             return None;
         }
-        track.estimate(&self.object, time_ns, options)
+        track.estimate(&self.object, (stamp_ns, ahead_s), options)
     }
 
     /// The last that is known of an object that was last seen before `time_ns`.

@@ -155,3 +155,30 @@ fn a_camera_alone_with_an_object_tells_nothing_of_its_own_clock() {
         assert!(found.offset_s.abs() < 0.001, "seed {seed}: {found:?}");
     }
 }
+
+#[test]
+fn poses_have_the_time_at_which_their_images_were_taken() {
+    let (rig, object, ahead_ns) = (rig(3), cube(), 12_000_000);
+    let eye = Eye {
+        rig: &rig,
+        object: &object,
+        sigma_px: 0.05,
+    };
+    let (mut fusion, mut random) = (fusion(&rig, &object, FusionOptions::default()), Random(3));
+    for number in 0..180 {
+        let (camera, true_ns) = (number % 3, START_NS + number as u64 * PERIOD_NS / 3);
+        let stamp_ns = true_ns + if camera == 1 { ahead_ns } else { 0 };
+        let mut image = eye.image(camera, stamp_ns, &path_at(true_ns), &mut random);
+        image.clock_error_ns = ImageObservation::CLOCK_ERROR_UNKNOWN;
+        let seconds = (true_ns - START_NS) as f64 * 1e-9;
+        for estimate in feed(&mut fusion, image) {
+            let off_ns = estimate.capture_ns.abs_diff(true_ns);
+            assert!(
+                seconds < 0.4 || off_ns < 1_000_000,
+                "{seconds} s: {off_ns} ns"
+            );
+            let error = position_error(&estimate, &path_at(estimate.capture_ns));
+            assert!(seconds < 0.4 || error < 0.001, "{seconds} s: {error} m");
+        }
+    }
+}
