@@ -43,6 +43,15 @@ const GROWTH: f64 = 0.2;
 /// Keyframes with which the site's imperfections are known but for details.
 const YOUNG: usize = 10;
 
+/// Up to when what an object shows has been offered to self-calibration.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Offered {
+    /// Capture time of the last instant, ns.
+    pub instant_ns: Option<u64>,
+    /// End of the last stretch of time, ns; 0 before the first.
+    pub stretch_ns: u64,
+}
+
 /// Keyframes and what they say about the site.
 #[derive(Debug, Default)]
 pub(crate) struct SelfCalibration {

@@ -3,22 +3,13 @@
 use std::collections::BTreeMap;
 
 use crate::fusion::Fusion;
-use crate::self_calibration::Keyframe;
 use crate::self_calibration::keyframe_builder::{KeyframeBuilder, TOGETHER_NS};
+use crate::self_calibration::{Keyframe, Offered};
 use crate::site::ObjectImage;
 use crate::time::nanoseconds;
 use crate::tracker::timeline::Timeline;
 use crate::tracker::track::Track;
 use sextant_site_report::ObjectEstimate;
-
-/// Up to when what an object shows has been offered to self-calibration.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Offered {
-    /// Capture time of the last instant, ns.
-    instant_ns: Option<u64>,
-    /// End of the last stretch of time, ns; 0 before the first.
-    stretch_ns: u64,
-}
 
 impl Fusion {
     /// Offers the newest instant of an object that has only just appeared, so that even its first poses are corrected.
