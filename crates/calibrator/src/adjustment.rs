@@ -134,7 +134,7 @@ impl Instant {
 
 /// Instants before this are of what does not move, s.
 const FLOOR_SECONDS: f64 = -1e5;
-/// Least time between two instants, s: what is nearer is hardly moved meanwhile.
+/// Least time between two instants, s; images closer together share one.
 const LEAST_APART_S: f64 = 1e-3;
 
 impl Adjustment {

@@ -112,6 +112,15 @@ impl SelfCalibration {
         }
     }
 
+    /// Timestamps before and after mean something else: instants of moving objects whose cameras' clocks are estimated can't be compared
+    /// with later ones, nor are the offsets those of before.
+    pub fn forget_clocks(&mut self) {
+        self.keyframes.retain(|keyframe| keyframe.path.is_none());
+        self.held_back.retain(|keyframe| keyframe.path.is_none());
+        self.discard_quarantine();
+        self.adjustment.forget_clocks();
+    }
+
     /// The clock was set: what was learned stays, and objects that are known are not new again.
     pub fn forget_times(&mut self) {
         self.first_ns

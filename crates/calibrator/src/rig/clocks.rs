@@ -67,7 +67,7 @@ pub(super) fn of_synchronised(
 const OFFSET_SIGMA_S: f64 = 0.03;
 /// Standard deviations of the errors of single stamps that are tried: of arrival over a radio, in a program, in a driver, of a trigger.
 const STAMP_SIGMAS_S: [f64; 5] = [0.03, 0.01, 0.003, 0.001, 0.0];
-/// Most cameras whose stamps are told apart.
+/// Largest number of cameras for which the jitter is chosen camera by camera.
 const MOST_TOLD_APART: usize = 12;
 /// Difference of logarithms of evidence that speaks very strongly for a model (R. Kass and A. Raftery, Bayes factors, 1995).
 const VERY_STRONG: f64 = 5.0;
@@ -96,14 +96,13 @@ pub(super) fn of_free_running(
     }
     let mut loosely = weighed(held, views)?.1;
     loosely.motion = Some(CARRIED);
-    let mut best: Option<(f64, Adjustment)> = None;
-    for start in [strictly, loosely] {
-        let start = weighed(start, views)?;
-        if best.as_ref().is_none_or(|(most, _)| start.0 > *most) {
-            best = Some(start);
-        }
-    }
-    let held = best.map_or_else(|| whole.clone(), |(_, held)| held);
+    let (strictly, loosely) = (weighed(strictly, views)?, weighed(loosely, views)?);
+    // Either alone ends in a local minimum now and then.
+    let (_, held) = if strictly.0 > loosely.0 {
+        strictly
+    } else {
+        loosely
+    };
     let found = likeliest_clocks(&held.beginning(MOST_INSTANTS), views)?;
     (whole.motion, whole.instants, whole.images) = (held.motion, held.instants, held.images);
     if has_offsets(&found) {
@@ -123,9 +122,9 @@ fn has_offsets(model: &Adjustment) -> bool {
     cameras.any(|camera| camera.clock == Freedom::Free)
 }
 
-/// A model solved, and the logarithm of the evidence for it. The kernel is so wide that hardly any image is an outlier: outliers free
-/// what they would determine, which counts as evidence. Instants are put to the times of their images by the clocks that are found,
-/// since beyond them the motion is taken to be uniform.
+/// Solves a model and returns the logarithm of its evidence with it. The kernel is wide, because an outlier no longer constrains its instant,
+/// which the evidence would reward. Instants are moved to the capture times of their images by the estimated clocks, because the motion
+/// between an instant and its image is assumed to be uniform.
 fn weighed(mut model: Adjustment, views: &[ImageView]) -> Result<(f64, Adjustment), RigError> {
     let widely = BundleOptions {
         kernel: Kernel::Cauchy { width: 50.0 },
@@ -141,7 +140,7 @@ fn weighed(mut model: Adjustment, views: &[ImageView]) -> Result<(f64, Adjustmen
     Ok((evidence, model))
 }
 
-/// The model of the clocks for which there is most evidence, of a start with offsets.
+/// The clock model with the most evidence, starting from a solution with free offsets.
 fn likeliest_clocks(start: &Adjustment, views: &[ImageView]) -> Result<Adjustment, RigError> {
     let mut agreeing = start.clone();
     for camera in &mut agreeing.cameras {
@@ -191,7 +190,7 @@ fn likeliest_clocks(start: &Adjustment, views: &[ImageView]) -> Result<Adjustmen
     Ok(model)
 }
 
-/// The same with lenses and tags as they are.
+/// The adjustment with lenses and tags fixed.
 fn held(mut whole: Adjustment) -> Adjustment {
     for camera in &mut whole.cameras {
         camera.free_lens = FreeLens::FIXED;

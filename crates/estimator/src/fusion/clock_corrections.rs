@@ -22,15 +22,15 @@ const MOST_HOST_CHANGE_NS: u64 = 500_000_000;
 /// Time between two evaluations of the estimated offsets, ns.
 const PERIOD_NS: u64 = 100_000_000;
 
-/// Whether an offset is known to be so large that it belongs to the timestamps.
+/// Whether an offset is large and certain enough to be subtracted from the timestamps.
 fn is_far(offset: &ClockOffset) -> bool {
     let off_s = offset.offset_s.abs();
     off_s > FAR_S && offset.sigma_s < KNOWN_S.min(off_s / SIGNIFICANT)
 }
 
 impl Fusion {
-    /// How far the timestamps of a camera are ahead by the filter of an object, s, as far as it matters: until it is subtracted from them
-    /// poses are published at the times that it gives.
+    /// Offset of a camera's clock as the filter of an object estimates it, s; zero unless [`is_far`]. Until it is subtracted from the
+    /// timestamps, it is subtracted from the times of published poses.
     pub(crate) fn ahead_s(&self, object: usize, camera_index: usize) -> f64 {
         let mut offsets = self.timelines[object].clock_offsets();
         let own = offsets.find(|(camera, _)| *camera == camera_index);
@@ -124,7 +124,7 @@ impl Fusion {
     /// Discards what was estimated with wrong timestamps.
     pub(crate) fn begin_anew(&mut self) {
         self.diagnosis.reset();
-        self.self_calibration.discard_quarantine();
+        self.self_calibration.forget_clocks();
         for timeline in &mut self.timelines {
             *timeline = Timeline::new(timeline.object().clone());
         }

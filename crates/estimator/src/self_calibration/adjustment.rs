@@ -303,6 +303,15 @@ impl Adjustment {
         }
     }
 
+    /// The offsets of the clocks are not those of before.
+    pub fn forget_clocks(&mut self) {
+        for (source, errors) in &mut self.errors {
+            if matches!(source, Source::Camera(_)) {
+                errors[CLOCK] = 0.0;
+            }
+        }
+    }
+
     /// From now on `by_s` seconds more are subtracted from the timestamps of a camera.
     pub fn shift_clock(&mut self, camera_index: usize, by_s: f64) {
         if let Some(errors) = self.errors.get_mut(&Source::Camera(camera_index)) {

@@ -86,6 +86,11 @@ impl HeldBackKeyframes {
         self.keyframes.iter_mut()
     }
 
+    /// Keeps those that a condition holds for.
+    pub fn retain(&mut self, is_kept: impl FnMut(&Keyframe) -> bool) {
+        self.keyframes.retain(is_kept);
+    }
+
     /// What the keyframes say of corrections; `None` unless they are explained clearly better.
     pub fn judge(
         &self,

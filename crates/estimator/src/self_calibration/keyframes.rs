@@ -208,6 +208,11 @@ impl Keyframes {
         self.0.iter_mut()
     }
 
+    /// Keeps those that a condition holds for.
+    pub fn retain(&mut self, is_kept: impl FnMut(&Keyframe) -> bool) {
+        self.0.retain(is_kept);
+    }
+
     /// How many there are of an object.
     pub fn count(&self, object: usize) -> usize {
         self.0.iter().filter(|one| one.object == object).count()
