@@ -4,6 +4,7 @@
 //! models for late joiners, a status a second. Rig and objects may be changed over the network while it works; a refined calibration
 //! is proposed from ordinary use. Of several fusion nodes of a site one publishes poses, and the others stand by. The estimating itself is `sextant_estimator`'s; this is arguments, loop, adapters.
 
+mod adjuster;
 mod ages;
 mod camera_settings;
 mod change_handler;

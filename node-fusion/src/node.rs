@@ -1,5 +1,6 @@
 //! The loop: messages in, poses and statuses out, until asked to stop.
 
+use crate::adjuster::Adjuster;
 use crate::change_handler::{ChangeHandler, Decision, Verdict};
 use crate::clocks::DriftEstimator;
 use crate::config::{FusionConfig, Refinement};
@@ -114,6 +115,7 @@ struct FusionNode<'a> {
     observations: Subscription,
     changes: Subscription,
     machine: Fusion,
+    adjuster: Adjuster,
     input_log: InputLog,
     handler: ChangeHandler,
     intake: Intake,
@@ -143,10 +145,11 @@ impl<'a> FusionNode<'a> {
     fn open(
         bus: &'a Bus,
         config: &FusionConfig,
-        machine: Fusion,
+        mut machine: Fusion,
         handler: ChangeHandler,
         clock: SteadyClock,
     ) -> anyhow::Result<Self> {
+        machine.adjust_apart();
         let (keys, node) = (Keys::of(config.site.clone()), &config.node);
         let bounds = StreamBounds {
             items: QUEUE,
@@ -180,6 +183,7 @@ impl<'a> FusionNode<'a> {
             node: node.clone(),
             keys,
             machine,
+            adjuster: Adjuster::start()?,
             handler,
             bus,
         })
@@ -205,6 +209,7 @@ impl<'a> FusionNode<'a> {
             self.take(&item);
         }
         self.take_change()?;
+        self.adjust();
         let now = self.clock.now_ns();
         if self.machine.poll_timeout().is_some_and(|due| due <= now) {
             self.input_log.add(now, InputSource::Tick);
@@ -224,6 +229,19 @@ impl<'a> FusionNode<'a> {
             self.report(now)?;
         }
         Ok(())
+    }
+
+    /// Has the adjustment of the files that is due solved, and applies it once it is.
+    fn adjust(&mut self) {
+        match self.machine.adjustment() {
+            Some(task) if task.is_solved() => {
+                let now = self.clock.now_ns();
+                self.input_log.add(now, InputSource::Adjusted);
+                self.machine.handle(now, Input::Adjusted);
+            }
+            Some(task) => self.adjuster.solve(task),
+            None => {}
+        }
     }
 
     /// After this host's clock was set, everything that compares stamps with it begins anew.

@@ -42,8 +42,17 @@ fn start(folder: &Path, place: &str) -> ChildProcess {
 
 #[test]
 fn a_panic_of_the_loop_ends_the_process() {
+    ends_with_a_panic_in("fusion");
+}
+
+#[test]
+fn a_panic_of_the_adjuster_ends_the_process() {
+    ends_with_a_panic_in("adjuster");
+}
+
+fn ends_with_a_panic_in(place: &str) {
     let folder = tempfile::tempdir().unwrap();
-    let mut node = start(folder.path(), "fusion");
+    let mut node = start(folder.path(), place);
     let status = node.wait_until(Instant::now() + PATIENCE).unwrap();
     let mut words = String::new();
     let mut stderr = node.child_mut().stderr.take().unwrap();
@@ -51,7 +60,7 @@ fn a_panic_of_the_loop_ends_the_process() {
     let code = status.expect("the node went on").code();
     assert_eq!(code, Some(Exit::Panic as i32), "{words}");
     assert!(
-        words.contains("process ends: the fail point fusion"),
+        words.contains(&format!("process ends: the fail point {place}")),
         "{words}"
     );
 }

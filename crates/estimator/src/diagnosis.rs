@@ -81,6 +81,8 @@ pub(crate) struct Diagnosis {
     /// When an instant of an object was last put into the window, ns.
     sampled_ns: BTreeMap<usize, u64>,
     isolation: Isolation,
+    /// When faults were last isolated, ns.
+    isolated_ns: u64,
     /// When a clock estimate was last restarted, ns.
     restarted_ns: BTreeMap<usize, u64>,
     newest_ns: u64,
@@ -116,6 +118,12 @@ impl Diagnosis {
         }
         self.sampled_ns.insert(object, time_ns);
         self.sample(object, instant, &views, models);
+        // However many objects there are.
+        let interval_ns = nanoseconds(models.options.diagnosis.alert_interval_s);
+        if time_ns.abs_diff(self.isolated_ns) < interval_ns {
+            return Vec::new();
+        }
+        self.isolated_ns = time_ns;
         self.isolate(time_ns, models)
     }
 

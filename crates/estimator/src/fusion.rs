@@ -14,7 +14,7 @@ use crate::diagnosis::frozen_cameras::FrozenCameras;
 use crate::diagnosis::print_scale::PrintScale;
 use crate::diagnosis::{Action, Diagnosis, Models};
 use crate::fusion::intake::ImageIntake;
-use crate::self_calibration::{Offered, SelfCalibration};
+use crate::self_calibration::{AdjustmentTask, Offered, SelfCalibration};
 use crate::site::{AssociatedImage, ObjectImage, Site};
 use crate::tracker::finalised_views::{FinalisedInstant, FinalisedView};
 use crate::tracker::timeline::Timeline;
@@ -39,6 +39,8 @@ pub enum Input {
         /// By how many ns it was set forward; below zero where it was set back.
         by_ns: i64,
     },
+    /// The adjustment that is due applies ([`Fusion::adjustment`]); it is solved now unless it has been. Means nothing where none is due.
+    Adjusted,
     /// Time has passed.
     Tick,
 }
@@ -76,6 +78,8 @@ pub struct Fusion {
     print_scales: BTreeMap<usize, PrintScale>,
     offset_search: OffsetSearch,
     self_calibration: SelfCalibration,
+    /// Whether [`Input::Adjusted`] says when an adjustment applies.
+    adjusts_apart: bool,
     /// By object index.
     offered: Vec<Offered>,
     /// The latest time given, ns.
@@ -125,6 +129,7 @@ impl Fusion {
             print_scales: BTreeMap::new(),
             offset_search: OffsetSearch::default(),
             self_calibration: SelfCalibration::default(),
+            adjusts_apart: false,
             offered: Vec::new(),
             now_ns: 0,
             next_offsets_ns: 0,
@@ -132,6 +137,17 @@ impl Fusion {
             outputs: VecDeque::new(),
             actions: Vec::new(),
         })
+    }
+
+    /// From now on the errors of the files are adjusted apart: all but the first, small adjustments wait in [`Self::adjustment`] until
+    /// [`Input::Adjusted`] comes, so that no image waits for them. Otherwise each is solved at once.
+    pub fn adjust_apart(&mut self) {
+        self.adjusts_apart = true;
+    }
+
+    /// The adjustment that is due, for another thread to solve.
+    pub fn adjustment(&self) -> Option<&Arc<AdjustmentTask>> {
+        self.self_calibration.due()
     }
 
     /// Takes an input in; `now_ns` is the present in ns since the Unix epoch. It goes back with [`Input::ClockStep`] only.
@@ -146,6 +162,7 @@ impl Fusion {
             Input::Rig(rig) => self.take_rig(&rig),
             Input::Objects(objects) => self.take_objects(objects),
             Input::ClockStep { by_ns } => self.take_clock_step(by_ns),
+            Input::Adjusted => self.take_adjusted(),
             Input::Tick => {}
         }
         self.emit_losses(self.present_ns());
@@ -403,6 +420,7 @@ impl Fusion {
         if let Ok(anew) = anew {
             *self = Self {
                 now_ns: self.now_ns,
+                adjusts_apart: self.adjusts_apart,
                 outputs: std::mem::take(&mut self.outputs),
                 ..anew
             };

@@ -31,6 +31,6 @@ mod tracker;
 pub use fusion::{Fusion, Input, Output};
 pub use options::{DiagnosisOptions, FusionOptions, OptionsError};
 pub use proposal::Proposal;
-pub use self_calibration::HeldBack;
+pub use self_calibration::{AdjustmentTask, HeldBack};
 pub use site::ModelError;
 pub use statistics::{CameraStatistics, Statistics};

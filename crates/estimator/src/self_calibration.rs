@@ -22,13 +22,16 @@ pub(crate) mod keyframes;
 pub(crate) mod normal_equations;
 pub(crate) mod parameters;
 pub(crate) mod quarantine;
+pub(crate) mod task;
 pub(crate) mod variance_components;
 
 pub use crate::self_calibration::held_back::HeldBack;
 pub(crate) use crate::self_calibration::keyframes::Keyframe;
+pub use crate::self_calibration::task::AdjustmentTask;
 pub(crate) use crate::site::corrections::Corrections;
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use crate::self_calibration::adjustment::{Adjustment, LinearisedKeyframe};
 use crate::self_calibration::held_back::HeldBackKeyframes;
@@ -42,6 +45,8 @@ const GROWTH: f64 = 0.2;
 
 /// Keyframes with which the site's imperfections are known but for details.
 const YOUNG: usize = 10;
+/// Time from one adjustment to the next for each keyframe of it, ns: several times what it takes to solve, whatever moves.
+const REST_NS: u64 = 4_000_000;
 
 /// Up to when what an object shows has been offered to self-calibration.
 #[derive(Debug, Clone, Copy, Default)]
@@ -63,6 +68,12 @@ pub(crate) struct SelfCalibration {
     first_ns: BTreeMap<usize, u64>,
     /// Keyframes added since the last adjustment.
     added: usize,
+    /// Keyframes of the last adjustment.
+    n_adjusted: usize,
+    /// The adjustment that is due, and the keyframes that were added for it.
+    due: Option<(Arc<AdjustmentTask>, usize)>,
+    /// Present time before which no other becomes due, ns.
+    rests_until_ns: u64,
     imperfections: Vec<Imperfection>,
     /// As adjusted last.
     newest: Option<Corrections>,
@@ -76,9 +87,15 @@ impl SelfCalibration {
         self.keyframes.count(object) < FIRST
     }
 
-    /// Whether so little is known of the site that contradictions are most likely its imperfections.
+    /// Whether contradictions are most likely imperfections of the site: little is known of it, or most of what is waits for the next
+    /// adjustment.
     pub fn is_young(&self) -> bool {
-        self.keyframes.len() < YOUNG
+        self.n_adjusted < YOUNG || 2 * self.n_adjusted < self.keyframes.len()
+    }
+
+    /// Whether the adjustment that is due is so small that an image may wait for it.
+    pub fn is_due_at_once(&self) -> bool {
+        self.due().is_some_and(|task| task.n_keyframes() < YOUNG)
     }
 
     /// Offers an instant of an object; it is kept where it shows something new, and where one pose explains what it shows. Some are held
@@ -118,6 +135,7 @@ impl SelfCalibration {
         self.keyframes.retain(|keyframe| keyframe.path.is_none());
         self.held_back.retain(|keyframe| keyframe.path.is_none());
         self.discard_quarantine();
+        self.discard_adjustment();
         self.adjustment.forget_clocks();
     }
 
@@ -126,6 +144,7 @@ impl SelfCalibration {
         self.first_ns
             .values_mut()
             .for_each(|first_ns| *first_ns = 0);
+        self.rests_until_ns = 0;
     }
 
     /// Discards the quarantined keyframes: they may show a fault, or their times mean something else now.
@@ -133,26 +152,58 @@ impl SelfCalibration {
         self.quarantine = Quarantine::default();
     }
 
-    /// Adjusts the site if enough is new; `None` where nothing changes.
-    pub fn adjust(&mut self, site: &Site) -> Option<Corrections> {
+    /// Prepares an adjustment if enough is new; there is one at a time.
+    pub fn prepare(&mut self, now_ns: u64, site: &Site) {
         let enough = (GROWTH * self.keyframes.len() as f64).max(1.0);
-        if (self.added as f64) < enough {
-            return None;
+        let is_enough = self.added as f64 >= enough;
+        if is_enough && self.due.is_none() && now_ns >= self.rests_until_ns {
+            let task = AdjustmentTask::new(&self.adjustment, &self.keyframes, site);
+            self.due = Some((Arc::new(task), std::mem::take(&mut self.added)));
+            let rest_ns = self.keyframes.len() as u64 * REST_NS;
+            self.rests_until_ns = now_ns.saturating_add(rest_ns);
         }
-        self.added = 0;
-        let corrections = self.adjustment.run(&mut self.keyframes, site)?;
-        let newest = self.keyframes.iter().last();
-        self.imperfections = imperfections::imperfections(&corrections, site, newest);
+    }
+
+    /// The adjustment that is due.
+    pub fn due(&self) -> Option<&Arc<AdjustmentTask>> {
+        self.due.as_ref().map(|(task, _)| task)
+    }
+
+    /// What the adjustment that is due was made from is no more: another one will be.
+    pub fn discard_adjustment(&mut self) {
+        if let Some((_, added)) = self.due.take() {
+            self.added += added;
+        }
+    }
+
+    /// Takes over what the adjustment that is due has found; whether the models of the site have changed by it.
+    pub fn take_adjusted(&mut self, site: &mut Site) -> bool {
+        let Some((task, _)) = self.due.take() else {
+            return false;
+        };
+        self.n_adjusted = task.n_keyframes();
+        let found = task.solution();
+        let Some(corrections) = &found.corrections else {
+            return false;
+        };
+        self.adjustment = found.adjustment.clone();
+        let since = self.keyframes.take_adjusted(&found.keyframes);
+        self.imperfections.clone_from(&found.imperfections);
         self.newest = Some(corrections.clone());
-        if self
-            .applied
-            .as_ref()
-            .is_some_and(|applied| corrections.is_close(applied))
-        {
-            return None;
+        let applied = self.applied.as_ref();
+        if applied.is_some_and(|applied| corrections.is_close(applied)) {
+            return false;
         }
         self.applied = Some(corrections.clone());
-        Some(corrections)
+        site.correct(corrections);
+        for keyframe in self
+            .keyframes
+            .iter_mut()
+            .filter(|one| since.contains(&one.key()))
+        {
+            self.adjustment.align(keyframe, site);
+        }
+        true
     }
 
     /// What a keyframe says of the site's errors against the models in force.
@@ -186,6 +237,7 @@ impl SelfCalibration {
 
     /// From now on `by_s` seconds more are subtracted from the timestamps of a camera.
     pub fn shift_clock(&mut self, camera_index: usize, by_s: f64) {
+        self.discard_adjustment();
         self.adjustment.shift_clock(camera_index, by_s);
         let own = self.keyframes.iter_mut().chain(self.held_back.iter_mut());
         let views = own.flat_map(|keyframe| &mut keyframe.views);

@@ -82,7 +82,7 @@ impl Run {
             match input {
                 Input::Image(image) => *image = rig.timed(image.clone()),
                 Input::Rig(after) => rig = after.clone(),
-                Input::Objects(_) | Input::ClockStep { .. } | Input::Tick => {}
+                Input::Objects(_) | Input::ClockStep { .. } | Input::Adjusted | Input::Tick => {}
             }
         }
         self
@@ -250,6 +250,7 @@ impl<'a> Planner<'a> {
             }
             InputSource::ClockStep => Input::ClockStep { by_ns: 0 },
             InputSource::Tick => Input::Tick,
+            InputSource::Adjusted => Input::Adjusted,
         };
         run.steps.push((now_ns, input));
         Ok(())

@@ -6,7 +6,7 @@ use crate::models::{Models, ModelsError};
 use crate::observation::{ObservationError, observation};
 use crate::ordered::in_order;
 use crate::pass::{Pass, ReplayObserver};
-use crate::plan::{Plan, PlanError};
+use crate::plan::{Order, Plan, PlanError, Run};
 use sextant_estimator::{Fusion, FusionOptions, Input, ModelError};
 use sextant_proto::ObjectPose;
 use sextant_recordings::{Dataset, Row};
@@ -116,11 +116,20 @@ where
     let mut live = LivePoses::new(live);
     let mut runs = plan.runs.into_iter();
     let first = runs.next().ok_or(ReplayError::Plan(PlanError::Empty))?;
-    let fusion = estimator(&first.rig, &first.objects)?;
+    // The inputs of a node say when its adjustments applied.
+    let are_inputs = matches!(plan.order, Order::Inputs { .. });
+    let of_run = |run: &Run| {
+        let mut fusion = estimator(&run.rig, &run.objects)?;
+        if are_inputs {
+            fusion.adjust_apart();
+        }
+        Ok::<_, ReplayError>(fusion)
+    };
+    let fusion = of_run(&first)?;
     let mut pass = Pass::new(fusion, times_ns.into_iter());
     for (number, run) in std::iter::once(first).chain(runs).enumerate() {
         if number > 0 {
-            pass.fusion = estimator(&run.rig, &run.objects)?;
+            pass.fusion = of_run(&run)?;
         }
         objects.extend(run.objects.iter().map(|object| object.id().clone()));
         for (now_ns, input) in run.steps {

@@ -50,6 +50,8 @@ pub enum InputSource {
     ClockStep,
     /// Nothing: time has passed.
     Tick,
+    /// The adjustment of the files that was due: it applies from here on.
+    Adjusted,
 }
 
 impl Message for FusionInputs {
@@ -67,7 +69,10 @@ impl FusionInput {
         match &self.source {
             InputSource::Image { capture_ns, .. } => check::time(*capture_ns, "inputs[].source"),
             InputSource::Objects(objects) => holds(objects.len() <= MAX_OBJECTS, "inputs[].source"),
-            InputSource::Rig(_) | InputSource::ClockStep | InputSource::Tick => Ok(()),
+            InputSource::Rig(_)
+            | InputSource::ClockStep
+            | InputSource::Tick
+            | InputSource::Adjusted => Ok(()),
         }
     }
 }

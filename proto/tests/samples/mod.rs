@@ -590,6 +590,7 @@ pub fn fusion_inputs() -> FusionInputs {
         image,
         InputSource::ClockStep,
         InputSource::Tick,
+        InputSource::Adjusted,
     ];
     let input = |(k, source)| FusionInput {
         now_ns: 1_800_000_000_020_000_000 + k,

@@ -1,7 +1,9 @@
 //! What one fusion process costs in a hall of many cameras and objects: processor, memory and bytes received, by synthetic observations.
 //!
-//! `growth CAMERAS OBJECTS [exact]` prints a line. Cameras hang 4 m apart in a grid and look down, so that nearly every object is seen by four
-//! of them; each takes 30 images a second. Objects are plates with four tags that move in circles.
+//! `growth CAMERAS OBJECTS [exact|off]` prints a line. Cameras hang 4 m apart in a grid and look down, so that nearly every object is seen by
+//! four of them; each takes 30 images a second. Objects are plates with four tags that move in circles. The files are right; with `exact` they
+//! say so, with `off` the cameras are off by centimetres and degrees. Adjustments of the files are solved apart, as a fusion node does, and
+//! apply once as much time has passed as their solution took.
 
 #![allow(clippy::expect_used, reason = "a bench ends by panicking")]
 
@@ -143,6 +145,26 @@ fn camera(k: usize, columns: usize) -> Camera {
     )
 }
 
+/// The rig with its cameras a centimetre and a third of a degree off.
+fn off(rig: &Rig, random: &mut Random) -> Rig {
+    let cameras = rig.cameras().iter().map(|camera| {
+        let [dx, dy, dz] = [0.006; 3].map(|sigma_m| sigma_m * random.normal());
+        let [a, b, c] = [0.0035; 3].map(|sigma_rad| sigma_rad * random.normal());
+        let error = Pose::from_parts(
+            Vector3::new(dx, dy, dz).into(),
+            UnitQuaternion::from_euler_angles(a, b, c),
+        );
+        let pose = camera.world_from_camera.expect("it is posed") * error;
+        Camera::new(
+            camera.id.clone(),
+            camera.resolution,
+            camera.lens,
+            Some(pose),
+        )
+    });
+    Rig::new(cameras.collect()).expect("a rig")
+}
+
 fn plate(k: usize) -> ObjectModel {
     let tag = |corner: u32| {
         let [x, y] = [corner % 2, corner / 2].map(|n| 0.3 * (f64::from(n) - 0.5));
@@ -164,6 +186,7 @@ struct Costs {
     poses: usize,
     bytes: usize,
     busy: Duration,
+    adjusting: Duration,
     longest: Duration,
 }
 
@@ -181,18 +204,30 @@ fn record(hall: &mut Hall, from_s: u64, for_s: u64) -> Vec<Vec<u8>> {
 
 fn fuse(fusion: &mut Fusion, messages: &[Vec<u8>]) -> Costs {
     let mut costs = Costs::default();
-    let begun = processor_time();
+    let mut applies_ns = None;
     for message in messages {
         let before = processor_time();
         let seen: Observations = decode(message).expect("a message");
         let image = ImageObservation::from(&seen);
         let now_ns = seen.capture_ns + SECOND_NS / 100;
         fusion.handle(now_ns, Input::Image(image));
+        if applies_ns.is_some_and(|applies_ns| applies_ns <= now_ns) {
+            applies_ns = None;
+            fusion.handle(now_ns, Input::Adjusted);
+        }
         costs.poses += std::iter::from_fn(|| fusion.poll_output()).count();
         costs.bytes += message.len();
-        costs.longest = costs.longest.max(processor_time() - before);
+        let took = processor_time() - before;
+        costs.busy += took;
+        costs.longest = costs.longest.max(took);
+        if let Some(task) = fusion.adjustment().filter(|task| !task.is_solved()) {
+            let before = processor_time();
+            task.solve();
+            let took = processor_time() - before;
+            costs.adjusting += took;
+            applies_ns = Some(now_ns + took.as_nanos() as u64);
+        }
     }
-    costs.busy = processor_time() - begun;
     costs
 }
 
@@ -215,17 +250,22 @@ fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let number = |k: usize| arguments.get(k).and_then(|text| text.parse::<usize>().ok());
     let (Some(n_cameras), Some(n_objects)) = (number(0), number(1)) else {
-        eprintln!("usage: growth CAMERAS OBJECTS [exact]");
+        eprintln!("usage: growth CAMERAS OBJECTS [exact|off]");
         std::process::exit(2);
     };
     let mut hall = Hall::new(n_cameras, n_objects);
     let (mut rig, mut objects) = (hall.rig.clone(), hall.objects.clone());
-    if arguments.get(2).is_some_and(|word| word == "exact") {
-        rig = rig.exact();
-        objects = objects.into_iter().map(ObjectModel::exact).collect();
+    match arguments.get(2).map(String::as_str) {
+        Some("exact") => {
+            rig = rig.exact();
+            objects = objects.into_iter().map(ObjectModel::exact).collect();
+        }
+        Some("off") => rig = off(&hall.rig, &mut hall.random),
+        _ => {}
     }
     let fusion = Fusion::new(rig, objects, FusionOptions::default());
     let mut fusion = fusion.expect("a machine");
+    fusion.adjust_apart();
     let warm_up = record(&mut hall, 0, WARM_UP_S);
     let measured = record(&mut hall, WARM_UP_S, MEASURED_S);
     let before_mib = resident_mib();
@@ -233,9 +273,10 @@ fn main() {
     let costs = fuse(&mut fusion, &measured);
     let per_s = |count: usize| count as f64 / MEASURED_S as f64;
     println!(
-        "| {n_cameras} | {n_objects} | {:.0} % | {:.0} ms | {:.0} MiB | {:.1} Mbit/s | {:.0} |",
+        "| {n_cameras} | {n_objects} | {:.0} % | {:.0} ms | {:.0} % | {:.0} MiB | {:.1} Mbit/s | {:.0} |",
         100.0 * costs.busy.as_secs_f64() / MEASURED_S as f64,
         costs.longest.as_secs_f64() * 1e3,
+        100.0 * costs.adjusting.as_secs_f64() / MEASURED_S as f64,
         resident_mib() - before_mib,
         8e-6 * per_s(costs.bytes),
         per_s(costs.poses),

@@ -31,8 +31,7 @@ impl Fusion {
         }
         self.offered
             .resize(self.timelines.len(), Offered::default());
-        let is_suspect =
-            self.diagnosis.is_alert(&self.options) && !self.self_calibration.is_young();
+        let is_suspect = self.is_suspect();
         for object in 0..self.timelines.len() {
             let before_ns = self.offered_before(object, before_ns);
             if is_suspect {
@@ -50,8 +49,24 @@ impl Fusion {
         let judged_ns = before_ns.saturating_sub(lag_ns);
         self.self_calibration
             .release_quarantine(judged_ns, &self.site);
-        if let Some(corrections) = self.self_calibration.adjust(&self.site) {
-            self.site.correct(&corrections);
+        self.self_calibration.prepare(self.now_ns, &self.site);
+        if !self.adjusts_apart || self.self_calibration.is_due_at_once() {
+            self.take_adjusted();
+        }
+    }
+
+    /// Whether what images contradict may be a fault.
+    fn is_suspect(&self) -> bool {
+        self.diagnosis.is_alert(&self.options) && !self.self_calibration.is_young()
+    }
+
+    /// Applies the adjustment that is due. While a fault is suspected it may have been learned, and what is known of the fault must stay.
+    pub(crate) fn take_adjusted(&mut self) {
+        if self.is_suspect() {
+            self.self_calibration.discard_adjustment();
+            return;
+        }
+        if self.self_calibration.take_adjusted(&mut self.site) {
             self.diagnosis.reset();
             for (object, timeline) in self.timelines.iter_mut().enumerate() {
                 let newest = self.self_calibration.newest(object);

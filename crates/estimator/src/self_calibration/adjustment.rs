@@ -49,9 +49,13 @@ const ACCELERATION: [f64; 2] = [10.0, 50.0];
 /// Steps by which a keyframe's pose is brought to its views, and tags of which it may begin.
 const ALIGNING_STEPS: usize = 6;
 const MOST_STARTS: usize = 2;
+/// Step, m and rad, after which a pose is aligned.
+const ALIGNED: f64 = 1e-7;
+/// Robust squares for each coordinate up to which no other start is tried.
+const EXPLAINED: f64 = 2.0;
 
 /// The errors of the site as far as they are known.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Adjustment {
     errors: BTreeMap<Source, DVector<f64>>,
     scales: Scales,
@@ -161,6 +165,9 @@ impl Adjustment {
             if best.is_none_or(|(least, ..)| cost < least) {
                 best = Some((cost, trial.pose, trial.path));
             }
+            if cost <= EXPLAINED * COORDINATES * keyframe.views.len() as f64 {
+                break;
+            }
         }
         if let Some((_, pose, path)) = best {
             (keyframe.pose, keyframe.path) = (pose, path);
@@ -228,6 +235,9 @@ impl Adjustment {
                 break;
             };
             keyframe.advance(step.as_slice());
+            if step.amax() < ALIGNED {
+                break;
+            }
         }
     }
 

@@ -58,7 +58,7 @@ struct MotionPair {
 impl HeldBackKeyframes {
     /// Holds a keyframe back, or gives it back for the adjustment.
     pub fn offer(&mut self, new: Keyframe, adjusted: &Keyframes) -> Option<Keyframe> {
-        let is_same = |one: &Keyframe| (one.body(), one.time_ns) == (new.body(), new.time_ns);
+        let is_same = |one: &Keyframe| one.key() == new.key();
         if let Some(same) = self.keyframes.iter_mut().find(|one| is_same(one)) {
             if new.views.len() > same.views.len() {
                 *same = new;

@@ -1,6 +1,6 @@
 //! Keyframes: a bounded set of instants that show each object in many poses.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Const, Dyn, Matrix6, OMatrix, SMatrix, Vector6};
 use sextant_geometry::{Pose, se3, so3};
@@ -80,7 +80,7 @@ pub(crate) struct RelativeMotion {
 pub(crate) type Body = (usize, usize);
 
 /// The keyframes of all objects, oldest first.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Keyframes(Vec<Keyframe>);
 
 /// Standard deviations of a predicted motion, m and rad, up to which it ties images to one another: errors of a vague prediction would pass
@@ -150,6 +150,11 @@ impl Keyframe {
     /// Object and link.
     pub fn body(&self) -> Body {
         (self.object, self.link)
+    }
+
+    /// What tells it from others: its body and its time.
+    pub fn key(&self) -> (Body, u64) {
+        (self.body(), self.time_ns)
     }
 
     /// Number of unknowns of its own: the pose, and the path where it moves.
@@ -238,10 +243,29 @@ impl Keyframes {
         self.own(instant).any(|one| one.time_ns == instant.time_ns)
     }
 
+    /// Takes over poses and models of the same keyframes as they were adjusted; returns those that were not.
+    pub fn take_adjusted(&mut self, adjusted: &Self) -> BTreeSet<(Body, u64)> {
+        let adjusted: BTreeMap<_, _> = adjusted.iter().map(|one| (one.key(), one)).collect();
+        let mut since = BTreeSet::new();
+        for own in &mut self.0 {
+            match adjusted.get(&own.key()) {
+                Some(adjusted) if adjusted.views.len() == own.views.len() => {
+                    let before = own.before;
+                    *own = (*adjusted).clone();
+                    own.before = before;
+                }
+                _ => {
+                    since.insert(own.key());
+                }
+            }
+        }
+        since
+    }
+
     /// Keeps a keyframe that shows the object in a new pose, or to another camera or by another tag than a near one. Where there are too
     /// many, the oldest goes.
     pub fn offer(&mut self, new: Keyframe) -> bool {
-        let is_same = |one: &Keyframe| (one.body(), one.time_ns) == (new.body(), new.time_ns);
+        let is_same = |one: &Keyframe| one.key() == new.key();
         if let Some(same) = self.0.iter_mut().find(|one| is_same(one)) {
             let is_more = new.views.len() > same.views.len();
             if is_more {
