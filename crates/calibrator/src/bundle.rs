@@ -8,6 +8,7 @@
 //! At least one camera or tag should be fixed (the gauge); undetermined parameters keep their start and are reported.
 
 mod anchors;
+mod clusters;
 mod covariance;
 mod elimination;
 mod equations;

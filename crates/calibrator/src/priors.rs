@@ -81,6 +81,7 @@ impl Priors {
     pub(crate) fn free_pose(&mut self, tags: &mut [BundleTag], tag: usize) {
         tags[tag].pose = Freedom::Free;
         let anchor = Anchor::Tag {
+            across: 1.0,
             tag,
             object_from_tag: tags[tag].object_from_tag,
             sigma: PoseSigma::OF_TAG,

@@ -8,6 +8,7 @@ use super::layout::{KeptParameter, Layout};
 use super::state::{Anchor, Bundle, Freedom};
 use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
 use sextant_geometry::{se3, so3};
+use sextant_site_model::PoseSigma;
 
 /// Adds every anchor to the equations of the kept parameters; returns the sum of their squares.
 pub(super) fn add(
@@ -70,6 +71,19 @@ pub(super) fn log_prior(bundle: &Bundle) -> f64 {
     precisions.sum()
 }
 
+fn of_pose(sigma: PoseSigma, across: f64) -> Vector6<f64> {
+    let (position, orientation) = (sigma.position_m, sigma.orientation_rad);
+    let bent = orientation * across;
+    Vector6::new(
+        position,
+        position,
+        position * across,
+        bent,
+        bent,
+        orientation,
+    )
+}
+
 impl Anchor {
     /// Difference of the bundle from the prior, in the units of the anchor; a scalar is the first element.
     pub(crate) fn error(&self, bundle: &Bundle) -> Vector6<f64> {
@@ -104,10 +118,8 @@ impl Anchor {
     /// Standard deviation of each element; a scalar's is repeated six times.
     pub(crate) fn sigmas(&self) -> Vector6<f64> {
         match *self {
-            Self::Camera { sigma, .. } | Self::Tag { sigma, .. } => {
-                let (position, orientation) = (sigma.position_m, sigma.orientation_rad);
-                Vector6::from_fn(|axis, _| if axis < 3 { position } else { orientation })
-            }
+            Self::Camera { sigma, .. } => of_pose(sigma, 1.0),
+            Self::Tag { sigma, across, .. } => of_pose(sigma, across),
             Self::Size { sigma, .. } | Self::Lens { sigma, .. } | Self::Clock { sigma, .. } => {
                 Vector6::repeat(sigma)
             }

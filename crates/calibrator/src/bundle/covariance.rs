@@ -1,12 +1,13 @@
 //! Covariance of the kept parameters.
 
+use super::clusters::{Cluster, displacement, factors};
 use super::layout::{KeptParameter, Layout};
 use super::prior_knowledge::PriorKnowledge;
 use super::state::Bundle;
 use nalgebra::{DMatrix, DVector, Matrix6};
 use sextant_geometry::{Pose, so3};
 
-/// Covariance of the kept parameters: poses over the step of FRAMES.md (position along the outer frame's axes, rotation about
+/// Covariance of the kept parameters by the noise of corners and by what clusters of images disagree by: poses over the step of FRAMES.md (position along the outer frame's axes, rotation about
 /// the inner frame's origin), lenses in their own units, clocks in seconds. Always finite: bounded by the prior.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KeptCovariance {
@@ -16,13 +17,15 @@ pub struct KeptCovariance {
 }
 
 impl KeptCovariance {
-    /// From the information matrix over the solver's steps, already scaled to the true corner noise.
+    /// From the information matrix over the solver's steps, and what each cluster of images says, both in units of the stated noise, whose
+    /// variance is off by `variance_factor`.
     pub(super) fn of(
-        bundle: &Bundle,
-        layout: &Layout,
-        information: DMatrix<f64>,
+        (bundle, layout): (&Bundle, &Layout),
+        (information, clusters): (DMatrix<f64>, impl Iterator<Item = Cluster>),
+        variance_factor: f64,
         prior: &PriorKnowledge,
     ) -> Self {
+        let information = information / variance_factor;
         let parameters = layout.parameters();
         let steps = steps_from_framed(bundle, layout);
         let information = steps.transpose() * information * &steps;
@@ -30,7 +33,15 @@ impl KeptCovariance {
         for (at, parameter) in parameters.iter().enumerate() {
             with_prior[(at, at)] += prior.sigma(bundle, parameter).powi(-2);
         }
-        let matrix = inverse(with_prior, |at| prior.sigma(bundle, &parameters[at]));
+        let of_noise = inverse(with_prior, |at| prior.sigma(bundle, &parameters[at]));
+        let displacements = clusters.map(|cluster| {
+            let gradient = steps.tr_mul(&cluster.gradient) / variance_factor;
+            displacement(&of_noise, &gradient, |step| {
+                steps.tr_mul(&(&cluster.information * (&steps * step))) / variance_factor
+            })
+        });
+        let factors = factors(&parameters, &of_noise, &displacements.collect::<Vec<_>>());
+        let matrix = of_noise.component_mul(&(&factors * factors.transpose()));
         Self {
             parameters,
             matrix,

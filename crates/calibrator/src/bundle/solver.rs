@@ -1,6 +1,7 @@
 //! Levenberg-Marquardt over cameras, tags and instants with a robust kernel (iteratively reweighted).
 
 use super::anchors;
+use super::clusters::clusters;
 use super::covariance::KeptCovariance;
 use super::elimination::{ReducedSystem, Step};
 use super::equations::{self, Equations};
@@ -219,10 +220,11 @@ impl<'a, const D: usize> Descent<'a, D> {
         let fit = self.fit();
         let parameters = self.layout.n + D * self.bundle.instants.len();
         let variance_factor = fit.variance_factor(parameters);
+        let clusters = clusters::<D>(&self.bundle, &self.layout, &self.options.kernel);
         let covariance = KeptCovariance::of(
-            &self.bundle,
-            &self.layout,
-            reduced.information / variance_factor,
+            (&self.bundle, &self.layout),
+            (reduced.information, clusters),
+            variance_factor,
             &self.options.prior,
         );
         Ok(BundleSolution {

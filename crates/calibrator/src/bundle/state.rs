@@ -129,6 +129,8 @@ pub enum Anchor {
         object_from_tag: Pose,
         /// One deviation an axis.
         sigma: PoseSigma,
+        /// Factor on those across the plane of the object's x and y: along its z, and of the turns about x and y. 1 unless it bends.
+        across: f64,
     },
     /// How large a tag is.
     Size {

@@ -170,6 +170,7 @@ fn anchored(bundle: &mut Bundle) {
         sigma,
     });
     bundle.anchors.push(Anchor::Tag {
+        across: 1.0,
         tag: 3,
         object_from_tag: se3::perturb(&bundle.tags[3].object_from_tag, &elsewhere),
         sigma,

@@ -15,8 +15,9 @@ use sextant_geometry::{Lens, Pose};
 /// Free parameters and weights of an adjustment.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Parameters {
-    /// Number of free parameters: the first ones of fx, fy, k1, cx, cy, and the rest.
     pub sought: FreeParameters,
+    /// Whether the board may be bent.
+    pub bends: bool,
     /// Factor on the noise of each tag.
     pub noise: Noise,
     pub kernel: Kernel,
@@ -29,7 +30,7 @@ pub(super) enum FreeParameters {
     /// None: only the poses of the board.
     Nothing,
     /// Focal lengths and the first distortion coefficient.
-    FocalAndBend,
+    FocalAndDistortion,
     /// All.
     All,
 }
@@ -46,7 +47,8 @@ pub(super) enum Noise {
 impl Parameters {
     pub(super) fn judging(sigma_px: f64) -> Self {
         Self {
-            sought: FreeParameters::FocalAndBend,
+            sought: FreeParameters::FocalAndDistortion,
+            bends: false,
             noise: Noise::Common(sigma_px),
             kernel: Kernel::Cauchy { width: 3.0 },
             max_iterations: 15,
@@ -55,6 +57,7 @@ impl Parameters {
 
     pub(super) fn fine(sought: FreeParameters, scale: f64) -> Self {
         Self {
+            bends: sought == FreeParameters::All,
             sought,
             noise: Noise::Stated(scale),
             kernel: Kernel::Huber { width: 4.0 },
@@ -63,9 +66,11 @@ impl Parameters {
     }
 }
 
-/// A lens, and the pose of the board and its fitting tags in each view; views that the lens does not explain have no pose.
+/// A lens, the places of the board's tags, and the pose of the board and its fitting tags in each view; views that the lens does not
+/// explain have no pose.
 pub(super) struct Start {
     pub lens: Lens,
+    pub places: Vec<Pose>,
     pub poses: Vec<Option<(Pose, Vec<usize>)>>,
 }
 
@@ -73,6 +78,8 @@ pub(super) struct Start {
 #[derive(Clone, Debug)]
 pub(super) struct Adjustment {
     pub lens: Lens,
+    /// Places of the board's tags.
+    pub places: Vec<Pose>,
     /// Pose and fitting tags of each view.
     pub poses: Vec<Option<(Pose, Vec<usize>)>>,
     pub cost: f64,
@@ -81,16 +88,22 @@ pub(super) struct Adjustment {
     pub view_of: Vec<usize>,
 }
 
-/// Adjusts from a start; `None` if no view has a pose or the start has no finite error.
+/// Adjusts from a start, also the places of the tags of a board that bends and is printed as `board` says; `None` if no view has a pose or the start has no finite error.
 pub(super) fn adjust(
     board: &Board,
     views: &[View],
     start: &Start,
     parameters: &Parameters,
 ) -> Option<Adjustment> {
+    let (of_tags, anchors) = if parameters.bends {
+        (Freedom::Free, board.anchors())
+    } else {
+        (Freedom::Fixed, Vec::new())
+    };
     let mut bundle = Bundle {
         cameras: vec![camera(start.lens, parameters.sought)],
-        tags: board.bundle_tags(),
+        tags: board.bent(&start.places).bundle_tags(of_tags),
+        anchors,
         ..Bundle::default()
     };
     let mut view_of = Vec::new();
@@ -133,6 +146,10 @@ pub(super) fn adjust(
     }
     Some(Adjustment {
         lens: solution.bundle.cameras[0].lens,
+        places: {
+            let tags = solution.bundle.tags.iter();
+            tags.map(|tag| tag.object_from_tag).collect()
+        },
         poses,
         cost: solution.cost,
         solution,
@@ -144,7 +161,7 @@ fn camera(lens: Lens, sought: FreeParameters) -> BundleCamera {
     let mut free = [Freedom::Fixed; MAX_PARAMETERS];
     let indices: &[usize] = match sought {
         FreeParameters::Nothing => &[],
-        FreeParameters::FocalAndBend => &[0, 1, 4],
+        FreeParameters::FocalAndDistortion => &[0, 1, 4],
         FreeParameters::All => &[0, 1, 2, 3, 4, 5, 6, 7, 8],
     };
     for &index in indices {

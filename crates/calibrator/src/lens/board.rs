@@ -1,10 +1,10 @@
 //! The board: its tags with sizes and poses.
 
 use super::refusal::LensRefusal;
-use crate::bundle::{BundleTag, Freedom};
+use crate::bundle::{Anchor, BundleTag, Freedom};
 use nalgebra::Point3;
 use sextant_geometry::{Pose, tag_corners_in_tag};
-use sextant_site_model::{ObjectModel, TagId};
+use sextant_site_model::{ObjectModel, PoseSigma, TagId};
 
 /// A tag of the board.
 #[derive(Clone, Debug)]
@@ -21,6 +21,14 @@ pub(super) struct BoardTag {
 pub(super) struct Board {
     pub tags: Vec<BoardTag>,
 }
+
+/// How well a print is in place within its plane, m and rad.
+const PRINT: PoseSigma = PoseSigma {
+    position_m: 0.0001,
+    orientation_rad: 0.001,
+};
+/// How far a board is bent, as a share of its length: paper on a plate, 0.3 to 1 mm on 0.2 to 0.4 m.
+const BEND: f64 = 0.002;
 
 impl Board {
     pub(super) fn of(object: &ObjectModel) -> Result<Self, LensRefusal> {
@@ -43,14 +51,52 @@ impl Board {
         self.tags.iter().position(|known| known.tag == tag)
     }
 
-    /// Fixed bundle tags, as printed.
-    pub(super) fn bundle_tags(&self) -> Vec<BundleTag> {
+    /// The same with its tags at these places.
+    pub(super) fn bent(&self, places: &[Pose]) -> Self {
+        let tags = self.tags.iter().zip(places);
+        let tags = tags.map(|(tag, place)| BoardTag {
+            board_from_tag: *place,
+            corners: tag_corners_in_tag(tag.size_m).map(|corner| place * corner),
+            ..tag.clone()
+        });
+        Self {
+            tags: tags.collect(),
+        }
+    }
+
+    pub(super) fn places(&self) -> Vec<Pose> {
+        self.tags.iter().map(|tag| tag.board_from_tag).collect()
+    }
+
+    /// The tags as they are, fixed or sought.
+    pub(super) fn bundle_tags(&self, pose: Freedom) -> Vec<BundleTag> {
         let tags = self.tags.iter().map(|tag| BundleTag {
             object_from_tag: tag.board_from_tag,
             size_m: tag.size_m,
-            pose: Freedom::Fixed,
+            pose,
             size: Freedom::Fixed,
         });
         tags.collect()
+    }
+
+    /// Where the tags of a board of paper may be: printed well, and bent.
+    pub(super) fn anchors(&self) -> Vec<Anchor> {
+        let corners = || self.tags.iter().flat_map(|tag| tag.corners);
+        let length = |axis: usize| {
+            let ends = corners().map(|corner| corner[axis]);
+            let (least, most) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |ends, at| {
+                (ends.0.min(at), ends.1.max(at))
+            });
+            most - least
+        };
+        let across = (BEND * length(0).max(length(1)) / PRINT.position_m).max(1.0);
+        let tags = self.tags.iter().enumerate();
+        let anchors = tags.map(|(tag, printed)| Anchor::Tag {
+            tag,
+            object_from_tag: printed.board_from_tag,
+            sigma: PRINT,
+            across,
+        });
+        anchors.collect()
     }
 }

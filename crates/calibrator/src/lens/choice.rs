@@ -87,7 +87,7 @@ fn held_out(board: &Board, views: &[View], fit: &Fit, tags: &[Option<Vec<usize>>
             .zip(tags)
             .map(|(pose, tags)| Some((pose?.0, tags.clone()?)))
             .collect(),
-        lens: start.lens,
+        ..start
     };
     let whole = with_judges_tags(restart(&fit.adjustment));
     let part = |start: &Start, wanted: &dyn Fn(usize) -> bool| {
@@ -99,6 +99,7 @@ fn held_out(board: &Board, views: &[View], fit: &Fit, tags: &[Option<Vec<usize>>
         });
         Start {
             poses: poses.collect(),
+            places: start.places.clone(),
             lens: start.lens,
         }
     };
@@ -112,7 +113,7 @@ fn held_out(board: &Board, views: &[View], fit: &Fit, tags: &[Option<Vec<usize>>
             &Parameters::fine(FreeParameters::All, fit.scale),
         )?;
         let mut test = part(&whole, &|at| at == fold);
-        test.lens = trained.lens;
+        (test.lens, test.places) = (trained.lens, trained.places);
         let tested = adjust(
             board,
             views,

@@ -81,6 +81,7 @@ fn start_of(
         });
     Some(Start {
         lens,
+        places: start.places.clone(),
         poses: poses.collect(),
     })
 }
@@ -89,6 +90,7 @@ fn start_of(
 pub(super) fn restart(adjustment: &Adjustment) -> Start {
     Start {
         lens: adjustment.lens,
+        places: adjustment.places.clone(),
         poses: adjustment.poses.clone(),
     }
 }
@@ -126,6 +128,7 @@ impl Fit {
     /// Start of the next round: without tags that do not fit the board, and with those that fit now.
     fn sorted(&self, board: &Board, views: &[View], width: f64) -> Start {
         let lens = self.adjustment.lens;
+        let board = &board.bent(&self.adjustment.places);
         let poses = views
             .iter()
             .zip(&self.adjustment.poses)
@@ -154,6 +157,7 @@ impl Fit {
             });
         Start {
             lens,
+            places: board.places(),
             poses: poses.collect(),
         }
     }
@@ -190,10 +194,20 @@ impl Fit {
     }
 
     /// Relative excess of the size of the squares over that in the board file, and its standard deviation: the component of the
-    /// residuals along the motion of each corner when its tag grows about its own centre.
-    pub(super) fn growth(&self, board: &Board) -> (f64, f64) {
+    /// residuals along the motion of each corner when its tag grows about its own centre, on a board that does not bend. `None` where that
+    /// cannot be adjusted.
+    pub(super) fn growth(&self, board: &Board, views: &[View]) -> Option<(f64, f64)> {
+        let start = Start {
+            places: board.places(),
+            ..restart(&self.adjustment)
+        };
+        let flat = Parameters {
+            bends: false,
+            ..Parameters::fine(FreeParameters::All, self.scale)
+        };
+        let flat = adjust(board, views, &start, &flat)?;
         let (mut along, mut square) = (0.0, 0.0);
-        let bundle = &self.adjustment.solution.bundle;
+        let bundle = &flat.solution.bundle;
         let mut noise = (0.0, 0.0);
         for residual in bundle.residuals() {
             let image = &bundle.images[residual.image];
@@ -202,7 +216,7 @@ impl Fit {
             let middle = tag.board_from_tag.translation.vector;
             for (error, corner) in residual.corners_px.iter().zip(&tag.corners) {
                 let in_camera = pose * corner;
-                let projected = self.adjustment.lens.project_with_jacobian(&in_camera);
+                let projected = flat.lens.project_with_jacobian(&in_camera);
                 let (Some(error), Some((_, by_point))) = (error, projected) else {
                     continue;
                 };
@@ -214,7 +228,7 @@ impl Fit {
         }
         let sigma_px = (noise.0 / f64::max(noise.1, 1.0)).sqrt();
         let square = f64::max(square, f64::MIN_POSITIVE);
-        (along / square, sigma_px / square.sqrt())
+        Some((along / square, sigma_px / square.sqrt()))
     }
 }
 

@@ -301,8 +301,11 @@ impl LensSession {
         if !determined {
             return Err(self.undetermined(fit, 100.0 * uncertainty.min(1e3)));
         }
-        let (growth, sigma) = fit.growth(&self.board);
-        if growth.abs() > SIZES_DIFFER && growth.abs() > 8.0 * sigma {
+        let growth = fit.growth(&self.board, &self.views);
+        if let Some((growth, sigma)) = growth
+            && growth.abs() > SIZES_DIFFER
+            && growth.abs() > 8.0 * sigma
+        {
             let percent = 100.0 * growth;
             return Err(LensRefusal::Sizes { percent });
         }

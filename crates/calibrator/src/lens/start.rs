@@ -49,6 +49,7 @@ pub(super) fn start(
         .map(|view| board_pose(board, view, &lens, TOLERANCE * size[0]));
     Ok(Start {
         lens,
+        places: board.places(),
         poses: poses.collect(),
     })
 }
@@ -81,7 +82,11 @@ fn judge(board: &Board, judges: &[View], lens: Lens, width: f64) -> Option<Adjus
     let mut adjusted = adjust(
         board,
         judges,
-        &Start { lens, poses },
+        &Start {
+            lens,
+            places: board.places(),
+            poses,
+        },
         &Parameters::judging(SIGMA_PX),
     )?;
     let wrong = (all - explained) as f64;

@@ -168,6 +168,35 @@ fn a_board_enlarged_as_a_whole_gives_the_same_lens() {
 }
 
 #[test]
+fn a_bent_board_gives_the_lens_all_the_same() {
+    for seed in 30..33 {
+        let mut walk = BoardWalk::new(ordinary(), seed);
+        walk.bend_m = 0.0008;
+        let found = solved(&walk, Some(LensModel::BrownConrady)).unwrap();
+        let off_px = found.lens.intrinsics().fx - ordinary().intrinsics().fx;
+        assert!(off_px.abs() < 1.0, "{off_px}");
+        assert!(
+            off_px.abs() < 3.0 * found.sigmas[0],
+            "{off_px} {}",
+            found.sigmas[0]
+        );
+        assert!(found.wrong_tags < 5, "{}", found.wrong_tags);
+    }
+}
+
+#[test]
+fn what_all_corners_of_an_image_share_counts_once() {
+    let squares = (40..60).map(|seed| {
+        let mut walk = BoardWalk::new(ordinary(), seed);
+        walk.breathing = 0.002;
+        let found = solved(&walk, Some(LensModel::BrownConrady)).unwrap();
+        ((found.lens.intrinsics().fx - ordinary().intrinsics().fx) / found.sigmas[0]).powi(2)
+    });
+    let rms = (squares.sum::<f64>() / 20.0).sqrt();
+    assert!((0.5..1.5).contains(&rms), "{rms}");
+}
+
+#[test]
 fn squares_that_contradict_their_distances_are_found() {
     let mut session = LensSession::new(&board(1.02, 1.0), options(None)).unwrap();
     for image in BoardWalk::new(ordinary(), 10).images() {

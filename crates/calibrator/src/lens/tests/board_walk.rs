@@ -23,6 +23,10 @@ pub(super) struct BoardWalk {
     pub wrong: f64,
     /// Part of the tags that are not seen.
     pub missing: f64,
+    /// How far the board's middle lies behind its rim, metres: it is bent to a cylinder.
+    pub bend_m: f64,
+    /// Standard deviation of the focal length from image to image, as a share of it: a lens that focuses.
+    pub breathing: f64,
     /// A tag of this id is also somewhere else, where the detector sees it instead.
     pub second_of: Option<u32>,
 }
@@ -99,6 +103,8 @@ impl BoardWalk {
             depth: [0.28, 0.53],
             wrong: 0.0,
             missing: 0.0,
+            bend_m: 0.0,
+            breathing: 0.0,
             second_of: None,
         }
     }
@@ -112,8 +118,9 @@ impl BoardWalk {
 
     fn image(&self, at: usize, random: &mut Random) -> ImageObservation {
         let camera_from_board = self.pose(random);
+        let lens = self.breathed(random);
         let tags = (0..30_u32).filter_map(|id| {
-            let mut corners = self.corners(&camera_from_board, id, random)?;
+            let mut corners = self.corners(&lens, &camera_from_board, id, random)?;
             if random.unit() < self.missing {
                 return None;
             }
@@ -145,6 +152,18 @@ impl BoardWalk {
         }
     }
 
+    /// The lens in one image.
+    fn breathed(&self, random: &mut Random) -> Lens {
+        if self.breathing == 0.0 {
+            return self.lens;
+        }
+        let mut parameters = self.lens.parameters();
+        let factor = 1.0 + self.breathing * random.normal();
+        parameters[0] *= factor;
+        parameters[1] *= factor;
+        self.lens.with_parameters(&parameters).unwrap()
+    }
+
     /// Somewhere in the picture, facing the camera but for the tilt.
     fn pose(&self, random: &mut Random) -> Pose {
         let focal = self.lens.intrinsics().fx;
@@ -168,6 +187,7 @@ impl BoardWalk {
     /// Noisy corners, where the whole tag is in the picture.
     fn corners(
         &self,
+        lens: &Lens,
         camera_from_board: &Pose,
         id: u32,
         random: &mut Random,
@@ -184,7 +204,9 @@ impl BoardWalk {
                 .zip([[-half, half], [half, half], [half, -half], [-half, -half]])
         {
             let on_board = Point3::new(middle[0] + x, middle[1] + y, 0.0);
-            let pixel = self.lens.project(&(camera_from_board * on_board))?;
+            let from_rim = (on_board.y / (2.5 * PITCH + half)).powi(2) - 1.0;
+            let on_board = on_board + Vector3::z() * (self.bend_m * from_rim);
+            let pixel = lens.project(&(camera_from_board * on_board))?;
             let inside = (0.0..=639.0).contains(&pixel.x) && (0.0..=479.0).contains(&pixel.y);
             inside.then_some(())?;
             *corner = Point2::new(

@@ -1,0 +1,168 @@
+//! How far estimates depend on which images there are: the delete-one-group jackknife over clusters of images that follow one another (B.
+//! Efron, The jackknife, the bootstrap and other resampling plans, 1982, ch. 2; for clusters: C. F. J. Wu, Annals of Statistics 14, 1986).
+//!
+//! Corners of an image share what no model has: the bend of a board, blur, a lens of another form. Their errors are no independent noise,
+//! so that the information of all corners states more than is known. What clusters disagree by does not: with g and I a cluster's gradient
+//! and information at the optimum and A the information of all, the estimate without it lies (A - I)^-1 g aside.
+
+use super::elimination::ReducedSystem;
+use super::equations::Equations;
+use super::layout::{KeptParameter, Layout};
+use super::state::Bundle;
+use nalgebra::{DMatrix, DVector};
+use sextant_geometry::least_squares::Kernel;
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+/// Clusters of an adjustment.
+const CLUSTERS: usize = 40;
+/// Fewer of them say nothing.
+const LEAST_CLUSTERS: usize = 5;
+/// Steps of the fixed point x = A^-1 (g + I x), the estimate without the cluster.
+const STEPS: usize = 20;
+
+/// What the images of a cluster say of the kept parameters.
+pub(super) struct Cluster {
+    pub information: DMatrix<f64>,
+    pub gradient: DVector<f64>,
+}
+
+/// The clusters of a bundle, at its estimates.
+pub(super) fn clusters<const D: usize>(
+    bundle: &Bundle,
+    layout: &Layout,
+    kernel: &Kernel,
+) -> impl Iterator<Item = Cluster> {
+    let n = bundle.instants.len();
+    let n_clusters = if n < LEAST_CLUSTERS {
+        0
+    } else {
+        n.min(CLUSTERS)
+    };
+    let instants = (0..n_clusters).map(move |k| k * n / n_clusters..(k + 1) * n / n_clusters);
+    instants.filter_map(|instants| {
+        let part = part(bundle, &instants);
+        let equations = Equations::<D>::of(&part, layout, kernel);
+        let reduced = ReducedSystem::of(&equations, 0.0)?;
+        Some(Cluster {
+            information: reduced.information,
+            gradient: reduced.gradient,
+        })
+    })
+}
+
+/// The instants of a range with their images, and nothing else that is known.
+fn part(bundle: &Bundle, instants: &Range<usize>) -> Bundle {
+    let first = |instant: usize| {
+        bundle
+            .images
+            .partition_point(|image| image.instant < instant)
+    };
+    let mut images = bundle.images[first(instants.start)..first(instants.end)].to_vec();
+    for image in &mut images {
+        image.instant -= instants.start;
+    }
+    Bundle {
+        cameras: bundle.cameras.clone(),
+        tags: bundle.tags.clone(),
+        instants: bundle.instants[instants.clone()].to_vec(),
+        images,
+        motion: bundle.motion,
+        anchors: Vec::new(),
+    }
+}
+
+/// The jackknife's factors on the standard deviations of the parameters, at least one: one factor for all camera poses, one for all poses
+/// and one for all sizes of tags, since each is known in relation to the others, and one for each lens and each clock. `covariance` is
+/// that of the images' noise, `displacements` the steps of the estimates without one cluster each.
+pub(super) fn factors(
+    parameters: &[KeptParameter],
+    covariance: &DMatrix<f64>,
+    displacements: &[DVector<f64>],
+) -> DVector<f64> {
+    let mut factors = DVector::from_element(parameters.len(), 1.0);
+    if displacements.len() < LEAST_CLUSTERS {
+        return factors;
+    }
+    let n = displacements.len() as f64;
+    let mean: DVector<f64> = displacements.iter().sum::<DVector<f64>>() / n;
+    // By class: the sum over its blocks of the jackknife's squares in units of the covariance, and the number of parameters.
+    let mut classes: BTreeMap<Class, (f64, f64)> = BTreeMap::new();
+    for block in blocks(parameters) {
+        let own = covariance.view((block.start, block.start), (block.len(), block.len()));
+        let Some(factor) = own.into_owned().cholesky() else {
+            continue;
+        };
+        let squares = displacements.iter().map(|step| {
+            let step = step.rows(block.start, block.len()) - mean.rows(block.start, block.len());
+            step.dot(&factor.solve(&step))
+        });
+        let sum = classes
+            .entry(Class::of(parameters[block.start]))
+            .or_default();
+        sum.0 += squares.sum::<f64>() * (n - 1.0) / n;
+        sum.1 += block.len() as f64;
+    }
+    for (at, parameter) in parameters.iter().enumerate() {
+        if let Some((squares, n)) = classes.get(&Class::of(*parameter)) {
+            factors[at] = (squares / n).sqrt().max(1.0);
+        }
+    }
+    factors
+}
+
+/// The step of the estimates without a cluster: `inverse` is that of the information of all.
+pub(super) fn displacement(
+    inverse: &DMatrix<f64>,
+    gradient: &DVector<f64>,
+    information: impl Fn(&DVector<f64>) -> DVector<f64>,
+) -> DVector<f64> {
+    let mut step = inverse * gradient;
+    for _ in 0..STEPS {
+        step = inverse * (gradient + information(&step));
+    }
+    step
+}
+
+/// Parameters with one factor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Class {
+    CameraPoses,
+    TagPoses,
+    TagSizes,
+    Lens(usize),
+    Clock(usize),
+}
+
+impl Class {
+    fn of(parameter: KeptParameter) -> Self {
+        match parameter {
+            KeptParameter::CameraPosition { .. } | KeptParameter::CameraRotation { .. } => {
+                Self::CameraPoses
+            }
+            KeptParameter::TagPosition { .. } | KeptParameter::TagRotation { .. } => Self::TagPoses,
+            KeptParameter::TagSize { .. } => Self::TagSizes,
+            KeptParameter::Lens { camera, .. } => Self::Lens(camera),
+            KeptParameter::Clock { camera } => Self::Clock(camera),
+        }
+    }
+}
+
+/// Rows of one pose, of one lens, or of one number.
+fn blocks(parameters: &[KeptParameter]) -> Vec<Range<usize>> {
+    let owner = |parameter: &KeptParameter| match *parameter {
+        KeptParameter::CameraPosition { camera, .. }
+        | KeptParameter::CameraRotation { camera, .. } => (0, camera),
+        KeptParameter::TagPosition { tag, .. } | KeptParameter::TagRotation { tag, .. } => (1, tag),
+        KeptParameter::Lens { camera, .. } => (2, camera),
+        KeptParameter::Clock { camera } => (3, camera),
+        KeptParameter::TagSize { tag } => (4, tag),
+    };
+    let mut start = 0;
+    let runs = parameters.chunk_by(|a, b| owner(a) == owner(b));
+    runs.map(|run| {
+        start += run.len();
+        start - run.len()..start
+    })
+    .collect()
+}
