@@ -139,6 +139,7 @@ fn image(
         capture_ns,
         clock_error_ns,
         exposure_ns: 0,
+        resolution: None,
         tags,
     })
 }

@@ -156,6 +156,7 @@ fn key_of(fault: &Fault) -> String {
         Fault::ObjectScaled { object, .. } => format!("scaled {object}"),
         Fault::ObjectContradicted { object, .. } => format!("contradicted {object}"),
         Fault::ObjectUnplaced { object } => format!("unplaced {object}"),
+        Fault::ImageSize { camera, .. } => format!("size {camera}"),
     }
 }
 

@@ -31,6 +31,7 @@ impl Scene {
             capture_ns: START_NS.wrapping_add_signed((stamp_s * 1e9).round() as i64),
             clock_error_ns: clock.stated_error_ns,
             exposure_ns: 0,
+            resolution: None,
             tags,
         };
         if random.within(0.0, 1.0) < self.way.lost {

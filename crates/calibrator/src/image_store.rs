@@ -199,6 +199,7 @@ mod tests {
             capture_ns: ms * 1_000_000,
             clock_error_ns: 0,
             exposure_ns: 0,
+            resolution: None,
             tags: Vec::new(),
         }
     }

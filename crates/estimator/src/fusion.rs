@@ -201,6 +201,7 @@ impl Fusion {
         );
         let frozen = self.frozen_cameras.frozen(self.now_ns);
         all.extend(faults::of_cameras(&self.site, frozen, &self.diagnosis));
+        all.extend(faults::of_sizes(&self.site, self.intake.other_sizes()));
         // Of two cameras that contradict each other nobody knows which views are right.
         let is_explained = all
             .iter()
@@ -233,6 +234,7 @@ impl Fusion {
                     | Fault::Untimely { .. }
                     | Fault::HostClockOff { .. }
                     | Fault::CameraFrozen { .. }
+                    | Fault::ImageSize { .. }
                     | Fault::ObjectScaled { .. }
                     | Fault::ObjectUnplaced { .. }
             )
@@ -249,9 +251,10 @@ impl Fusion {
     }
 
     fn take_image(&mut self, now_ns: u64, image: &ImageObservation) {
-        if self
-            .intake
-            .is_from_before_step(now_ns, image, &self.options)
+        if self.intake.is_of_other_size(image, &self.site)
+            || self
+                .intake
+                .is_from_before_step(now_ns, image, &self.options)
         {
             return;
         }

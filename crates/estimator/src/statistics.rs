@@ -15,6 +15,8 @@ pub struct CameraStatistics {
     pub late: u64,
     /// Images whose capture time lies ahead of the present.
     pub ahead: u64,
+    /// Images of another size than the rig says.
+    pub other_size: u64,
     /// Tags that belong to no object.
     pub unknown_tags: u64,
     /// Tags with a corner that is not finite, or far outside of the image.

@@ -72,6 +72,7 @@ pub fn observation(
         capture_ns: row.capture_ns,
         clock_error_ns: ImageObservation::CLOCK_ERROR_UNKNOWN,
         exposure_ns: EXPOSURE_UNKNOWN_NS,
+        resolution: None,
         tags: tags.iter().map(corners_of).collect(),
     })
 }

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix2, Point2, SMatrix};
 use sextant_geometry::CORNER_PAIRS;
 
-use crate::{CameraId, TagId};
+use crate::{Camera, CameraId, TagId};
 
 /// The corners of one tag in one image.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,6 +62,8 @@ pub struct ImageObservation {
     pub clock_error_ns: u64,
     /// Length of the exposure in ns; 0 where unknown.
     pub exposure_ns: u64,
+    /// Width and height of the image in pixels; `None` where unknown.
+    pub resolution: Option<[u32; 2]>,
     /// The detected tags; may be empty, since an image without tags is information, too.
     pub tags: Vec<TagCorners>,
 }
@@ -69,4 +71,9 @@ pub struct ImageObservation {
 impl ImageObservation {
     /// Clock error of a camera whose clock is not synchronised.
     pub const CLOCK_ERROR_UNKNOWN: u64 = u64::MAX;
+
+    /// Whether its size is that of the camera's lens, as far as it is known: of another one the lens tells nothing.
+    pub fn is_of(&self, camera: &Camera) -> bool {
+        self.resolution.is_none_or(|size| size == camera.resolution)
+    }
 }

@@ -104,6 +104,15 @@ pub enum Fault {
         /// Which object.
         object: ObjectId,
     },
+    /// The camera's images are not taken in, since they are of another size than the rig says.
+    ImageSize {
+        /// Which camera.
+        camera: CameraId,
+        /// Their width and height, px.
+        size: [u32; 2],
+        /// Those of the rig, px.
+        of_rig: [u32; 2],
+    },
 }
 
 impl fmt::Display for Fault {
@@ -202,6 +211,14 @@ impl fmt::Display for Fault {
             Self::ObjectUnplaced { object } => write!(
                 f,
                 "no tag of object {object} has a place on it, it can't be tracked: run `sextant learn`, or give object_from_tag in its file"
+            ),
+            Self::ImageSize {
+                camera,
+                size: [width, height],
+                of_rig: [rig_width, rig_height],
+            } => write!(
+                f,
+                "images of camera {camera} are {width}x{height}, its lens in the rig is of {rig_width}x{rig_height}, so that they are left out: let it take images of that size, or calibrate the lens at the other one"
             ),
         }
     }

@@ -56,6 +56,7 @@ function tag(value: unknown): string {
   return `tag ${String(family)}:${String(id)}`;
 }
 
+const sides = (size: unknown): string => (Array.isArray(size) ? size.map(String).join("x") : "");
 const tagOf = (fields: Fields): string => `${tag(fields.tag)} of object ${String(fields.object)}`;
 
 /** A span of time. */
@@ -121,6 +122,11 @@ const FAULTS: Stories = {
     ),
   object_unplaced: ({ object }) =>
     story(`no tag of object ${String(object)} has a place on it, it cannot be tracked`, "run `sextant learn`, or give object_from_tag in its file"),
+  image_size: ({ camera, size, of_rig }) =>
+    story(
+      `images of camera ${String(camera)} are ${sides(size)}, its lens in the rig is of ${sides(of_rig)}, so that they are left out`,
+      "let it take images of that size, or calibrate the lens at the other one",
+    ),
 };
 
 const IMPERFECTIONS: Stories = {

@@ -89,6 +89,7 @@ pub(super) fn image(step: u64) -> ImageObservation {
         capture_ns: step * 33_333_333,
         clock_error_ns: 0,
         exposure_ns: 0,
+        resolution: None,
         tags: tags.collect(),
     }
 }

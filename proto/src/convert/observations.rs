@@ -12,6 +12,7 @@ impl From<&Observations> for ImageObservation {
             capture_ns: message.capture_ns,
             clock_error_ns: clock_error_ns(message.clock),
             exposure_ns: u64::from(message.exposure_ns),
+            resolution: Some(message.resolution.map(u32::from)),
             tags: message.tags.iter().map(TagCorners::from).collect(),
         }
     }

@@ -165,7 +165,8 @@ fn check_fault(fault: &Fault) -> Result<(), OutOfRange> {
         | Fault::TagElsewhere { .. }
         | Fault::DuplicateTag { .. }
         | Fault::LensOff { .. }
-        | Fault::ObjectUnplaced { .. } => Ok(()),
+        | Fault::ObjectUnplaced { .. }
+        | Fault::ImageSize { .. } => Ok(()),
     }
 }
 

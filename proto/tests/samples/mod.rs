@@ -321,6 +321,11 @@ fn faults() -> Vec<Fault> {
         Fault::ObjectUnplaced {
             object: self::object(),
         },
+        Fault::ImageSize {
+            camera: south(),
+            size: [640, 480],
+            of_rig: [1280, 720],
+        },
     ]
 }
 

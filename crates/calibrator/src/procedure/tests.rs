@@ -69,6 +69,7 @@ fn image(camera: &str, step: usize, camera_from_object: &Pose) -> ImageObservati
         capture_ns: step as u64 * 33_333_333,
         clock_error_ns: 0,
         exposure_ns: 0,
+        resolution: None,
         tags: tags.filter(is_inside).collect(),
     }
 }

@@ -194,6 +194,7 @@ pub fn image(
         capture_ns: 1_000_000_000 + (stamp_s * 1e9).round() as u64,
         clock_error_ns: ImageObservation::CLOCK_ERROR_UNKNOWN,
         exposure_ns: 0,
+        resolution: None,
         tags: tags.collect(),
     }
 }

@@ -92,6 +92,7 @@ mod tests {
             capture_ns: 0,
             clock_error_ns: 0,
             exposure_ns: 0,
+            resolution: None,
             tags: vec![TagCorners {
                 tag,
                 corners: corners.map(|(a, b)| Point2::new(x + 20.0 * a, 20.0 * b)),

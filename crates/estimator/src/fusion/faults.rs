@@ -134,6 +134,21 @@ pub(crate) fn of_cameras(
     frozen.chain(lenses).collect()
 }
 
+/// Cameras whose images are of another size than the rig says.
+pub(crate) fn of_sizes<'a>(
+    site: &Site,
+    sizes: impl Iterator<Item = (&'a CameraId, [u32; 2])>,
+) -> Vec<Fault> {
+    let faults = sizes.filter_map(|(camera, size)| {
+        Some(Fault::ImageSize {
+            camera: camera.clone(),
+            size,
+            of_rig: site.camera(camera)?.1.resolution,
+        })
+    });
+    faults.collect()
+}
+
 /// What keeps an object from being tracked, whatever camera or tag it is due to.
 pub(crate) fn of_objects(
     site: &Site,

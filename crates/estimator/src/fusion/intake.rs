@@ -12,6 +12,8 @@ pub(crate) struct ImageIntake {
     statistics: Statistics,
     /// Capture times of each camera's images within the window, to know duplicates.
     recent_ns: BTreeMap<CameraId, BTreeSet<u64>>,
+    /// Size of the last image of each camera whose images are of another size than the rig says.
+    other_sizes: BTreeMap<CameraId, [u32; 2]>,
     /// When the clock was last set, by the clock as it is since; 0 where it never was.
     stepped_ns: u64,
 }
@@ -27,6 +29,7 @@ impl ImageIntake {
         let mut intake = Self {
             statistics: Statistics::default(),
             recent_ns: BTreeMap::new(),
+            other_sizes: BTreeMap::new(),
             stepped_ns: 0,
         };
         intake.rig_changed(site);
@@ -49,6 +52,32 @@ impl ImageIntake {
             .cameras
             .retain(|id, _| site.camera(id).is_some());
         self.recent_ns.retain(|id, _| site.camera(id).is_some());
+        self.other_sizes.clear();
+    }
+
+    /// Whether an image is of another size than the rig says, whose corners the lens can't place. Counts such images.
+    pub fn is_of_other_size(&mut self, image: &ImageObservation, site: &Site) -> bool {
+        let Some((_, camera)) = site.camera(&image.camera) else {
+            return false;
+        };
+        match image.resolution.filter(|size| *size != camera.resolution) {
+            Some(size) => {
+                self.counts(&image.camera).other_size += 1;
+                self.other_sizes.insert(image.camera.clone(), size);
+                true
+            }
+            None => {
+                self.other_sizes.remove(&image.camera);
+                false
+            }
+        }
+    }
+
+    /// Cameras whose last image was of another size than the rig says, with that size.
+    pub fn other_sizes(&self) -> impl Iterator<Item = (&CameraId, [u32; 2])> {
+        self.other_sizes
+            .iter()
+            .map(|(camera, size)| (camera, *size))
     }
 
     /// The clock was set to `now_ns`: the capture times of former images are by another clock.

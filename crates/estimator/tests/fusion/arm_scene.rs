@@ -135,6 +135,7 @@ pub fn image(
         capture_ns: time_ns,
         clock_error_ns: 0,
         exposure_ns: 0,
+        resolution: None,
         tags,
     }
 }

@@ -4,7 +4,7 @@ use nalgebra::{Matrix2, Point2};
 use proptest::prelude::*;
 use sextant_estimator::{FusionOptions, Input};
 use sextant_site_model::{CameraId, ImageObservation, TagCorners};
-use sextant_site_report::State;
+use sextant_site_report::{Fault, State};
 
 use crate::scene::{
     Random, START_NS, cube, feed, fusion, path_at, poses, position_error, rig, run, tag_id,
@@ -42,6 +42,41 @@ fn what_cannot_be_used_is_counted() {
     assert_eq!(statistics.unknown_cameras, 1);
     assert_eq!((counts.duplicates, counts.ahead, counts.late), (1, 1, 1));
     assert_eq!((counts.unknown_tags, counts.damaged_tags), (1, 1));
+}
+
+#[test]
+fn images_of_another_size_than_the_rig_says_are_left_out_and_named() {
+    let (rig, object) = (rig(2), cube());
+    let mut fusion = fusion(&rig, &object, FusionOptions::default());
+    let of_rig = rig.cameras()[0].resolution;
+    let size = of_rig.map(|pixels| pixels / 2);
+    let mut images = run(&rig, &object, 0.1, 1.5, &mut Random(1));
+    for image in &mut images {
+        let is_smaller = image.camera == rig.cameras()[0].id;
+        image.resolution = Some(if is_smaller { size } else { of_rig });
+    }
+    for image in &images {
+        for pose in feed(&mut fusion, image.clone()) {
+            assert_eq!(pose.cameras, 1);
+        }
+    }
+    let camera = rig.cameras()[0].id.clone();
+    assert!(fusion.statistics().cameras[&camera].other_size > 10);
+    let named = Fault::ImageSize {
+        camera: camera.clone(),
+        size,
+        of_rig,
+    };
+    assert!(fusion.faults().contains(&named));
+    let as_in_the_rig = ImageObservation {
+        resolution: Some(of_rig),
+        ..images
+            .into_iter()
+            .rfind(|image| image.camera == camera)
+            .unwrap()
+    };
+    feed(&mut fusion, as_in_the_rig);
+    assert!(!fusion.faults().contains(&named));
 }
 
 #[test]
@@ -105,6 +140,7 @@ proptest! {
                 capture_ns,
                 clock_error_ns: if after_ns % 2 == 0 { 0 } else { ImageObservation::CLOCK_ERROR_UNKNOWN },
                 exposure_ns: 0,
+                resolution: None,
                 tags,
             };
             fusion.handle(START_NS + 1_000_000_000, Input::Image(image));

@@ -206,6 +206,7 @@ impl Eye<'_> {
             capture_ns: time_ns,
             clock_error_ns: 0,
             exposure_ns: 0,
+            resolution: None,
             tags: tags.collect(),
         }
     }

@@ -148,6 +148,7 @@ impl BoardWalk {
             capture_ns: at as u64 * 100_000_000,
             clock_error_ns: ImageObservation::CLOCK_ERROR_UNKNOWN,
             exposure_ns: 0,
+            resolution: None,
             tags: tags.collect(),
         }
     }
