@@ -50,7 +50,7 @@ impl House {
         Self::of(scene, scene)
     }
 
-    /// A house whose files say more than its camera feeds see: cameras and objects of real camera nodes.
+    /// A house whose files say otherwise than its camera feeds see: more, for cameras and objects of real camera nodes, or with errors.
     ///
     /// # Panics
     /// When files cannot be written.

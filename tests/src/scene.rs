@@ -49,6 +49,28 @@ impl Scene {
         }
     }
 
+    /// The site as its files have it after somebody measured it by hand: cameras a centimetre and a third of a degree off.
+    ///
+    /// # Panics
+    /// Never: the cameras have poses.
+    #[must_use]
+    pub fn measured_by_hand(&self) -> Self {
+        let mut random = Random::new(7);
+        let mut errors = |sigma: f64| Vector3::from_fn(|_, _| sigma * random.normal());
+        let cameras = self.rig.cameras().iter().map(|camera| {
+            let error = Pose::from_parts(
+                errors(0.006).into(),
+                UnitQuaternion::from_scaled_axis(errors(0.0035)),
+            );
+            let pose = camera.world_from_camera.map(|pose| pose * error);
+            Camera::new(camera.id.clone(), camera.resolution, camera.lens, pose)
+        });
+        Self {
+            rig: Rig::new(cameras.collect()).expect("a rig"),
+            ..self.clone()
+        }
+    }
+
     /// What a camera sees at `time_ns`, as its node would publish it; the objects are where they are `seconds` after the start.
     pub fn observe(&mut self, camera: usize, seconds: f64, time_ns: u64) -> Observations {
         let objects = self.objects.clone();

@@ -59,6 +59,47 @@ fn replaced(
     assert!(!is_full() || !flaps, "{epochs:?}, not {first} and {second}");
 }
 
+/// Learning ten objects and five cameras whose files are off keeps no image waiting, so that the standby never takes over.
+#[test]
+fn learning_keeps_nobody_waiting() {
+    let names: Vec<String> = (0..10).map(|k| format!("box{k}")).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let scene = Scene::new(5, &names);
+    let mut house = House::of(&scene.measured_by_hand(), &scene);
+    let router = house.router("router", &[]);
+    house.fusion("main", &[&router]);
+    house.fusion("spare", &[&router]);
+    let witness = Witness::start(&house.keys, &[&router]);
+    let begun = Instant::now();
+    let _feed = CameraFeed::start(
+        &house,
+        Cameras {
+            cameras: &[0, 1, 2, 3, 4],
+            routers: &[&router],
+            start_ns: now_ns(),
+            rate_hz: 15,
+        },
+    );
+    await_tracking(&house, &[&router], 2);
+    let since = Instant::now();
+    std::thread::sleep(lasting(60, 10).saturating_sub(begun.elapsed()));
+    let statuses = house.await_statuses(&[&router], one_publishes);
+    assert!(statuses["main"].notices.is_empty(), "{statuses:?}");
+    let all = witness.sights();
+    let epochs: BTreeSet<u64> = all.iter().map(|one| one.pose.epoch).collect();
+    assert!(!is_full() || epochs.len() == 1, "{epochs:?}");
+    Figure {
+        row: "main and standby, 5 cameras and 10 objects, files off",
+        what: "learning",
+        value: longest_gap_ms(&witness.used_since(since), since),
+        unit: "ms without a pose",
+        at_most: 150.0,
+    }
+    .keep();
+    assert_epochs_increase(&all);
+    assert_fresh(&all);
+}
+
 #[test]
 fn a_publisher_that_is_killed_is_replaced() {
     replaced(
