@@ -51,6 +51,8 @@ fn run_session(shared: &Arc<Shared>, shutdown: &Shutdown) -> anyhow::Result<()> 
         keys.all_camera_statuses(),
         keys.all_fusion_statuses(),
         keys.all_config_answers(),
+        keys.all_proposals(),
+        keys.all_formers(),
         keys.all_clocks(),
         keys.all_inputs(),
         keys.all_links(),
