@@ -8,6 +8,7 @@ mod chores;
 mod dependencies;
 mod faults;
 mod fuzz;
+mod generated;
 mod install;
 mod package;
 mod plan;
