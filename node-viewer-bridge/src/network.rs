@@ -1,8 +1,8 @@
 //! The bridge's network session: subscribes to the site, queries kept messages, watches which nodes are alive. Previews and detection
 //! reports are subscribed to only while a client is connected, because cameras make them only for subscribers.
 
-use crate::bridge::Shared;
 use crate::forwarder::Forwarder;
+use crate::shared::Shared;
 use crate::wizard::Outgoing;
 use sextant_process::{Exit, Shutdown, WithExit, fail_point};
 use sextant_proto::{Keys, Message, NodeKind, limits};

@@ -6,7 +6,7 @@ import type { ObjectState } from "../site.ts";
 import { Body } from "./body.ts";
 import { Ellipsoid } from "./ellipsoid.ts";
 import type { Label, LabelLayer } from "./labels.ts";
-import type { StageOptions } from "./stage.ts";
+import type { StageOptions } from "./options.ts";
 import { Plumb } from "./plumb.ts";
 import { Trail } from "./trail.ts";
 
