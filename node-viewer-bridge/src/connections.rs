@@ -30,7 +30,7 @@ const HEADER_TIMEOUT: Duration = Duration::from_secs(5);
 const LIFETIME: Duration = Duration::from_secs(60);
 /// What a connection may send ahead, bytes: a header, and a part of a command.
 const READ_BUFFER: usize = 16 * 1024;
-/// How long open requests may still take after the wish to stop, and at the end of a connection's life.
+/// How long open requests may still take after a request to stop, and at the end of a connection's life.
 const GRACE: Duration = Duration::from_millis(500);
 /// The pause after the system refused a connection, as it does without free file descriptors.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(100);

@@ -1,10 +1,11 @@
 //! Payloads of the site's keys into the mirror of the site and the hub. Runs on the network's threads: decodes, writes JSON, never waits.
 
-use crate::bridge::Shared;
-use crate::hub::{Frame, Slot};
+use crate::frame::{Frame, frame_of};
+use crate::hub::Slot;
 use crate::link_frames::Part;
 use crate::message::{Message, Models};
 use crate::metrics::Moment;
+use crate::shared::Shared;
 use crate::wizard::Offer;
 use crate::{link_frames, translate};
 use sextant_process::{fail_point, monotonic_ns, now_ns};
@@ -250,12 +251,6 @@ fn with_real_tags(mut image: ImageObservation) -> ImageObservation {
         .tags
         .retain(|seen| (seen.tag.id as usize) < seen.tag.family.data().codes.len());
     image
-}
-
-/// A message as a text frame.
-pub(crate) fn frame_of(message: &Message<'_>) -> Frame {
-    // Plain data with string keys: writing it into memory cannot fail.
-    Frame::Text(serde_json::to_string(message).unwrap_or_default().into())
 }
 
 #[cfg(test)]

@@ -3,7 +3,8 @@
 //! Each kind of slot has room for so many ids, and all frames together for so many bytes. Drop rule: what finds no room is
 //! refused and counted; a slot without news for [`FORGOTTEN_NS`] is forgotten.
 
-use axum::extract::ws;
+use crate::frame::{Frame, length};
+use axum::extract::ws::Utf8Bytes;
 use sextant_process::monotonic_ns;
 use sextant_queue::{DropRule, Queue, StreamBounds};
 use sextant_site_mirror::limits::FORGOTTEN_NS;
@@ -11,24 +12,12 @@ use sextant_site_mirror::{BoundedMap, Full};
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// One WebSocket frame, shared by all clients without a copy.
-pub(crate) type Frame = ws::Message;
-
 /// What waits for one client: the newest frame of each slot. For a client that has fallen behind for good everything is dropped and the
 /// connection is to be closed; a page then connects anew and gets the newest of everything.
 pub(crate) type Outbox = Queue<Frame, Slot>;
 
 /// What waits for a client at most: the newest of everything that the hub keeps, and some farewells.
 const WAITING: StreamBounds = StreamBounds::new(8192, 48 << 20);
-
-/// Bytes of a frame.
-pub(crate) fn length(frame: &Frame) -> usize {
-    match frame {
-        Frame::Text(text) => text.len(),
-        Frame::Binary(bytes) => bytes.len(),
-        _ => 0,
-    }
-}
 
 /// A text frame.
 #[cfg(test)]
@@ -225,7 +214,7 @@ impl Hub {
     }
 
     /// The newest text of every slot.
-    pub(crate) fn newest_texts(&self) -> Vec<ws::Utf8Bytes> {
+    pub(crate) fn newest_texts(&self) -> Vec<Utf8Bytes> {
         // Frames are shared: nothing but references is copied under the lock.
         let texts = |(_, frame): (&Slot, &Frame)| match frame {
             Frame::Text(text) => Some(text.clone()),

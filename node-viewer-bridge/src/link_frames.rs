@@ -1,8 +1,9 @@
 //! Objects that have links, as clients see them: each link as an object of its own, named `<object>.<link>`, and the joints.
 //! So a page that knows of no links draws them all the same.
 
-use crate::message::{Joint, ObjectTag, Pose};
-use crate::translate::{latency_ms, object_tag};
+use crate::message::{Joint, Pose};
+use crate::models::{ObjectTag, object_tag};
+use crate::translate::latency_ms;
 use sextant_proto::{JointState, LinkPose, ObjectConfig, ObjectLinks};
 
 /// A link with its tags.

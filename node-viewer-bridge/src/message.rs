@@ -1,23 +1,21 @@
 //! The JSON messages of `PROTOCOL.md`, as they are written. Knows no network and no client.
 
 use serde::Serialize;
-use sextant_proto::{
-    CameraStatus, ClockReport, DetectionReport, FusionStatus, NodeId, PoseConfig, SiteId,
-};
+use sextant_process::now_ns;
+use sextant_proto::{CameraStatus, ClockReport, DetectionReport, FusionStatus, NodeId, SiteId};
 use sextant_site_mirror::Rejections;
 use sextant_site_model::{CameraId, JointId, ObjectId};
 use sextant_site_report::State;
 use sextant_tag_families::Family;
 
 use crate::access::PageRole;
+use crate::models::{ObjectTag, RigCamera};
 use crate::webhook::WebhookCounts;
-use crate::wizard::WizardState;
-use crate::zones::{EventsReport, ZonesReport};
 
 /// Counted up when a field changes its meaning or goes.
-pub(crate) const PROTOCOL: u32 = 1;
+const PROTOCOL: u32 = 1;
 
-/// A message to clients; borrows what it can.
+/// A message to clients; borrows what it can. Those of zones and wizards are written where those are.
 #[derive(Debug, Serialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
 pub(crate) enum Message<'a> {
@@ -62,12 +60,6 @@ pub(crate) enum Message<'a> {
         resolution: [u16; 2],
         tags: Vec<TagOutline>,
     },
-    /// The zones, and what is in them.
-    Zones(ZonesReport<'a>),
-    /// What happened last.
-    Events(EventsReport<'a>),
-    /// What a wizard is about.
-    Wizard(&'a WizardState),
     CameraStatus(&'a CameraStatus),
     DetectionReport(&'a DetectionReport),
     FusionStatus(&'a FusionStatus),
@@ -93,6 +85,19 @@ pub(crate) enum Message<'a> {
     },
 }
 
+impl<'a> Message<'a> {
+    /// The first message of every connection.
+    pub(crate) fn hello(site: &'a SiteId, role: PageRole) -> Self {
+        Self::Hello {
+            site,
+            version: env!("CARGO_PKG_VERSION"),
+            protocol: PROTOCOL,
+            now_ns: now_ns(),
+            role,
+        }
+    }
+}
+
 /// Models that may be put in force; none of both where there is nothing.
 #[derive(Debug, Serialize)]
 pub(crate) struct Models<'a> {
@@ -104,39 +109,6 @@ pub(crate) struct Models<'a> {
     pub(crate) n_images: u32,
     pub(crate) before_px: f64,
     pub(crate) after_px: f64,
-}
-
-/// A camera of the rig.
-#[derive(Debug, Serialize)]
-pub(crate) struct RigCamera<'a> {
-    pub(crate) id: &'a CameraId,
-    pub(crate) resolution: [u32; 2],
-    pub(crate) lens: Lens<'a>,
-    pub(crate) world_from_camera: Option<PoseConfig>,
-}
-
-/// A lens as in `rig.toml`.
-#[derive(Debug, Serialize)]
-pub(crate) struct Lens<'a> {
-    pub(crate) model: &'static str,
-    pub(crate) fx: f64,
-    pub(crate) fy: f64,
-    pub(crate) cx: f64,
-    pub(crate) cy: f64,
-    #[serde(skip_serializing_if = "<[f64]>::is_empty")]
-    pub(crate) distortion: &'a [f64],
-}
-
-/// A tag of an object, with its print.
-#[derive(Debug, Serialize)]
-pub(crate) struct ObjectTag {
-    pub(crate) family: Family,
-    pub(crate) id: u32,
-    pub(crate) size_m: f64,
-    pub(crate) printed_size_m: f64,
-    pub(crate) object_from_tag: Option<PoseConfig>,
-    /// Rows of the print, top first; `1` is white.
-    pub(crate) modules: Vec<String>,
 }
 
 /// Where an object is.

@@ -1,8 +1,8 @@
 //! The bridge's network session: subscribes to the site, queries kept messages, watches which nodes are alive. Previews and detection
 //! reports are subscribed to only while a client is connected, because cameras make them only for subscribers.
 
-use crate::bridge::Shared;
 use crate::forwarder::Forwarder;
+use crate::shared::Shared;
 use crate::wizard::Outgoing;
 use sextant_process::{Exit, Shutdown, WithExit, fail_point};
 use sextant_proto::{Keys, Message, NodeKind, limits};
@@ -51,6 +51,8 @@ fn run_session(shared: &Arc<Shared>, shutdown: &Shutdown) -> anyhow::Result<()> 
         keys.all_camera_statuses(),
         keys.all_fusion_statuses(),
         keys.all_config_answers(),
+        keys.all_proposals(),
+        keys.all_formers(),
         keys.all_clocks(),
         keys.all_inputs(),
         keys.all_links(),

@@ -1,18 +1,20 @@
 //! HTTP: the page, the state, the WebSocket's door; every request passes the guard first.
 
-use crate::access::{Denied, PageRole};
+use crate::access::PageRole;
 use crate::assets;
-use crate::bridge::Shared;
-use crate::connections::{Connections, Peer};
-use crate::forwarder::frame_of;
+use crate::connections::Connections;
+use crate::frame::frame_of;
 use crate::hub::Slot;
 use crate::last_seconds::LAST_MCAP;
-use crate::message::{Message, PROTOCOL};
+use crate::message::Message;
 use crate::metrics::{self, Ailment, BridgeFigures};
+use crate::refusal::{Refusal, RefusalKind};
+use crate::request::{Context, as_json, is_json, refuse, role_of};
 use crate::session;
+use crate::shared::Shared;
 use crate::socket;
 use crate::webhook::Webhook;
-use crate::wizard::{self, Refusal, RefusalKind};
+use crate::wizard;
 use crate::zones;
 use anyhow::Context as _;
 use axum::Router;
@@ -24,10 +26,10 @@ use axum::routing::{get, post};
 use futures_util::stream;
 use sextant_process::{Shutdown, fail_point, monotonic_ns, now_ns, watchdog};
 use std::convert::Infallible;
-use std::net::{IpAddr, Ipv4Addr, TcpListener};
+use std::net::TcpListener;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use tokio::sync::watch;
 
 /// Threads for commands, which may read files; further commands wait.
@@ -35,14 +37,6 @@ const COMMAND_THREADS: usize = 2;
 /// Bounds the delay of a shutdown.
 const SHUTDOWN_LOOK: Duration = Duration::from_millis(50);
 const STATUS_PERIOD: Duration = Duration::from_secs(1);
-
-/// What each handler gets.
-#[derive(Clone)]
-pub(crate) struct Context {
-    pub(crate) shared: Arc<Shared>,
-    /// Becomes true when the bridge stops.
-    pub(crate) stopping: watch::Receiver<bool>,
-}
 
 /// Serves until `shutdown`. One thread is enough: it hands out bytes that others made. It never waits for a file.
 pub(crate) fn run(
@@ -157,47 +151,11 @@ async fn identify(
     }
 }
 
-/// What the sender of a request may do.
-pub(crate) fn role_of(shared: &Shared, request: &Request) -> Result<PageRole, Denied> {
-    // Every connection notes where it comes from.
-    let from = request.extensions().get::<Peer>();
-    let from = from.map_or(IpAddr::V4(Ipv4Addr::UNSPECIFIED), |from| from.0);
-    shared
-        .protection
-        .access
-        .role_of(request.headers(), from, Instant::now())
-}
-
-/// The answer to a request without permission to view.
-pub(crate) fn refuse(denied: Denied) -> Response<Body> {
-    match denied {
-        Denied::NoToken => assets::plain(
-            StatusCode::UNAUTHORIZED,
-            "say a token of this page: POST /api/session, or Authorization: Bearer TOKEN\n",
-        ),
-        Denied::TooManyTries => assets::plain(
-            StatusCode::TOO_MANY_REQUESTS,
-            "too many wrong tokens from this address; wait a minute\n",
-        ),
-    }
-}
-
 fn admitted(shared: &Shared, headers: &HeaderMap) -> bool {
     let text = |name| headers.get(name).map(HeaderValue::to_str);
     let origin = text(header::ORIGIN).map(|origin| origin.unwrap_or("null"));
     let host = text(header::HOST).and_then(Result::ok);
     shared.hosts.admits(host, origin)
-}
-
-/// The first message of every connection.
-pub(crate) fn hello(shared: &Shared, role: PageRole) -> Message<'_> {
-    Message::Hello {
-        site: &shared.config.site,
-        version: env!("CARGO_PKG_VERSION"),
-        protocol: PROTOCOL,
-        now_ns: now_ns(),
-        role,
-    }
 }
 
 /// The newest of everything. The texts are those that clients share: they are handed to the connection one by one, as fast as it
@@ -206,7 +164,8 @@ async fn state(
     State(context): State<Context>,
     Extension(role): Extension<PageRole>,
 ) -> Response<Body> {
-    let hello = serde_json::to_string(&hello(&context.shared, role)).unwrap_or_default();
+    let hello = serde_json::to_string(&Message::hello(&context.shared.config.site, role))
+        .unwrap_or_default();
     let first = Bytes::from(format!("{{\"messages\":[{hello}"));
     let texts = context.shared.hub.newest_texts().into_iter();
     let others = texts.flat_map(|text| [Bytes::from_static(b",\n"), text.into()]);
@@ -312,13 +271,6 @@ async fn answer_command(
     }
 }
 
-pub(crate) fn is_json(headers: &HeaderMap) -> bool {
-    let kind = headers.get(header::CONTENT_TYPE);
-    kind.and_then(|kind| kind.to_str().ok())
-        .and_then(|kind| kind.split(';').next())
-        .is_some_and(|kind| kind.trim().eq_ignore_ascii_case("application/json"))
-}
-
 fn refused(refusal: &Refusal) -> Response<Body> {
     let status = match refusal.kind {
         RefusalKind::Wrong => StatusCode::BAD_REQUEST,
@@ -374,18 +326,6 @@ async fn figures(State(context): State<Context>) -> Response<Body> {
     let mut response = Response::new(Body::from(text));
     let kind = HeaderValue::from_static(metrics::CONTENT_TYPE);
     response.headers_mut().insert(header::CONTENT_TYPE, kind);
-    response
-}
-
-pub(crate) fn as_json(status: StatusCode, json: Body) -> Response<Body> {
-    let mut response = Response::new(json);
-    *response.status_mut() = status;
-    let headers = response.headers_mut();
-    headers.insert(
-        header::CONTENT_TYPE,
-        HeaderValue::from_static("application/json"),
-    );
-    headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
     response
 }
 

@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use crate::assets;
 use crate::connections::Peer;
-use crate::server::{self, Context};
+use crate::request::{self, Context};
 
 /// Longest request, bytes.
 pub(crate) const MAX_BYTES: usize = 1024;
@@ -21,12 +21,12 @@ struct Login {
 
 /// `GET`: permissions of the browser.
 pub(crate) async fn ask(State(context): State<Context>, request: Request) -> Response<Body> {
-    match server::role_of(&context.shared, &request) {
+    match request::role_of(&context.shared, &request) {
         Ok(role) => {
             let json = serde_json::json!({ "role": role });
-            server::as_json(StatusCode::OK, format!("{json}\n").into())
+            request::as_json(StatusCode::OK, format!("{json}\n").into())
         }
-        Err(denied) => server::refuse(denied),
+        Err(denied) => request::refuse(denied),
     }
 }
 
@@ -38,7 +38,7 @@ pub(crate) async fn begin(
     body: Bytes,
 ) -> Response<Body> {
     // A form of another site cannot send this content type without a preflight request.
-    if !server::is_json(&headers) {
+    if !request::is_json(&headers) {
         return assets::plain(
             StatusCode::UNSUPPORTED_MEDIA_TYPE,
             "send application/json\n",
@@ -51,16 +51,16 @@ pub(crate) async fn begin(
     match access.role_of_token(&token, from, Instant::now()) {
         Ok(role) => {
             let json = serde_json::json!({ "role": role });
-            let answer = server::as_json(StatusCode::OK, format!("{json}\n").into());
+            let answer = request::as_json(StatusCode::OK, format!("{json}\n").into());
             with_cookie(answer, access.cookie_of(&token))
         }
-        Err(denied) => server::refuse(denied),
+        Err(denied) => request::refuse(denied),
     }
 }
 
 /// `DELETE`: removes the cookie.
 pub(crate) async fn end(State(context): State<Context>) -> Response<Body> {
-    let answer = server::as_json(StatusCode::OK, "{}\n".into());
+    let answer = request::as_json(StatusCode::OK, "{}\n".into());
     with_cookie(answer, context.shared.protection.access.no_cookie())
 }
 

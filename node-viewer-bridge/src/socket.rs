@@ -3,10 +3,11 @@
 
 use crate::access::PageRole;
 use crate::assets;
-use crate::bridge::Shared;
-use crate::forwarder::frame_of;
+use crate::frame::frame_of;
 use crate::hub::Outbox;
-use crate::server::{self, Context};
+use crate::message::Message as BridgeMessage;
+use crate::request::Context;
+use crate::shared::Shared;
 use axum::body::Body;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade, close_code};
 use axum::extract::{Extension, State};
@@ -94,7 +95,7 @@ async fn converse(
     terms: Terms,
     mut stopping: watch::Receiver<bool>,
 ) {
-    let hello = frame_of(&server::hello(&seat.shared, terms.role));
+    let hello = frame_of(&BridgeMessage::hello(&seat.shared.config.site, terms.role));
     if send(&mut socket, hello).await.is_err() {
         return;
     }

@@ -1,11 +1,10 @@
 //! From the network's messages to the clients'.
 
-use crate::message::{Lens, Message, ObjectTag, Pose, RigCamera, TagOutline};
+use crate::message::{Message, Pose, TagOutline};
+use crate::models::{camera, object_tag};
 use sextant_proto::{
-    CameraConfig, LensConfig, ObjectConfig, ObjectPose, ObjectTagConfig, ObjectTruth, Observations,
-    Preview, RigConfig, TagObservation,
+    ObjectConfig, ObjectPose, ObjectTruth, Observations, Preview, RigConfig, TagObservation,
 };
-use sextant_tag_families::{Family, module_is_white};
 
 /// First byte of a binary frame with a JPEG preview.
 const JPEG_PREVIEW: u8 = 1;
@@ -74,60 +73,6 @@ pub(crate) fn preview(preview: &Preview) -> Vec<u8> {
     frame
 }
 
-pub(crate) fn camera(camera: &CameraConfig) -> RigCamera<'_> {
-    RigCamera {
-        id: &camera.id,
-        resolution: camera.resolution,
-        lens: lens(&camera.lens),
-        world_from_camera: camera.world_from_camera,
-    }
-}
-
-fn lens(config: &LensConfig) -> Lens<'_> {
-    let [fx, fy, cx, cy] = config.intrinsics();
-    let model = match config {
-        LensConfig::Pinhole { .. } => "pinhole",
-        LensConfig::BrownConrady { .. } => "brown-conrady",
-        LensConfig::KannalaBrandt { .. } => "kannala-brandt",
-    };
-    let distortion = config.distortion();
-    Lens {
-        model,
-        fx,
-        fy,
-        cx,
-        cy,
-        distortion,
-    }
-}
-
-pub(crate) fn object_tag(tag: &ObjectTagConfig) -> ObjectTag {
-    let data = tag.family.data();
-    let in_modules = f64::from(data.total_width) / f64::from(data.border_width);
-    ObjectTag {
-        family: tag.family,
-        id: tag.id,
-        size_m: tag.size_m,
-        printed_size_m: tag.size_m * in_modules,
-        object_from_tag: tag.object_from_tag,
-        modules: modules(tag.family, tag.id),
-    }
-}
-
-fn modules(family: Family, id: u32) -> Vec<String> {
-    let width = usize::from(family.data().total_width);
-    let module = |x, y| {
-        if module_is_white(family, id, x, y) {
-            '1'
-        } else {
-            '0'
-        }
-    };
-    (0..width)
-        .map(|y| (0..width).map(|x| module(x, y)).collect())
-        .collect()
-}
-
 fn outline(tag: &TagObservation) -> TagOutline {
     TagOutline {
         family: tag.family,
@@ -148,14 +93,6 @@ mod tests {
     use super::*;
     use sextant_site_model::{CameraId, ObjectId};
     use sextant_site_report::State;
-
-    #[test]
-    fn a_print_has_a_white_ring_around_a_black_one() {
-        let rows = modules(Family::Tag36h11, 0);
-        assert_eq!(rows.len(), 10);
-        assert_eq!(rows[0], "1111111111");
-        assert_eq!(rows[1], "1000000001");
-    }
 
     #[test]
     fn a_pose_is_written_as_the_protocol_says() {
@@ -180,20 +117,6 @@ mod tests {
         assert_eq!(json["latency_ms"], 21.5);
         assert_eq!(json["state"], "tracking");
         assert_eq!(json["covariance"].as_array().unwrap().len(), 36);
-    }
-
-    #[test]
-    fn a_lens_is_written_as_in_the_rig_file() {
-        let config = LensConfig::KannalaBrandt {
-            fx: 1.0,
-            fy: 2.0,
-            cx: 3.0,
-            cy: 4.0,
-            distortion: [0.1, 0.2, 0.3, 0.4],
-        };
-        let json = serde_json::to_value(lens(&config)).unwrap();
-        assert_eq!(json["model"], "kannala-brandt");
-        assert_eq!(json["distortion"][3], 0.4);
     }
 
     #[test]

@@ -15,9 +15,8 @@ pub(crate) mod samples;
 mod service;
 mod state;
 
-pub(crate) use command::{Command, MAX_BYTES as MAX_COMMAND_BYTES, Refusal, RefusalKind};
+pub(crate) use command::{Command, MAX_BYTES as MAX_COMMAND_BYTES};
 pub(crate) use offers::Offer;
 pub(crate) use publication::Outgoing;
 pub(crate) use run::run;
 pub(crate) use service::WizardService;
-pub(crate) use state::WizardState;

@@ -15,4 +15,4 @@ pub(crate) use command::{Command, MAX_BYTES as MAX_COMMAND_BYTES};
 pub(crate) use event::Event;
 #[cfg(test)]
 pub(crate) use event::EventKind;
-pub(crate) use service::{EventsReport, ZoneService, ZonesReport};
+pub(crate) use service::ZoneService;

@@ -6,17 +6,19 @@
 )]
 
 mod messages;
+mod protocol;
 
 use serde_json::Value;
 use sextant_process::Shutdown;
 use sextant_proto::{
-    CameraConfig, ClockQuality, Keys, LensConfig, NodeId, ObjectConfig, ObjectTagConfig,
+    CameraConfig, ClockQuality, Keys, LensConfig, NodeId, NodeKind, ObjectConfig, ObjectTagConfig,
     Observations, Preview, RigConfig, Timing, encode,
 };
 use sextant_recordings::mcap::site_recording::SiteRecording;
 use sextant_site_model::{CameraId, ObjectId};
 use sextant_tag_families::Family;
 use sextant_zenoh_bus::{Bus, BusOptions, DropRule, Qos, RawLatest};
+use std::collections::BTreeSet;
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::path::Path;
@@ -285,6 +287,61 @@ fn a_client_is_greeted_then_told_what_is_known_then_what_happens() {
     while let Ok(message) = socket.read() {
         assert!(!matches!(message, Message::Binary(_)));
     }
+}
+
+/// The golden message of each kind, as its node would publish it, and what else the bridge tells of.
+#[test]
+fn every_message_is_as_the_protocol_says() {
+    let protocol = protocol::protocol();
+    let mut site = Site::open();
+    let mut socket = site.socket();
+    let publisher = |key: &str| site.bus.raw_publisher(key, Qos::Config).unwrap();
+    let golden = protocol.keys.iter().filter_map(|row| {
+        let (message, _) = row.message.as_ref()?;
+        let key = row.key.replace("<camera>", "north");
+        let key = key.replace("<object>", "cube").replace("<node>", "fusion");
+        let file = format!("../proto/golden/{}.bin", snake_case(message));
+        let publisher = publisher(&format!("sextant/v1/demo/{key}"));
+        Some((publisher, std::fs::read(file).unwrap()))
+    });
+    let golden: Vec<_> = golden.collect();
+    let publish_all = || {
+        golden
+            .iter()
+            .for_each(|(publisher, payload)| publisher.put(payload).unwrap())
+    };
+    publish_all();
+    let node = NodeId::new("north").unwrap();
+    let alive = site.keys.alive(NodeKind::Camera, &node);
+    let _alive = site.bus.alive(&alive).unwrap();
+    eventually(|| site.command(LEARN).0 == 202);
+    let mut missing: BTreeSet<&str> = protocol.messages().collect();
+    // Nothing enters a zone here, and no object goes.
+    missing.retain(|name| !["events", "object_gone"].contains(name));
+    let deadline = Instant::now() + PATIENCE;
+    while !missing.is_empty() {
+        assert!(Instant::now() < deadline, "{missing:?}");
+        let message = hear(&mut socket, |_| true);
+        protocol::check(&protocol, &message);
+        missing.remove(message["type"].as_str().unwrap());
+        if message["type"] == "bridge_status" {
+            publish_all();
+        }
+    }
+    drop(golden);
+    site.stop();
+}
+
+/// `ObjectPose` as `object_pose`.
+fn snake_case(name: &str) -> String {
+    let letters = name.chars().map(|letter| match letter {
+        'A'..='Z' => format!("_{}", letter.to_ascii_lowercase()),
+        _ => letter.to_string(),
+    });
+    letters
+        .collect::<String>()
+        .trim_start_matches('_')
+        .to_owned()
 }
 
 /// The path and the JSON of the next POST to a webhook, which is answered by 204.

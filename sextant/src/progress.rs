@@ -1,16 +1,14 @@
 //! A line of progress on standard error for work of more than two seconds: only on a terminal, never with `--json`, gone at the end.
 
-use sextant_process::terminal;
-use std::io::{self, Write};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressFinish, ProgressStyle};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Work that is shorter shows nothing.
 const PATIENCE: Duration = Duration::from_secs(2);
-/// Between two drawings.
-const REDRAWN: Duration = Duration::from_millis(200);
-/// Characters of a full bar.
-const WIDTH: u64 = 24;
+/// Drawings a second.
+const DRAWN_HZ: u8 = 5;
+const LINE: &str = "[{bar:24}] {pos}/{len} {msg}, {eta} left";
 
 static IS_FORBIDDEN: AtomicBool = AtomicBool::new(false);
 
@@ -24,14 +22,13 @@ pub fn over<I: ExactSizeIterator>(
     items: I,
     what: &'static str,
 ) -> impl Iterator<Item = I::Item> + use<I> {
-    let mut progress = Progress::new(items.len() as u64, what);
-    let mut items = items;
-    // The line goes away with the closure, or when the last item is asked for.
-    std::iter::from_fn(move || {
-        let item = items.next();
-        match item {
-            Some(_) => progress.step(),
-            None => progress.clear(),
+    let mut progress = Some(Progress::new(items.len() as u64, what));
+    let ends = items.map(Some).chain([None]);
+    // The line goes away with the iterator, or when the last item is asked for.
+    ends.map_while(move |item| {
+        match (&item, &mut progress) {
+            (Some(_), Some(progress)) => progress.step(),
+            _ => progress = None,
         }
         item
     })
@@ -39,63 +36,40 @@ pub fn over<I: ExactSizeIterator>(
 
 /// Work of a known number of steps.
 pub struct Progress {
-    total: u64,
-    what: &'static str,
-    done: u64,
-    start: Instant,
-    due: Instant,
-    is_visible: bool,
-    is_drawn: bool,
+    bar: ProgressBar,
+    /// Whether it may be drawn and is not yet.
+    is_waiting: bool,
 }
 
 impl Progress {
     /// Work that begins now.
     pub fn new(total: u64, what: &'static str) -> Self {
-        let is_allowed = !IS_FORBIDDEN.load(Ordering::Relaxed);
-        let start = Instant::now();
-        Self {
-            total,
-            what,
-            done: 0,
-            start,
-            due: start + PATIENCE,
-            is_visible: is_allowed && terminal::can_redraw(&io::stderr()),
-            is_drawn: false,
-        }
+        let hidden = ProgressDrawTarget::hidden();
+        let bar = ProgressBar::with_draw_target(Some(total), hidden)
+            .with_style(style())
+            .with_message(what)
+            .with_finish(ProgressFinish::AndClear);
+        let is_waiting = !IS_FORBIDDEN.load(Ordering::Relaxed);
+        Self { bar, is_waiting }
     }
 
     /// One step is done.
     pub fn step(&mut self) {
-        self.done += 1;
-        let now = Instant::now();
-        if self.is_visible && now >= self.due {
-            self.due = now + REDRAWN;
-            self.is_drawn = true;
-            let line = line(self.done, self.total, self.what, self.start.elapsed());
-            // A terminal that is gone needs no progress.
-            let _ = write!(io::stderr(), "\r{line}\x1b[K");
+        if self.is_waiting && self.bar.elapsed() >= PATIENCE {
+            self.is_waiting = false;
+            let target = ProgressDrawTarget::stderr_with_hz(DRAWN_HZ);
+            self.bar.set_draw_target(target);
         }
-    }
-
-    fn clear(&mut self) {
-        if std::mem::take(&mut self.is_drawn) {
-            let _ = write!(io::stderr(), "\r\x1b[K");
-        }
+        self.bar.inc(1);
     }
 }
 
-impl Drop for Progress {
-    fn drop(&mut self) {
-        self.clear();
-    }
-}
-
-fn line(done: u64, total: u64, what: &str, elapsed: Duration) -> String {
-    let total = total.max(done).max(1);
-    let full = (done * WIDTH / total) as usize;
-    let bar = "#".repeat(full) + &"-".repeat(WIDTH as usize - full);
-    let left = elapsed.as_secs_f64() * (total - done) as f64 / done.max(1) as f64;
-    format!("[{bar}] {done}/{total} {what}, {left:.0} s left")
+/// The line.
+fn style() -> ProgressStyle {
+    let style = ProgressStyle::with_template(LINE);
+    style
+        .unwrap_or_else(|_| ProgressStyle::default_bar())
+        .progress_chars("#--")
 }
 
 #[cfg(test)]
@@ -103,12 +77,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_line_has_the_share_and_the_time_left() {
-        let half = line(50, 100, "images", Duration::from_secs(10));
-        assert_eq!(half, "[############------------] 50/100 images, 10 s left");
-        let end = line(7, 7, "images", Duration::from_secs(10));
-        assert_eq!(end, "[########################] 7/7 images, 0 s left");
-        assert!(line(0, 0, "images", Duration::ZERO).contains("0/1"));
+    fn the_template_of_the_line_is_valid() {
+        assert!(ProgressStyle::with_template(LINE).is_ok());
     }
 
     #[test]

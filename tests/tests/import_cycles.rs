@@ -17,61 +17,33 @@ type Module = Vec<String>;
 /// Files or top-level modules by what they import.
 type Graph<N> = BTreeMap<N, BTreeSet<N>>;
 
-/// Cycles that are allowed: package, top-level modules, reason. At most [`MOST_ALLOWED`].
-const ALLOWED: &[(&str, &[&str], &str)] = &[
-    (
-        "node-viewer-bridge",
-        &[
-            "bridge",
-            "forwarder",
-            "link_frames",
-            "message",
-            "network",
-            "server",
-            "session",
-            "socket",
-            "translate",
-            "webhook",
-            "wizard",
-            "zones",
-        ],
-        "the bridge's shared state is handed to its threads, whose types it also holds",
-    ),
-    (
-        "node-viewer-bridge",
-        &["hub", "outbox"],
-        "an outbox is woken by the hub that holds it",
-    ),
-];
-const MOST_ALLOWED: usize = 4;
-
 #[test]
 fn imports_form_no_cycles() {
-    assert!(ALLOWED.len() <= MOST_ALLOWED);
-    let mut unexpected = Vec::new();
     for folder in package_folders() {
-        let package = folder.file_name().expect("a name").to_string_lossy();
         let imports = Sources::read(&folder.join("src")).imports();
-        let files = cycles(&imports);
-        let rooms = cycles(&rooms(&imports));
-        let rooms = rooms
-            .into_iter()
-            .map(|rooms| rooms.into_iter().map(|room| vec![room]).collect());
-        for cycle in files.into_iter().chain(rooms) {
-            if !is_allowed(&package, &cycle) {
-                let names = cycle.iter().map(|module| module.join("::"));
-                unexpected.push(format!(
-                    "{package}: {}",
-                    names.collect::<Vec<_>>().join(", ")
-                ));
-            }
-        }
+        assert_eq!(cycles(&imports), [], "{}", folder.display());
+        assert_eq!(cycles(&rooms(&imports)), [], "{}", folder.display());
     }
-    assert!(
-        unexpected.is_empty(),
-        "import cycles:\n{}",
-        unexpected.join("\n")
-    );
+}
+
+/// Each import of a script names its file by a path from its own folder.
+#[test]
+fn imports_of_the_page_form_no_cycles() {
+    let src = root().join("node-viewer-bridge/page/src");
+    let scripts = files_below(&src, "ts");
+    assert!(scripts.len() > 50, "{scripts:?}");
+    let imports = scripts.iter().map(|script| {
+        let text = fs::read_to_string(script).expect("a script");
+        let folder = script.parent().expect("a folder");
+        let quoted = text.lines().filter_map(|line| {
+            let (_, path) = line.split_once(" from \"")?;
+            let path = path.trim_end_matches("\";");
+            path.starts_with('.').then(|| folder.join(path))
+        });
+        let imported = quoted.map(|path| path.canonicalize().expect("a script"));
+        (script.clone(), imported.collect())
+    });
+    assert_eq!(cycles(&imports.collect()), []);
 }
 
 #[test]
@@ -91,29 +63,33 @@ fn a_cycle_through_a_re_export_is_found() {
     assert_eq!(cycles(&sources.imports()), [cycle]);
 }
 
-fn is_allowed(package: &str, cycle: &BTreeSet<Module>) -> bool {
-    ALLOWED.iter().any(|(allowed, rooms, _)| {
-        let in_rooms = |module: &Module| {
-            rooms
-                .iter()
-                .any(|room| module.first().is_some_and(|first| first == room))
-        };
-        *allowed == package && cycle.iter().all(in_rooms)
-    })
-}
-
 /// Every folder of the repository with a `Cargo.toml` and a `src`.
 fn package_folders() -> Vec<PathBuf> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .parent()
-        .expect("a parent");
-    let groups = ["", "crates", "benches"].map(|group| root.join(group));
+    let groups = ["", "crates", "benches"].map(|group| root().join(group));
     let folders = groups.iter().flat_map(|group| entries(group));
     let packages: Vec<PathBuf> = folders
         .filter(|folder| folder.join("Cargo.toml").is_file() && folder.join("src").is_dir())
         .collect();
     assert!(packages.len() > 15, "{packages:?}");
     packages
+}
+
+fn root() -> PathBuf {
+    let tests = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = tests.parent().expect("a parent");
+    root.canonicalize().expect("a folder")
+}
+
+/// The files with this extension, those in folders below included.
+fn files_below(folder: &Path, extension: &str) -> Vec<PathBuf> {
+    let below = |path: PathBuf| match path.is_dir() {
+        true => files_below(&path, extension),
+        false => vec![path],
+    };
+    let files = entries(folder).into_iter().flat_map(below);
+    files
+        .filter(|file| file.extension().is_some_and(|it| it == extension))
+        .collect()
 }
 
 fn entries(folder: &Path) -> Vec<PathBuf> {
@@ -134,18 +110,13 @@ struct Sources {
 
 impl Sources {
     fn read(src: &Path) -> Self {
-        let (mut folders, mut files) = (vec![src.to_owned()], BTreeMap::new());
-        while let Some(folder) = folders.pop() {
-            for path in entries(&folder) {
-                if path.is_dir() && path.file_name().is_some_and(|name| name != "bin") {
-                    folders.push(path);
-                } else if path.extension().is_some_and(|extension| extension == "rs") {
-                    let text = fs::read_to_string(&path).expect("a source file");
-                    files.insert(module_of(src, &path), parsed(&text));
-                }
-            }
-        }
-        Self::new(files)
+        let is_program = |path: &PathBuf| path.starts_with(src.join("bin"));
+        let files = files_below(src, "rs").into_iter();
+        let files = files.filter(|path| !is_program(path)).map(|path| {
+            let text = fs::read_to_string(&path).expect("a source file");
+            (module_of(src, &path), parsed(&text))
+        });
+        Self::new(files.collect())
     }
 
     fn of(files: &[(&str, &str)]) -> Self {

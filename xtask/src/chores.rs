@@ -1,5 +1,6 @@
 //! The chores themselves: each a short list of commands.
 
+use crate::page_types;
 use crate::tools::{files_below, run, run_in, run_with};
 use std::path::Path;
 
@@ -34,6 +35,7 @@ pub fn docs() -> Result<(), String> {
 }
 
 pub fn page() -> Result<(), String> {
+    page_types::MESSAGES.check()?;
     page_packages()?;
     run_in(PAGE, "npm", &["run", "--silent", "check"])?;
     run_in(PAGE, "npm", &["run", "--silent", "test"])?;

@@ -8,8 +8,10 @@ mod chores;
 mod dependencies;
 mod faults;
 mod fuzz;
+mod generated;
 mod install;
 mod package;
+mod page_types;
 mod plan;
 mod python;
 mod report;
@@ -191,6 +193,11 @@ const CHORES: &[Chore] = &[
         )
     },
     Chore::new(
+        "page-types",
+        "writes the page's messages from proto/CONTRACT.md and the bridge's PROTOCOL.md",
+        page_types::page_types,
+    ),
+    Chore::new(
         "python",
         "writes the Python client's messages from proto/CONTRACT.md",
         python::generate,
@@ -365,7 +372,17 @@ mod tests {
     fn continuous_integration_runs_each_chore_once() {
         let chores = CHORES.iter().map(|chore| chore.word);
         let mut once: Vec<_> = chores
-            .filter(|word| !["bench", "board", "faults", "package", "python"].contains(word))
+            .filter(|word| {
+                ![
+                    "bench",
+                    "board",
+                    "faults",
+                    "package",
+                    "page-types",
+                    "python",
+                ]
+                .contains(word)
+            })
             .collect();
         let mut run: Vec<_> = chores_of("ci")
             .unwrap()

@@ -2,27 +2,29 @@
 
 mod generate;
 
+use crate::generated::Generated;
 use crate::tools::{root, run, run_in, run_with};
-use sextant_contract::Contract;
 use std::fs;
 use std::path::Path;
 
 const PACKAGE: &str = "clients/python";
-/// The module that the contract makes, within the package.
-const MODULE: &str = "src/sextant/_messages.py";
+const MESSAGES: Generated = Generated {
+    file: "clients/python/src/sextant/_messages.py",
+    chore: "python",
+    make: generate::module,
+};
 /// Virtual environment and wheel of the tests.
 const SCRATCH: &str = "target/python";
 
 /// Writes the module of messages from `proto/CONTRACT.md`.
 pub fn generate() -> Result<(), String> {
-    let file = root().join(PACKAGE).join(MODULE);
-    fs::write(&file, fresh()?).map_err(|cause| format!("{}: {cause}", file.display()))
+    MESSAGES.write()
 }
 
 /// The committed module is what the contract makes; the wheel installs; types, tests, guide and notebook hold, against a demo of
 /// the `sextant` of this build.
 pub fn test() -> Result<(), String> {
-    check_generated()?;
+    MESSAGES.check()?;
     let scratch = root().join(SCRATCH);
     let python = environment(&scratch.join("venv"))?;
     let wheels = scratch.join("wheels");
@@ -73,26 +75,6 @@ pub fn test() -> Result<(), String> {
     let package = root().join(PACKAGE).display().to_string();
     let pytest = ["-m", "pytest", "--rootdir", &package, &package];
     run_with(&[("SEXTANT_BINARY", &binary)], &python, &pytest)
-}
-
-/// The committed module is what the contract makes.
-fn check_generated() -> Result<(), String> {
-    let file = root().join(PACKAGE).join(MODULE);
-    let committed =
-        fs::read_to_string(&file).map_err(|cause| format!("{}: {cause}", file.display()))?;
-    if committed == fresh()? {
-        return Ok(());
-    }
-    Err(format!(
-        "{PACKAGE}/{MODULE} differs from what proto/CONTRACT.md makes: run `cargo xtask python` and commit it"
-    ))
-}
-
-fn fresh() -> Result<String, String> {
-    let page = root().join("proto/CONTRACT.md");
-    let text = fs::read_to_string(&page).map_err(|cause| format!("{}: {cause}", page.display()))?;
-    let contract = Contract::read(&text).map_err(|cause| cause.to_string())?;
-    Ok(generate::module(&contract))
 }
 
 /// The interpreter of a virtual environment, made where it is missing.

@@ -96,6 +96,16 @@ impl Parser<'_> {
         if self.sees("{") {
             return Ok(Shape::Struct(self.fields()?));
         }
+        if self
+            .rest
+            .starts_with(|letter: char| letter.is_ascii_uppercase())
+        {
+            let mut alternatives = vec![self.name()?];
+            while self.takes_word("or") {
+                alternatives.push(self.name()?);
+            }
+            return Ok(Shape::OneOf(alternatives));
+        }
         self.field_list().map(Shape::Struct)
     }
 
@@ -103,17 +113,22 @@ impl Parser<'_> {
     fn field_list(&mut self) -> Parsed<Vec<Field>> {
         let mut fields = Vec::new();
         loop {
-            let mut names = vec![(self.name()?, self.note())];
+            let mut names = vec![(self.name()?, self.takes("?"), self.note())];
             while self.takes(",") {
-                names.push((self.name()?, self.note()));
+                names.push((self.name()?, self.takes("?"), self.note()));
             }
             self.expect(":")?;
             let ty = self.ty()?;
             let last = self.note();
-            for (name, own) in names {
+            for (name, may_be_missing, own) in names {
                 let note = if own.is_empty() { last.clone() } else { own };
                 let ty = ty.clone().limited(&note);
-                fields.push(Field { name, ty, note });
+                fields.push(Field {
+                    name,
+                    ty,
+                    may_be_missing,
+                    note,
+                });
             }
             if !self.takes(",") {
                 return Ok(fields);
@@ -168,6 +183,9 @@ impl Parser<'_> {
         }
         if self.takes("[") {
             let of = self.ty()?;
+            if self.sees(",") {
+                return self.rest_of_tuple(of);
+            }
             self.expect(";")?;
             let length = self.name()?;
             let length = length
@@ -178,6 +196,7 @@ impl Parser<'_> {
         }
         let word = self.name()?;
         Ok(match word.as_str() {
+            "bool" => Type::Bool,
             "u8" => Type::U8,
             "u16" => Type::U16,
             "u32" => Type::U32,
@@ -192,6 +211,15 @@ impl Parser<'_> {
             _ if word.starts_with(|letter: char| letter.is_ascii_uppercase()) => Type::Named(word),
             _ => return Err(format!("{word:?} is no type")),
         })
+    }
+
+    fn rest_of_tuple(&mut self, first: Type) -> Parsed<Type> {
+        let mut items = vec![first];
+        while self.takes(",") {
+            items.push(self.ty()?);
+        }
+        self.expect("]")?;
+        Ok(Type::Tuple(items))
     }
 
     fn name(&mut self) -> Parsed<String> {
@@ -273,8 +301,12 @@ mod tests {
     }
 
     fn field(name: &str, ty: Type, note: &str) -> Field {
-        let (name, note) = (name.to_owned(), note.to_owned());
-        Field { name, ty, note }
+        Field {
+            name: name.to_owned(),
+            ty,
+            may_be_missing: false,
+            note: note.to_owned(),
+        }
     }
 
     #[test]
@@ -327,6 +359,20 @@ mod tests {
             (variants[1].name.as_str(), variants[1].note.as_str()),
             ("none", "all is well")
         );
+    }
+
+    #[test]
+    fn json_has_flags_tuples_missing_fields_and_alternatives() {
+        let read = one("    state  up: bool, pair?: [string, u64] (joined)");
+        let pair = Type::Tuple(vec![Type::String, Type::U64]);
+        let pair = Field {
+            may_be_missing: true,
+            ..field("pair", pair, "joined")
+        };
+        let expected = vec![field("up", Type::Bool, ""), pair];
+        assert_eq!(read.shape, Shape::Struct(expected));
+        let zones = Shape::OneOf(vec!["Box".into(), "Sphere".into()]);
+        assert_eq!(one("    Zone  Box or Sphere").shape, zones);
     }
 
     #[test]

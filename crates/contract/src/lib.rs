@@ -1,7 +1,8 @@
 //! The wire contract as data, read from the text of `proto/CONTRACT.md`: keys, kinds and the type of every message.
 //!
-//! The page is the source of decoders in other languages (`cargo xtask python`); tests of `sextant-proto` hold it to the code. No
-//! dependency, so that development tasks start in seconds.
+//! The page is the source of decoders in other languages (`cargo xtask python`, `cargo xtask page-types`); tests of `sextant-proto` hold it to
+//! the code. The viewer bridge's `PROTOCOL.md` defines its JSON messages in the same notation and by the same types. No dependency, so that
+//! development tasks start in seconds.
 
 mod definitions;
 mod tables;
@@ -45,8 +46,8 @@ pub struct Contract {
 pub struct Unreadable(pub String);
 
 impl std::fmt::Display for Unreadable {
-    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(out, "CONTRACT.md: {}", self.0)
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0)
     }
 }
 
@@ -65,6 +66,22 @@ impl Contract {
         };
         contract.check_names()?;
         Ok(contract)
+    }
+
+    /// Adds the messages of the viewer bridge's protocol, which begin with a small letter, and their types.
+    ///
+    /// # Errors
+    /// As of [`read`](Self::read).
+    pub fn with_protocol(mut self, page: &str) -> Result<Self, Unreadable> {
+        self.definitions.extend(definitions::definitions(page)?);
+        self.check_names()?;
+        Ok(self)
+    }
+
+    /// The names of the protocol's messages.
+    pub fn messages(&self) -> impl Iterator<Item = &str> {
+        let messages = self.definitions.iter().filter(|it| it.is_message());
+        messages.map(|message| message.name.as_str())
     }
 
     /// The type of that name.

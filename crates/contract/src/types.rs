@@ -18,6 +18,8 @@ pub enum Shape {
     Struct(Vec<Field>),
     /// Variants by number, from 0.
     Enum(Vec<Variant>),
+    /// `A or B`, told apart by their fields: in JSON only.
+    OneOf(Vec<String>),
 }
 
 /// A field.
@@ -27,6 +29,8 @@ pub struct Field {
     pub name: String,
     /// Its type.
     pub ty: Type,
+    /// `name?`: left out where there is nothing to say, in JSON only.
+    pub may_be_missing: bool,
     /// What stands in parentheses behind it.
     pub note: String,
 }
@@ -57,6 +61,8 @@ pub enum Content {
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[allow(missing_docs, reason = "each is the type of its name in the contract")]
 pub enum Type {
+    /// In JSON only.
+    Bool,
     U8,
     U16,
     U32,
@@ -69,15 +75,29 @@ pub enum Type {
     /// A list, of at most so many elements where that is stated.
     List(Box<Type>, Option<usize>),
     Array(Box<Type>, usize),
+    /// `[A, B]`, in JSON only.
+    Tuple(Vec<Type>),
     Optional(Box<Type>),
     Named(String),
     /// A type without a name of its own.
     Nested(Box<Shape>),
 }
 
+impl Definition {
+    /// Whether it is a message of the bridge's protocol.
+    #[must_use]
+    pub fn is_message(&self) -> bool {
+        self.name
+            .starts_with(|letter: char| letter.is_ascii_lowercase())
+    }
+}
+
 impl Shape {
     /// Adds the names that it refers to.
     pub(crate) fn collect_names<'a>(&'a self, names: &mut Vec<&'a str>) {
+        if let Self::OneOf(alternatives) = self {
+            names.extend(alternatives.iter().map(String::as_str));
+        }
         for ty in self.types() {
             ty.collect_names(names);
         }
@@ -87,6 +107,7 @@ impl Shape {
         match self {
             Self::Struct(fields) => fields.iter().map(|field| &field.ty).collect(),
             Self::Enum(variants) => variants.iter().flat_map(Variant::types).collect(),
+            Self::OneOf(_) => Vec::new(),
         }
     }
 }
@@ -105,6 +126,7 @@ impl Type {
     fn collect_names<'a>(&'a self, names: &mut Vec<&'a str>) {
         match self {
             Self::List(of, _) | Self::Array(of, _) | Self::Optional(of) => of.collect_names(names),
+            Self::Tuple(items) => items.iter().for_each(|item| item.collect_names(names)),
             Self::Named(name) => names.push(name),
             Self::Nested(shape) => shape.collect_names(names),
             _ => {}

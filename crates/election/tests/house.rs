@@ -5,6 +5,7 @@
 use proptest::prelude::*;
 use sextant_election::{Company, Election, Input, Moment};
 use sextant_proto::{Heartbeat, NodeId};
+use sextant_simulator::Random;
 use std::collections::BTreeSet;
 
 const MS: u64 = 1_000_000;
@@ -46,7 +47,7 @@ struct House {
     now_ns: u64,
     nodes: Vec<Node>,
     published: Vec<Published>,
-    random: u64,
+    random: Random,
 }
 
 impl House {
@@ -63,7 +64,7 @@ impl House {
             now_ns: 10_000 * MS,
             nodes: (0..n).map(node).collect(),
             published: Vec::new(),
-            random: seed,
+            random: Random::new(seed),
         };
         for k in 0..n {
             house.start(k);
@@ -73,11 +74,7 @@ impl House {
     }
 
     fn delay(&mut self) -> u64 {
-        self.random = self
-            .random
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (self.random >> 33) % DELAY_NS
+        self.random.below(DELAY_NS as usize) as u64
     }
 
     fn moment(&self, k: usize) -> Moment {

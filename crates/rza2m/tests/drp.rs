@@ -11,6 +11,7 @@ use sextant_rza2m::drp::{
     CircuitData, DrpError, Pipeline, PipelineError, SelfTest, Session, requests,
 };
 use sextant_rza2m::{Accelerated, Cpu, DrpDevice, Layout, PhysicalMemory, Preprocess};
+use sextant_simulator::Random;
 use std::time::Duration;
 
 const SIZE: [usize; 2] = [64, 48];
@@ -34,12 +35,8 @@ fn refusal(board: &Board, circuits: Vec<CircuitData>) -> String {
 }
 
 fn image(seed: u32) -> Vec<u8> {
-    let hash = |i: u32| {
-        (i ^ seed.wrapping_mul(0x9e37_79b9))
-            .wrapping_mul(2_654_435_769)
-            .rotate_left(13)
-    };
-    (0..PIXELS as u32).map(|i| (hash(i) >> 24) as u8).collect()
+    let mut random = Random::new(seed.into());
+    (0..PIXELS).map(|_| random.bits() as u8).collect()
 }
 
 /// What models make of an image, one after the other.
@@ -416,11 +413,10 @@ proptest! {
             let mut state = board.0.borrow_mut();
             state.seed = seed << 8 | rate;
             state.faults = |place, _, seed| {
-                let hash = (place ^ seed >> 8).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-                let hash = (hash ^ hash >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 32;
-                (hash % 100 < seed & 0xff).then(|| match hash / 100 % 7 {
+                let mut random = Random::from_keys(&[seed, place]);
+                (random.below(100) < (seed & 0xff) as usize).then(|| match random.below(7) {
                     0 => Fault::Call,
-                    1 => Fault::Refused(-((hash / 700 % 11) as i32) - 1),
+                    1 => Fault::Refused(-(random.below(11) as i32) - 1),
                     2 => Fault::Unknown,
                     3 => Fault::Endless,
                     4 => Fault::Late,

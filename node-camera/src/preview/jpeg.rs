@@ -98,15 +98,12 @@ impl JpegMaker {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use sextant_simulator::Random;
 
     /// Noise, the worst picture for a JPEG.
     fn noise(bytes: usize) -> Vec<u8> {
-        let mut state = 1u32;
-        let next = |_| {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 24) as u8
-        };
-        (0..bytes).map(next).collect()
+        let mut random = Random::new(1);
+        (0..bytes).map(|_| random.bits() as u8).collect()
     }
 
     #[test]

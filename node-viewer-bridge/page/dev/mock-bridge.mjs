@@ -11,6 +11,7 @@ import { cameras, measuredPose, objects, picture, seenTags } from "./mock-site.m
 
 const port = Number(process.env.PORT ?? 8600);
 const begun = Date.now();
+const rejected = { bad_magic: 0, foreign_version: 0, wrong_kind: 0, damaged: 0, too_long: 0, out_of_range: 0, wrong_camera: 0 };
 const withTruth = !process.env.WITHOUT_TRUTH;
 const types = { html: "text/html; charset=utf-8", js: "text/javascript", css: "text/css" };
 
@@ -133,11 +134,11 @@ function sendPose({ id }, t, t_ns) {
 
 setInterval(() => {
   for (const { id } of cameras) {
-    send({ type: "camera_status", camera: id, version: "0.0.0", host: "mock", captured: sequence, detected: sequence - 3, dropped: 3, rate_hz: 30, detect_ms: { p50: 4, p99: 7 }, clock: { source: "local", error_ns: 0 }, uptime_s: sequence / 30, published: sequence, fallbacks: 0, brightness: 118, controls: { exposure_us: { wanted: null, value: 4000, range: [100, 33000] }, gain: { wanted: null, value: null, range: [0, 64] }, rate_hz: { wanted: null, value: 30, range: null }, outcome: "none" }, notices: [] });
+    send({ type: "camera_status", camera: id, version: "0.0.0", host: "mock", captured: sequence, detected: sequence - 3, dropped: 3, rate_hz: 30, detect_ms: [4, 7], clock: { source: "free-running", error_ns: 0 }, uptime_s: sequence / 30, published: sequence, fallbacks: 0, brightness: 118, controls: { exposure_us: { wanted: null, value: 4000, range: [100, 33000] }, gain: { wanted: null, value: null, range: [0, 64] }, rate_hz: { wanted: null, value: 30, range: null }, outcome: "none" }, notices: [] });
   }
   send({ type: "clocks", node: "fusion", cameras: [{ camera: "east", offset_s: 0.0021 + 0.0002 * Math.sin(sequence / 200), sigma_s: 0.0002, drift: null }] });
-  send({ type: "fusion_status", node: "fusion", epoch: 1, version: "0.0.0", uptime_s: 1, cameras: [], foreign: {}, objects: [], faults: process.env.FAULTS ? [{ camera_moved: { camera: "east" } }, { tag_size: { object: "cube", tag: { family: "tag36h11", id: 3 }, ratio: 1.03 } }] : [], faults_left_out: 0, imperfections: process.env.FAULTS ? [{ cameras_disagree: { a: "north", b: "south", apart_m: 0.0043 } }] : [], notices: process.env.FAULTS ? [{ camera_silent: { camera: "west", silent_s: sequence / 30 } }] : [] });
-  send({ type: "bridge_status", now_ns: nowNs(), uptime_s: 1, network: true, clients: sockets.clients.size, replaced: 0, rejected: {} });
+  send({ type: "fusion_status", node: "fusion", epoch: 1, version: "0.0.0", uptime_s: 1, cameras: [], foreign: rejected, objects: [], faults: process.env.FAULTS ? [{ camera_moved: { camera: "east" } }, { tag_size: { object: "cube", tag: { family: "tag36h11", id: 3 }, ratio: 1.03 } }] : [], faults_left_out: 0, imperfections: process.env.FAULTS ? [{ cameras_disagree: { a: "north", b: "south", apart_m: 0.0043 } }] : [], notices: process.env.FAULTS ? [{ camera_silent: { camera: "west", silent_s: sequence / 30 } }] : [] });
+  send({ type: "bridge_status", now_ns: nowNs(), uptime_s: 1, network: true, clients: sockets.clients.size, replaced: 0, rejected: { ...rejected, wrong_id: 0, invalid_model: 0, too_many: 0 }, webhook: null });
 }, 1000);
 
 http.listen(port, "127.0.0.1", () => console.error(`mock bridge on http://127.0.0.1:${port}`));

@@ -1,13 +1,12 @@
 // What nodes report, in words: faults of the site, imperfections of its files, notices of the nodes themselves. The variants and their fields are
 // those of proto/CONTRACT.md.
 
-import type { CameraControls, FusionStatus } from "./protocol.ts";
+import type { CameraNotice, CameraStatus, Fault, FusionStatus, Imperfection, Notice, Refusal, TagId } from "./protocol.ts";
 import { story as outcomeOf } from "./settings.ts";
-import { isText, type Test } from "./shape.ts";
+import { isText } from "./shape.ts";
 
-type Fields = Record<string, unknown>;
 /** A variant's name, or its name with its fields. */
-export type Finding = string | Record<string, Fields>;
+type Finding = string | object;
 export type Level = "fault" | "imperfection" | "notice";
 
 /** What is wrong, and what to do about it. */
@@ -31,33 +30,23 @@ export interface Subject {
   id: string;
 }
 
-type Stories = Record<string, (fields: Fields) => Story>;
+export type Findings = Pick<FusionStatus, "faults" | "faults_left_out" | "imperfections" | "notices">;
+export type CameraFindings = Pick<CameraStatus, "fallbacks" | "notices"> & { controls: Pick<CameraStatus["controls"], "outcome"> };
 
-export interface Findings {
-  faults: Finding[];
-  faults_left_out: number;
-  imperfections: Finding[];
-  notices: Finding[];
-}
-
-const isFields = (value: unknown): boolean => typeof value === "object" && value !== null;
-
-export const isFinding: Test = (value) =>
-  isText(value) || (isFields(value) && Object.keys(value as Fields).length === 1 && Object.values(value as Fields).every(isFields));
+/** The names of an enum's variants. */
+type Name<F> = F extends string ? F : keyof F;
+/** What the variant of that name holds. */
+type Fields<F, N extends PropertyKey> = Extract<F, Record<N, unknown>> extends Record<N, infer V> ? V : never;
+/** A sentence for each variant. */
+type Stories<F> = { [N in Name<F>]: (fields: Fields<F, N>) => Story };
 
 const story = (cause: string, remedy = ""): Story => ({ cause, remedy });
-const number = (value: unknown): number => (typeof value === "number" ? value : 0);
-const fixed = (value: unknown, digits: number): string => number(value).toFixed(digits);
+const fixed = (value: number, digits: number): string => value.toFixed(digits);
 const signed = (value: number, digits: number): string => (value < 0 ? "" : "+") + value.toFixed(digits);
-const percent = (ratio: unknown, digits: number): string => `${signed((number(ratio) - 1) * 100, digits)} %`;
+const percent = (ratio: number, digits: number): string => `${signed((ratio - 1) * 100, digits)} %`;
 
-function tag(value: unknown): string {
-  const { family, id } = (isFields(value) ? value : {}) as Fields;
-  return `tag ${String(family)}:${String(id)}`;
-}
-
-const sides = (size: unknown): string => (Array.isArray(size) ? size.map(String).join("x") : "");
-const tagOf = (fields: Fields): string => `${tag(fields.tag)} of object ${String(fields.object)}`;
+const tag = ({ family, id }: TagId): string => `tag ${family}:${id}`;
+const tagOf = (about: { object: string; tag: TagId }): string => `${tag(about.tag)} of object ${about.object}`;
 
 /** A span of time. */
 function span(seconds: number): string {
@@ -68,140 +57,147 @@ function span(seconds: number): string {
   return `${(seconds / (365.25 * day)).toFixed(1)} years`;
 }
 
-function clockOff({ camera, offset_s }: Fields): Story {
-  const offset = number(offset_s);
+function clockOff({ camera, offset_s: offset }: Fields<Fault, "clock_off">): Story {
   const by =
     Math.abs(offset) < 0.1
       ? `off by ${signed(offset * 1e3, 1)} ms`
       : `${span(Math.abs(offset))} ${offset > 0 ? "ahead" : "behind"}`;
-  return story(`the clock of camera ${String(camera)} is ${by}`, "set its clock; poses allow for it");
+  return story(`the clock of camera ${camera} is ${by}`, "set its clock; poses allow for it");
 }
 
-function untimely({ camera, age_s }: Fields): Story {
-  const age = number(age_s);
+function untimely({ camera, age_s: age }: Fields<Fault, "untimely">): Story {
   return age < 0
-    ? story(`images of camera ${String(camera)} are stamped ${span(-age)} ahead of their arrival and left out`, "set its clock")
-    : story(`images of camera ${String(camera)} arrive ${span(age)} after their stamps and are left out`, "set its clock, or check its network");
+    ? story(`images of camera ${camera} are stamped ${span(-age)} ahead of their arrival and left out`, "set its clock")
+    : story(`images of camera ${camera} arrive ${span(age)} after their stamps and are left out`, "set its clock, or check its network");
 }
 
-function tagSize(fields: Fields): Story {
-  const larger = (number(fields.ratio) - 1) * 100;
+function tagSize(fields: Fields<Fault, "tag_size">): Story {
+  const larger = (fields.ratio - 1) * 100;
   const how = larger > 0 ? "larger" : "smaller";
   return story(`${tagOf(fields)} is ${Math.abs(larger).toFixed(1)} % ${how} than the model says`, "measure it and correct its size");
 }
 
-const FAULTS: Stories = {
-  camera_moved: ({ camera }) => story(`camera ${String(camera)} is not where the rig says`, "calibrate it again"),
+const FAULTS: Stories<Fault> = {
+  camera_moved: ({ camera }) => story(`camera ${camera} is not where the rig says`, "calibrate it again"),
   cameras_disagree: ({ a, b }) =>
-    story(`cameras ${String(a)} and ${String(b)} contradict each other, one is not where the rig says`, "calibrate both again, or let a third see the same"),
+    story(`cameras ${a} and ${b} contradict each other, one is not where the rig says`, "calibrate both again, or let a third see the same"),
   tag_misplaced: (fields) =>
     story(`${tagOf(fields)} is loose or not where the model says`, "stick it back, or learn the object again"),
   tag_size: tagSize,
   tag_elsewhere: (fields) => {
-    const where = fields.on === null ? "" : `, on object ${String(fields.on)}`;
+    const where = fields.on === null ? "" : `, on object ${fields.on}`;
     return story(`${tagOf(fields)} is seen where it cannot be${where}`, "take it off there, or print another id for one of them");
   },
   clock_off: clockOff,
   untimely,
   duplicate_tag: (fields) =>
-    story(`camera ${String(fields.camera)} sees ${tag(fields.tag)} twice`, "print another id for one of them"),
+    story(`camera ${fields.camera} sees ${tag(fields.tag)} twice`, "print another id for one of them"),
   host_clock_off: ({ offset_s }) => {
-    const where = number(offset_s) > 0 ? "ahead of" : "behind";
-    return story(`the clock of the fusion host is ${span(Math.abs(number(offset_s)))} ${where} those of the cameras`, "set it; poses have the cameras' time");
+    const where = offset_s > 0 ? "ahead of" : "behind";
+    return story(`the clock of the fusion host is ${span(Math.abs(offset_s))} ${where} those of the cameras`, "set it; poses have the cameras' time");
   },
   camera_frozen: ({ camera, still_s }) =>
-    story(`the picture of camera ${String(camera)} has stood still for ${fixed(still_s, 0)} s, corner for corner`, "restart its capture"),
+    story(`the picture of camera ${camera} has stood still for ${fixed(still_s, 0)} s, corner for corner`, "restart its capture"),
   lens_off: ({ camera }) =>
-    story(`camera ${String(camera)} bends what it sees otherwise than its lens in the rig file says`, "run `sextant calibrate lens`"),
+    story(`camera ${camera} bends what it sees otherwise than its lens in the rig file says`, "run `sextant calibrate lens`"),
   object_scaled: ({ object, ratio }) =>
-    story(`the tags of object ${String(object)} are ${fixed(number(ratio) * 100, 0)} % as large as the model says, all of them`, "measure one and correct the sizes"),
+    story(`the tags of object ${object} are ${fixed(ratio * 100, 0)} % as large as the model says, all of them`, "measure one and correct the sizes"),
   object_contradicted: ({ object, share }) =>
     story(
-      `${fixed(number(share) * 100, 0)} % of the views of object ${String(object)} contradict any pose of it`,
+      `${fixed(share * 100, 0)} % of the views of object ${object} contradict any pose of it`,
       "check which tags are where, their sizes and the cameras' poses, or learn the object again",
     ),
   object_unplaced: ({ object }) =>
-    story(`no tag of object ${String(object)} has a place on it, it cannot be tracked`, "run `sextant learn`, or give object_from_tag in its file"),
+    story(`no tag of object ${object} has a place on it, it cannot be tracked`, "run `sextant learn`, or give object_from_tag in its file"),
   image_size: ({ camera, size, of_rig }) =>
     story(
-      `images of camera ${String(camera)} are ${sides(size)}, its lens in the rig is of ${sides(of_rig)}, so that they are left out`,
+      `images of camera ${camera} are ${size.join("x")}, its lens in the rig is of ${of_rig.join("x")}, so that they are left out`,
       "let it take images of that size, or calibrate the lens at the other one",
     ),
 };
 
-const IMPERFECTIONS: Stories = {
+const IMPERFECTIONS: Stories<Imperfection> = {
   cameras_disagree: ({ a, b, apart_m }) =>
-    story(`cameras ${String(a)} and ${String(b)} disagree by ${fixed(number(apart_m) * 1e3, 1)} mm`, "run `sextant calibrate rig`; poses allow for it"),
+    story(`cameras ${a} and ${b} disagree by ${fixed(apart_m * 1e3, 1)} mm`, "run `sextant calibrate rig`; poses allow for it"),
   tag_off: (fields) => {
-    const by = `${fixed(number(fields.position_m) * 1e3, 1)} mm and ${fixed((number(fields.orientation_rad) * 180) / Math.PI, 1)} degrees`;
+    const by = `${fixed(fields.position_m * 1e3, 1)} mm and ${fixed((fields.orientation_rad * 180) / Math.PI, 1)} degrees`;
     return story(`${tagOf(fields)} is ${by} off its place in the file`, "run `sextant learn`; poses allow for it");
   },
   size_off: (fields) =>
     story(`${tagOf(fields)} is ${percent(fields.ratio, 1)} off its size in the file`, "measure it, or run `sextant learn`; poses allow for it"),
   focal_length_off: ({ camera, ratio }) =>
-    story(`the focal length of camera ${String(camera)} is ${percent(ratio, 2)} off that in the rig file`, "run `sextant calibrate lens`; poses allow for it"),
+    story(`the focal length of camera ${camera} is ${percent(ratio, 2)} off that in the rig file`, "run `sextant calibrate lens`; poses allow for it"),
 };
 
-const detail = (fields: Fields): Story => story(String(fields.detail));
+const detail = (fields: { detail: string }): Story => story(fields.detail);
 
-const REFUSALS: Stories = {
+const REFUSALS: Stories<Refusal> = {
   undecodable: detail,
-  wrong_id: ({ described }) => story(`the payload describes object ${String(described)}, not that of its key`),
+  wrong_id: ({ described }) => story(`the payload describes object ${described}, not that of its key`),
   no_camera: () => story("the rig has no camera"),
   invalid_camera: detail,
   invalid_object: detail,
-  unknown_tag: (fields) => story(`there is no ${tag(fields.tag)}; ids are 0 to ${number(fields.n_ids) - 1}`),
+  unknown_tag: (fields) => story(`there is no ${tag(fields.tag)}; ids are 0 to ${fields.n_ids - 1}`),
   shared_tag: (fields) =>
-    story(`${tag(fields.tag)} is on object ${String(fields.first)} and on object ${String(fields.second)}`, "print another id for one of them"),
-  too_many_objects: ({ limit }) => story(`a site has at most ${number(limit)} objects`),
+    story(`${tag(fields.tag)} is on object ${fields.first} and on object ${fields.second}`, "print another id for one of them"),
+  too_many_objects: ({ limit }) => story(`a site has at most ${limit} objects`),
   unpublishable: detail,
   not_stored: (fields) => story(`the change cannot be written to the node's files: ${detail(fields).cause}`),
   other: detail,
 };
 
-const NOTICES: Stories = {
+const NOTICES: Stories<Notice> = {
   camera_silent: ({ camera, silent_s }) =>
-    story(`camera ${String(camera)} has sent nothing for ${fixed(silent_s, 0)} s`, "check its power and its network"),
+    story(`camera ${camera} has sent nothing for ${fixed(silent_s, 0)} s`, "check its power and its network"),
   late_observations: ({ camera, total }) =>
-    story(`observations of camera ${String(camera)} arrive too late (${number(total)} dropped since the start)`, "check its network and its clock"),
+    story(`observations of camera ${camera} arrive too late (${total} dropped since the start)`, "check its network and its clock"),
   overload: ({ dropped, total }) =>
-    story(`overload: ${number(dropped)} observations dropped unread (${number(total)} since the start)`, "use fewer images a second, fewer cameras or a faster machine"),
-  unpublished: (fields) => story(`${number(fields.total)} messages not published since the start; last: ${detail(fields).cause}`),
-  clock_stepped: ({ by_s }) => {
-    const by = number(by_s);
+    story(`overload: ${dropped} observations dropped unread (${total} since the start)`, "use fewer images a second, fewer cameras or a faster machine"),
+  unpublished: (fields) => story(`${fields.total} messages not published since the start; last: ${detail(fields).cause}`),
+  clock_stepped: ({ by_s: by }) => {
     const way = by < 0 ? "back" : "forward";
     return story(`the clock of the fusion node's machine was set ${way} by ${fixed(Math.abs(by), 3)} s: tracking begins anew`);
   },
   change_refused: ({ key, sender, refusal }) => {
-    const by = isText(sender) ? ` by ${String(sender)}` : "";
-    const why = isFinding(refusal) ? storyOf(REFUSALS, refusal as Finding) : story("");
-    return story(`change of ${String(key)}${by} refused: ${why.cause}`, why.remedy);
+    const by = sender === null ? "" : ` by ${sender}`;
+    const why = storyOf(REFUSALS, refusal);
+    return story(`change of ${key}${by} refused: ${why.cause}`, why.remedy);
   },
-  name_taken: ({ host }) => story(`another fusion node of this name runs on ${String(host)}`, "stop one of them"),
+  name_taken: ({ host }) => story(`another fusion node of this name runs on ${host}`, "stop one of them"),
   refinement_proposed: ({ n_images, before_px, after_px }) =>
-    story(`a refined calibration explains the images better (${fixed(before_px, 2)} px to ${fixed(after_px, 2)} px on ${number(n_images)} held-back images)`, "apply it here, or run `sextant config apply-refinement`"),
+    story(`a refined calibration explains the images better (${fixed(before_px, 2)} px to ${fixed(after_px, 2)} px on ${n_images} held-back images)`, "apply it here, or run `sextant config apply-refinement`"),
 };
 
-const CAMERA_NOTICES: Stories = {
+const CAMERA_NOTICES: Stories<CameraNotice> = {
   no_image: ({ silent_s }) => story(`no image from the capturing part for ${fixed(silent_s, 0)} s`, "see its log"),
-  name_taken: ({ host }) => story(`a camera of this name also runs on ${String(host)}`, "stop one of them"),
+  name_taken: ({ host }) => story(`a camera of this name also runs on ${host}`, "stop one of them"),
   image_refused: (fields) => story(`an image was refused: ${detail(fields).cause}`),
   not_in_rig: () => story("the rig has no camera of this name", "add it to the rig"),
-  model_refused: (fields) => story(`${String(fields.key)} cannot be used: ${detail(fields).cause}`),
+  model_refused: (fields) => story(`${fields.key} cannot be used: ${detail(fields).cause}`),
   too_many_tags: ({ key }) =>
-    story(`too many objects or tags: the tags of ${String(key)} have no poses in the observations; fusion needs none`),
+    story(`too many objects or tags: the tags of ${key} have no poses in the observations; fusion needs none`),
 };
 
 /** Cause and remedy of a finding; an unknown one of a newer node by its name. */
-function storyOf(stories: Stories, finding: Finding): Story {
+function storyOf<F extends Finding>(stories: Stories<F>, finding: F): Story {
   const [name, fields] = parts(finding);
-  const write = Object.hasOwn(stories, name) ? stories[name] : undefined;
+  const write = (stories as Record<string, (fields: unknown) => Story>)[name];
   return write ? write(fields) : story(name.replaceAll("_", " "));
 }
 
-function parts(finding: Finding): [string, Fields] {
-  return typeof finding === "string" ? [finding, {}] : (Object.entries(finding)[0] ?? ["", {}]);
+/** What findings are about, in those that have it. */
+interface About {
+  camera?: string;
+  a?: string;
+  b?: string;
+  object?: string;
+  on?: string | null;
+  tag?: TagId;
+  key?: string;
+  refusal?: Refusal;
 }
+
+const parts = (finding: Finding): [string, About] => (isText(finding) ? [finding, {}] : (Object.entries(finding)[0] ?? ["", {}]));
 
 /** Notices about the node itself, not about the site. */
 const OWN_NOTICES = ["overload", "unpublished", "clock_stepped", "name_taken"];
@@ -218,7 +214,7 @@ export function siteReports(statuses: readonly FusionStatus[]): Report[] {
 /** Everything that a fusion node reports. Keys of what it reports about the site are those of other nodes, too. */
 export function reports(node: string, findings: Findings): Report[] {
   const { faults, faults_left_out, imperfections, notices } = findings;
-  const of = (level: Level, stories: Stories, list: Finding[]): Report[] =>
+  const of = <F extends Finding>(level: Level, stories: Stories<F>, list: F[]): Report[] =>
     list.map((finding) => ({ ...storyOf(stories, finding), key: `${ownerOf(node, finding)}/${level}/${keyOf(finding)}`, level, subject: subjectOf(node, finding) }));
   const left: Report = { ...story(`and ${faults_left_out} more faults`), key: "site/left-out", level: "fault", subject: subjectOf(node, "") };
   return [
@@ -234,21 +230,15 @@ const ownerOf = (node: string, finding: Finding): string => (OWN_NOTICES.include
 /** The variant and who it is about, without amounts. */
 function keyOf(finding: Finding): string {
   const [name, { camera, a, b, object, on, tag: about, key, refusal }] = parts(finding);
-  const why = isFinding(refusal) ? parts(refusal as Finding)[0] : undefined;
-  return [name, camera, a, b, object, on, isFields(about) ? tag(about) : undefined, key, why].filter((part) => part != null).join(" ");
+  const why = refusal && parts(refusal)[0];
+  return [name, camera, a, b, object, on, about && tag(about), key, why].filter((part) => part != null).join(" ");
 }
 
 function subjectOf(node: string, finding: Finding): Subject {
   const [, { camera, a, object }] = parts(finding);
-  if (isText(camera)) return { kind: "camera", id: String(camera) };
-  if (isText(object)) return { kind: "object", id: String(object) };
-  return isText(a) ? { kind: "camera", id: String(a) } : { kind: "node", id: node };
-}
-
-export interface CameraFindings {
-  fallbacks: number;
-  controls: Pick<CameraControls, "outcome">;
-  notices: Finding[];
+  if (camera) return { kind: "camera", id: camera };
+  if (object) return { kind: "object", id: object };
+  return a ? { kind: "camera", id: a } : { kind: "node", id: node };
 }
 
 /** Everything that a camera node reports. */

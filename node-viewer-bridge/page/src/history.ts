@@ -133,7 +133,7 @@ export class ObjectTrack {
 /** A pose to be written into; covers what a track keeps. */
 export function blankPose(object: string): Pose {
   return {
-    type: "pose", object, sequence: 0, t_ns: 0, position: [0, 0, 0], orientation: [0, 0, 0, 1], covariance: new Array<number>(36).fill(0),
+    object, sequence: 0, t_ns: 0, position: [0, 0, 0], orientation: [0, 0, 0, 1], covariance: new Array<number>(36).fill(0),
     twist: [0, 0, 0, 0, 0, 0], state: "lost", cameras: 0, tags: 0, rms_px: 0, latency_ms: 0,
   };
 }

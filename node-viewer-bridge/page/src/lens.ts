@@ -1,6 +1,6 @@
 // From points of the world to pixels of a camera's image, lens distortion included: `rig.toml`'s models (crates/geometry/src/lens).
 
-import type { Lens, Point, Quaternion, RigCamera, Transform, Vec3 } from "./protocol.ts";
+import type { RigLens, Point, Quaternion, RigCamera, Transform, Vec3 } from "./protocol.ts";
 
 /** Rotates a vector by a quaternion. */
 export function rotate([x, y, z, w]: Quaternion, [a, b, c]: Vec3): Vec3 {
@@ -25,7 +25,7 @@ export function intoFrame({ position, orientation }: Transform, [x, y, z]: Vec3)
 const WIDEST_RAD = { pinhole: 1.4, "brown-conrady": 1.2, "kannala-brandt": 1.65 } as const;
 
 /** The pixel of a point of the camera's frame; none behind it or far outside its field. */
-export function project(lens: Lens, [x, y, z]: Vec3): Point | null {
+export function project(lens: RigLens, [x, y, z]: Vec3): Point | null {
   const angle = Math.atan2(Math.hypot(x, y), z);
   const widest = WIDEST_RAD[lens.model as keyof typeof WIDEST_RAD] ?? WIDEST_RAD.pinhole;
   if (!(angle < widest)) return null;
@@ -33,7 +33,7 @@ export function project(lens: Lens, [x, y, z]: Vec3): Point | null {
   return [lens.fx * u + lens.cx, lens.fy * v + lens.cy];
 }
 
-function distorted({ model, distortion = [] }: Lens, x: number, y: number, z: number, angle: number): Point {
+function distorted({ model, distortion = [] }: RigLens, x: number, y: number, z: number, angle: number): Point {
   if (model === "kannala-brandt") {
     const [k1 = 0, k2 = 0, k3 = 0, k4 = 0] = distortion;
     const s = angle * angle;

@@ -27,8 +27,7 @@ import { Site } from "./site.ts";
 import { Eye } from "./stage/eye.ts";
 import { Stage } from "./stage/stage.ts";
 import { onTheme, theme, toggleTheme } from "./theme.ts";
-import { IDLE } from "./wizard/account.ts";
-import { WizardPanel } from "./wizard/panel.ts";
+import { IDLE, WizardPanel } from "./wizard/panel.ts";
 
 /** The bridge sends newer figures at most this often: as often as the stage is drawn. */
 const MAX_HZ = 60;

@@ -2,16 +2,16 @@
 // corrects for what it finds wrong in these models, so its own residuals are smaller.
 
 import { projectWorld, tagCorners, transformed } from "./lens.ts";
-import type { Observations, ObjectTag, Point, Pose, RigCamera } from "./protocol.ts";
+import type { Observations, PrintedTag, Point, Pose, RigCamera } from "./protocol.ts";
 
 /** An object as it was at the time of an image. */
 export interface PlacedObject {
-  tags: readonly ObjectTag[];
+  tags: readonly PrintedTag[];
   pose: Pose;
 }
 
 /** A tag's corners as a camera should see them; none where one is out of its field. */
-export function projectedTag(camera: RigCamera, pose: Pose, tag: ObjectTag): Point[] | null {
+export function projectedTag(camera: RigCamera, pose: Pose, tag: PrintedTag): Point[] | null {
   const place = tag.object_from_tag;
   if (!place) return null;
   const corners: Point[] = [];

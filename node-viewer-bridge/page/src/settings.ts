@@ -70,7 +70,8 @@ export function story({ outcome }: Pick<CameraControls, "outcome">): Story {
   if (outcome === "pending") return { text: "Waiting for the camera…", isComplaint: false };
   if (outcome === "applied") return { text: "The site's settings are applied.", isComplaint: false };
   if ("adjusted" in outcome) return { text: `The site's settings are applied as far as the camera can: ${outcome.adjusted.detail}.`, isComplaint: true };
-  return { text: `The camera keeps what it had: ${outcome.refused.detail}.`, isComplaint: true };
+  if ("refused" in outcome) return { text: `The camera keeps what it had: ${outcome.refused.detail}.`, isComplaint: true };
+  return { text: "This page does not know what became of the site's settings: load it again.", isComplaint: true };
 }
 
 /** The effect on images. */

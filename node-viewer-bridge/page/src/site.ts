@@ -8,7 +8,7 @@ import { OutlineHistory, ReportHistory } from "./matching.ts";
 import { RateMeter, Recent } from "./measure.ts";
 import { objectColour } from "./palette.ts";
 import {
-  type CameraClock, type CameraStatus, type FusionStatus, type JointValue, type Message, type ObjectTag, type Observations, type Offer, type Pose, type RigCamera, type SiteEvent, STAGES,
+  type CameraClock, type CameraStatus, type FusionStatus, type JointValue, type Message, type PrintedTag, type Observations, type Offer, type Pose, type RigCamera, type SiteEvent, STAGES,
   type State, type Zone,
 } from "./protocol.ts";
 import { rmsResidual } from "./residuals.ts";
@@ -50,7 +50,7 @@ export class CameraState {
 }
 
 export class ObjectState {
-  tags: ObjectTag[] = [];
+  tags: PrintedTag[] = [];
   /** The newest. */
   pose: Pose | null = null;
   /** What is shown: the newest, or what was at an earlier time. */
@@ -321,7 +321,7 @@ export class Site {
     camera.statusAt = now;
   }
 
-  private model(id: string, tags: ObjectTag[]): void {
+  private model(id: string, tags: PrintedTag[]): void {
     const object = this.object(id);
     object.tags = tags;
     this.disown(object);

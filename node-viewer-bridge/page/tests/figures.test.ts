@@ -96,7 +96,7 @@ test("recent values are a window", () => {
 });
 
 test("a clock is its offset where the images tell it, else what keeps it", () => {
-  const stated = { source: "ntp", error_ns: 250_000 };
+  const stated = { source: "ntp" as const, error_ns: 250_000 };
   const found = { camera: "north", offset_s: -0.0125, sigma_s: 0.0001, drift: 25e-6 };
   assert.deepEqual([clockFigure(found, stated), clockFigure(null, stated), clockFigure(null, null)], ["−12.5 ms", "ntp", NONE]);
   const story = clockStory(found, stated);

@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { blankPose } from "../src/history.ts";
 import { project, projectWorld } from "../src/lens.ts";
-import type { Lens, Observations, ObjectTag, Point, RigCamera, Vec3 } from "../src/protocol.ts";
+import type { LensModel, Observations, Point, PrintedTag, RigCamera, RigLens, Vec3 } from "../src/protocol.ts";
 import { relative } from "../src/relative.ts";
 import { facesCamera, projectedTag, rmsResidual } from "../src/residuals.ts";
 
@@ -10,7 +10,7 @@ const near = (actual: Point | null, expected: Point): void => {
   assert.ok(actual);
   expected.forEach((value, k) => assert.ok(Math.abs((actual[k] ?? NaN) - value) < 1e-6, `${String(actual)} is not ${String(expected)}`));
 };
-const lens = (model: string, distortion: number[] = []): Lens => ({ model, fx: 500, fy: 510, cx: 320, cy: 240, distortion });
+const lens = (model: LensModel, distortion: number[] = []): RigLens => ({ model, fx: 500, fy: 510, cx: 320, cy: 240, distortion });
 
 test("each lens model projects as its formula says", () => {
   const point: Vec3 = [0.3, -0.2, 1];
@@ -26,7 +26,7 @@ test("each lens model projects as its formula says", () => {
 });
 
 test("what lies behind a camera or far off its axis is not seen", () => {
-  for (const model of ["pinhole", "brown-conrady", "kannala-brandt"]) {
+  for (const model of ["pinhole", "brown-conrady", "kannala-brandt"] as const) {
     assert.equal(project(lens(model), [0.1, 0, -1]), null);
   }
   assert.equal(project(lens("brown-conrady"), [5, 0, 1]), null);
@@ -39,7 +39,7 @@ const camera: RigCamera = {
   lens: lens("pinhole"),
   world_from_camera: { position: [0, 0, 2], orientation: [1, 0, 0, 0] },
 };
-const tag: ObjectTag = {
+const tag: PrintedTag = {
   family: "tag36h11", id: 3, size_m: 0.1, printed_size_m: 0.125, modules: [],
   object_from_tag: { position: [0, 0, 0], orientation: [0, 0, 0, 1] },
 };
@@ -58,8 +58,8 @@ test("the residual is the distance of seen from projected corners", () => {
   const pose = blankPose("cube");
   const corners = (projectedTag(camera, pose, tag) ?? []).map(([u, v]) => [u + 0.3, v - 0.4]) as [Point, Point, Point, Point];
   const image: Observations = {
-    type: "observations", camera: "top", sequence: 1, t_ns: 1, latency_ms: 1, resolution: [640, 480],
-    tags: [{ family: "tag36h11", id: 3, corners }, { family: "tag36h11", id: 9, corners }],
+    camera: "top", sequence: 1, t_ns: 1, latency_ms: 1, resolution: [640, 480],
+    tags: [3, 9].map((id) => ({ family: "tag36h11", id, hamming: 0, margin: 60, corners })),
   };
   const owner = (_: string, id: number) => (id === 3 ? { tags: [tag], pose } : null);
   assert.ok(Math.abs((rmsResidual(camera, image, owner) ?? NaN) - 0.5) < 1e-9);

@@ -6,11 +6,11 @@ import type { DetectionReport, Observations, TagOutline } from "../src/protocol.
 const MS = 1e6;
 
 function tag(id: number, x: number): TagOutline {
-  return { family: "tag36h11", id, corners: [[x, 0], [x + 1, 0], [x + 1, 1], [x, 1]] };
+  return { family: "tag36h11", id, hamming: 0, margin: 60, corners: [[x, 0], [x + 1, 0], [x + 1, 1], [x, 1]] };
 }
 
 function observed(t_ns: number, ...tags: TagOutline[]): Observations {
-  return { type: "observations", camera: "north", sequence: 0, t_ns, latency_ms: 0, resolution: [640, 480], tags };
+  return { camera: "north", sequence: 0, t_ns, latency_ms: 0, resolution: [640, 480], tags };
 }
 
 test("outlines of the same capture time are taken as they are", () => {
@@ -49,8 +49,8 @@ test("the centre of the first pixel scales with the picture", () => {
 function report(ms: number): DetectionReport {
   const stage_ms = { tiles: 0, threshold: 0, components: 0, quads: 0, decode: 0, refine: 0 };
   const rejected = { not_a_quad: 0, shape: 0, faint_border: 0, no_code: 0, small_margin: 0 };
-  const counts = { searched: 1, noise_sigma: 1, contrast_gate: 20, candidates: 0, tags: 0, rejected, examples: [] };
-  return { type: "detection_report", camera: "north", capture_ns: ms * MS, stage_ms, ...counts };
+  const counts = { components: 0, candidates: 0, dropped: 0, tags: 0, rejected, examples: [] };
+  return { camera: "north", sequence: ms, capture_ns: ms * MS, resolution: [640, 480], searched: 1, stage_ms, noise_sigma: 1, contrast_gate: 20, ...counts };
 }
 
 test("a picture gets the detector's report that is nearest, but none from long ago", () => {

@@ -41,7 +41,7 @@ test("what is no longer kept is not shown", () => {
 
 test("the site shows the past where it is kept, and goes on to listen", () => {
   const site = new Site();
-  const pose = (t: number, x: number): Message => ({ ...blankPose("cube"), t_ns: t * 1e9, position: [x, 0, 0], state: "tracking" });
+  const pose = (t: number, x: number): Message => ({ type: "pose", ...blankPose("cube"), t_ns: t * 1e9, position: [x, 0, 0], state: "tracking" });
   for (let k = 0; k < 100; k++) site.take(pose(1000 + k / 10, k), k / 10);
   const cube = site.object("cube");
   site.replay(1005);

@@ -1,9 +1,10 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import type { Message, ObjectTag, RigCamera } from "../src/protocol.ts";
+import type { Fault, Message, PrintedTag, RigCamera } from "../src/protocol.ts";
 import { Site } from "../src/site.ts";
 
-const tag = (id: number): ObjectTag => ({
+const NONE_REJECTED = { bad_magic: 0, foreign_version: 0, wrong_kind: 0, damaged: 0, too_long: 0, out_of_range: 0, wrong_camera: 0 };
+const tag = (id: number): PrintedTag => ({
   family: "tag36h11",
   id,
   size_m: 0.04,
@@ -60,8 +61,8 @@ test("what images tell about a clock holds until they tell no more", () => {
 });
 
 test("what a fusion node offers is there until it is withdrawn", () => {
-  const offer = { node: "fusion", rig: true, objects: [] };
-  const none = { node: "fusion", rig: false, objects: [] };
+  const offer = { node: "fusion", t_ns: 1, rig: true, objects: [], n_images: 24, before_px: 0.9, after_px: 0.4 };
+  const none = { ...offer, rig: false };
   const site = siteOf({ type: "proposal", ...offer }, { type: "former", ...offer }, { type: "former", ...none });
   assert.deepEqual([...site.proposals.keys()], ["fusion"]);
   assert.equal(site.formers.size, 0);
@@ -71,11 +72,11 @@ test("what a fusion node offers is there until it is withdrawn", () => {
 
 test("what several fusion nodes report about the site is shown once, and what each reports about itself or its objects as well", () => {
   const overload = { overload: { dropped: 1, total: 2 } };
-  const status = (node: string, epoch: number | null, ...faults: Record<string, object>[]): Message => ({
-    type: "fusion_status", node, epoch, faults: [{ clock_off: { camera: "north", offset_s: epoch ?? 0 } }, ...faults], faults_left_out: 0,
-    imperfections: [], notices: [overload],
-  } as Message);
-  const loose = { tag_misplaced: { object: "cube", tag: { family: "tag36h11", id: 3 } } };
+  const status = (node: string, epoch: number, ...faults: Fault[]): Message => ({
+    type: "fusion_status", node, version: "0.1.0", uptime_s: 1, epoch, cameras: [], foreign: NONE_REJECTED, objects: [],
+    faults: [{ clock_off: { camera: "north", offset_s: epoch } }, ...faults], faults_left_out: 0, imperfections: [], notices: [overload],
+  });
+  const loose: Fault = { tag_misplaced: { object: "cube", tag: { family: "tag36h11", id: 3 } } };
   const site = siteOf(status("a", 6, loose), status("b", 7));
   site.sample(1);
   const entries = site.health.groups().flat();

@@ -44,7 +44,7 @@ test("numbers and names keep to their bounds", () => {
   for (const text of ["", "Cube", "a b", "x".repeat(33), "../etc"]) assert.equal(wrongField(() => readName(text, "id")), "id", text);
 });
 
-test("a refused wish is a complaint, whatever was answered", async () => {
+test("a refused request is a complaint, whatever was answered", async () => {
   const answer = (status: number, body: string): typeof fetch => async () => new Response(body, { status });
   assert.equal(await send("api/wizard", {}, answer(202, "{}")), null);
   assert.deepEqual(await send("api/wizard", {}, answer(400, '{"field":"tags","cause":"no"}')), { field: "tags", cause: "no" });

@@ -1,13 +1,13 @@
-//! What a person wishes of a wizard, as `POST /api/wizard` brings it, and why a wish is refused.
+//! A request to a wizard, as `POST /api/wizard` brings it.
 
+use crate::refusal::{Refusal, RefusalKind};
 use serde::Deserialize;
 use sextant_proto::{CameraSettings, Message, NodeId};
-use std::fmt;
 
 /// The longest command: a board file of a few hundred tags.
 pub(crate) const MAX_BYTES: usize = 256 * 1024;
 
-/// A wish.
+/// What a person asks for.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(tag = "do", rename_all = "snake_case")]
 pub(crate) enum Command {
@@ -36,22 +36,22 @@ pub(crate) enum Start {
     /// A camera's lens.
     Lens {
         camera: String,
-        board: BoardWish,
+        board: BoardRequest,
         /// The lens model; without it the images choose.
         #[serde(default)]
         model: Option<String>,
     },
     /// Where the cameras are.
     Rig {
-        object: ObjectWish,
-        origin: OriginWish,
+        object: ObjectRequest,
+        origin: OriginRequest,
     },
     /// Where an object's tags sit.
     Learn {
         id: String,
         #[serde(default = "usual_family")]
         family: String,
-        tags: Vec<TagWish>,
+        tags: Vec<TagRequest>,
         /// Cameras whose images count; none means all.
         #[serde(default)]
         cameras: Vec<String>,
@@ -67,17 +67,17 @@ pub(crate) enum Start {
 /// The board of the lens wizard.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub(crate) enum BoardWish {
+pub(crate) enum BoardRequest {
     /// Text of the object file that `sextant print board` wrote.
     File(String),
     /// As it was printed.
-    Grid(GridWish),
+    Grid(GridRequest),
 }
 
 /// A printed grid of tags.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct GridWish {
+pub(crate) struct GridRequest {
     pub columns: u16,
     pub rows: u16,
     /// Edge of a black square as printed.
@@ -92,7 +92,7 @@ pub(crate) struct GridWish {
 /// What is carried through the room.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub(crate) enum ObjectWish {
+pub(crate) enum ObjectRequest {
     /// An object of the site.
     Known(String),
     /// Text of an object file.
@@ -102,7 +102,7 @@ pub(crate) enum ObjectWish {
 /// The world's frame.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub(crate) enum OriginWish {
+pub(crate) enum OriginRequest {
     /// As it is: the first camera that has a pose keeps it.
     AsItIs,
     /// A camera's own frame.
@@ -119,7 +119,7 @@ pub(crate) enum OriginWish {
 /// A tag to be placed.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct TagWish {
+pub(crate) struct TagRequest {
     pub id: u32,
     /// Edge of its black square.
     pub size_m: f64,
@@ -138,43 +138,6 @@ pub(crate) enum Others {
 
 fn usual_family() -> String {
     "tag36h11".to_owned()
-}
-
-/// Why a wish is not fulfilled.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Refusal {
-    pub kind: RefusalKind,
-    /// The field of the form that is wrong.
-    pub field: Option<&'static str>,
-    /// In words, for the person.
-    pub cause: String,
-}
-
-/// Who has to act.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum RefusalKind {
-    /// The person: something entered is wrong.
-    Wrong,
-    /// Nobody: it is not the moment.
-    NotNow,
-}
-
-impl Refusal {
-    pub(crate) fn wrong(field: &'static str, cause: impl fmt::Display) -> Self {
-        Self {
-            kind: RefusalKind::Wrong,
-            field: Some(field),
-            cause: cause.to_string(),
-        }
-    }
-
-    pub(crate) fn not_now(cause: impl fmt::Display) -> Self {
-        Self {
-            kind: RefusalKind::NotNow,
-            field: None,
-            cause: cause.to_string(),
-        }
-    }
 }
 
 /// Whether a camera may have these settings, apart from what its driver can do.
@@ -206,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn each_wizard_is_started_by_its_own_wish() {
+    fn each_wizard_is_started_by_its_own_request() {
         let lens = r#"{"do":"start","wizard":"lens","camera":"a","board":{"grid":{"columns":5,"rows":6,"size_m":0.028}}}"#;
         let rig = r#"{"do":"start","wizard":"rig","object":{"known":"cube"},"origin":"as_it_is"}"#;
         let learn =

@@ -1,9 +1,10 @@
 //! One wizard at a time, from start to a kept result: a state machine without thread, file or network. Time is an argument.
 
-use super::command::{Command, Refusal, Start};
+use super::command::{Command, Start};
 use super::plan::{plan, subject};
 use super::publication::{Answered, Outgoing, Publication};
 use super::state::WizardState;
+use crate::refusal::Refusal;
 use sextant_calibrator::procedure::{Outcome, Procedure, Product};
 use sextant_proto::{ConfigAnswer, NodeId, NodeKind};
 use sextant_site_mirror::SiteMirror;
@@ -70,7 +71,7 @@ impl Machine {
         now: Instant,
     ) -> Result<(), Refusal> {
         match command {
-            Command::Start(wish) => self.start(wish, site)?,
+            Command::Start(request) => self.start(request, site)?,
             Command::Solve => self.solve()?,
             Command::Resume => self.resume()?,
             Command::Keep => self.keep(site, now)?,
@@ -84,7 +85,7 @@ impl Machine {
         Ok(())
     }
 
-    fn start(&mut self, wish: &Start, site: &Site<'_>) -> Result<(), Refusal> {
+    fn start(&mut self, request: &Start, site: &Site<'_>) -> Result<(), Refusal> {
         if let Some(running) = &self.running
             && !matches!(running.phase, Phase::Kept(..))
         {
@@ -93,10 +94,10 @@ impl Machine {
                 "another wizard is at work ({subject}): finish it or discard it first"
             )));
         }
-        let plan = plan(wish, site.mirror, site.rig)?;
+        let plan = plan(request, site.mirror, site.rig)?;
         let subject = subject(&plan);
         let procedure = Procedure::start(site.rig.clone(), plan)
-            .map_err(|error| Refusal::wrong(field_of(wish), error))?;
+            .map_err(|error| Refusal::wrong(field_of(request), error))?;
         self.running = Some(Running {
             procedure,
             subject,
@@ -166,7 +167,7 @@ impl Machine {
         Ok(())
     }
 
-    /// The wizard, if it is in a phase that allows what is wished.
+    /// The wizard, if it is in a phase that allows what is requested.
     fn running_in(
         &mut self,
         may: impl Fn(&Phase) -> bool,
@@ -320,9 +321,9 @@ impl Machine {
     }
 }
 
-/// The field that a plan's complaint is about, as far as the wish tells.
-fn field_of(wish: &Start) -> &'static str {
-    match wish {
+/// The field that a plan's complaint is about, as far as the request tells.
+fn field_of(request: &Start) -> &'static str {
+    match request {
         Start::Lens { .. } => "board",
         Start::Rig { .. } => "object",
         Start::Learn { .. } => "tags",

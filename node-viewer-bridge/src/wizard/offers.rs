@@ -1,7 +1,7 @@
 //! What fusion nodes offer to be put in force: a refined calibration, and what was in force before the last change.
 
-use super::command::Refusal;
 use super::publication::Outgoing;
+use crate::refusal::Refusal;
 use sextant_proto::{NodeId, Proposal};
 use std::collections::BTreeMap;
 

@@ -1,11 +1,10 @@
 //! The wizard's thread: processes images, starts a thread for each solve, writes files, publishes the state.
 
 use super::machine::Job;
+use super::service::WizardService;
 use super::state::WizardState;
-use crate::bridge::Shared;
-use crate::forwarder::frame_of;
-use crate::hub::Slot;
-use crate::message::Message;
+use crate::frame::frame_of;
+use crate::hub::{Hub, Slot};
 use sextant_calibrator::procedure::{Outcome, Procedure, Product};
 use sextant_process::{Shutdown, fail_point, panics::contained};
 use sextant_site_files::{former_of, keep_object, keep_rig, object_file};
@@ -23,13 +22,14 @@ const MOST_AT_ONCE: usize = 64;
 const STATE_PERIOD: Duration = Duration::from_millis(150);
 
 /// Runs until `shutdown`. A solve that is at work then ends with the process.
-pub(crate) fn run(shared: &Shared, shutdown: &Shutdown) {
-    let Some(images) = shared.wizard.take_worker() else {
+pub(crate) fn run(service: &WizardService, hub: &Hub, shutdown: &Shutdown) {
+    let Some(images) = service.take_worker() else {
         return;
     };
-    publish(shared, &WizardState::idle());
+    publish(hub, &WizardState::idle());
     let mut worker = Worker {
-        shared,
+        service,
+        hub,
         solver: None,
         state_due: Instant::now(),
     };
@@ -46,7 +46,8 @@ pub(crate) fn run(shared: &Shared, shutdown: &Shutdown) {
 type Solved = Result<Outcome, String>;
 
 struct Worker<'a> {
-    shared: &'a Shared,
+    service: &'a WizardService,
+    hub: &'a Hub,
     solver: Option<(u64, JoinHandle<Result<Solved, String>>)>,
     state_due: Instant,
 }
@@ -56,18 +57,18 @@ impl Worker<'_> {
         let Ok(first) = images.recv_timeout(POLL_PERIOD) else {
             return;
         };
-        self.shared.wizard.image(&first);
+        self.service.image(&first);
         for image in images.try_iter().take(MOST_AT_ONCE) {
-            self.shared.wizard.image(&image);
+            self.service.image(&image);
         }
     }
 
     fn work(&mut self) {
-        for job in self.shared.wizard.tick(Instant::now()) {
+        for job in self.service.tick(Instant::now()) {
             match job {
                 Job::Solve(number, procedure) => self.solve(number, procedure),
-                Job::Publish(outgoing) => self.shared.wizard.post(outgoing),
-                Job::Write(product) => self.shared.wizard.written(self.write(&product)),
+                Job::Publish(outgoing) => self.service.post(outgoing),
+                Job::Write(product) => self.service.written(self.write(&product)),
             }
         }
     }
@@ -80,7 +81,7 @@ impl Worker<'_> {
         let thread = std::thread::Builder::new().name("solve".into());
         match thread.spawn(move || contained(solve)) {
             Ok(solver) => self.solver = Some((number, solver)),
-            Err(error) => self.shared.wizard.solved(number, Err(error.to_string())),
+            Err(error) => self.service.solved(number, Err(error.to_string())),
         }
     }
 
@@ -91,11 +92,11 @@ impl Worker<'_> {
         let failed = "solving failed by a defect of this program; the log says more";
         let solved = solver.join().unwrap_or_else(|_| Err(String::new()));
         let result = solved.unwrap_or_else(|_| Err(failed.to_owned()));
-        self.shared.wizard.solved(number, result);
+        self.service.solved(number, result);
     }
 
     fn write(&self, product: &Product) -> Result<String, String> {
-        match self.shared.wizard.folder() {
+        match self.service.folder() {
             Some(folder) => write_into(folder, product),
             None => Err("viewer.toml names no `folder`".to_owned()),
         }
@@ -105,9 +106,9 @@ impl Worker<'_> {
         if Instant::now() < self.state_due {
             return;
         }
-        if let Some(state) = self.shared.wizard.news() {
+        if let Some(state) = self.service.news() {
             self.state_due = Instant::now() + STATE_PERIOD;
-            publish(self.shared, &state);
+            publish(self.hub, &state);
         }
     }
 }
@@ -138,11 +139,9 @@ fn write_into(folder: &Path, product: &Product) -> Result<String, String> {
     })
 }
 
-fn publish(shared: &Shared, state: &WizardState) {
+fn publish(hub: &Hub, state: &WizardState) {
     // One slot: it only fails when others have filled the hub.
-    let _ = shared
-        .hub
-        .publish(&Slot::Wizard, frame_of(&Message::Wizard(state)));
+    let _ = hub.publish(&Slot::Wizard, frame_of(state));
 }
 
 #[cfg(test)]

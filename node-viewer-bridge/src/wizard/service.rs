@@ -3,11 +3,12 @@
 //! The network's threads only lock the answers and offers: neither lock is held while a file is read, an image is evaluated or a command is
 //! executed.
 
-use super::command::{Command, Refusal, check_settings};
+use super::command::{Command, check_settings};
 use super::machine::{Job, Machine, Site};
 use super::offers::{Offer, Offers};
 use super::publication::Outgoing;
 use super::state::WizardState;
+use crate::refusal::Refusal;
 use sextant_calibrator::procedure::Outcome;
 use sextant_proto::{ConfigAnswer, NodeId, Proposal};
 use sextant_site_files::read_rig;

@@ -1,8 +1,7 @@
 //! The state of a wizard as clients receive it: the message `wizard` of `PROTOCOL.md`.
 
 use super::publication::file_of;
-use crate::message::{ObjectTag, RigCamera};
-use crate::translate;
+use crate::models::{self, ObjectTag, RigCamera};
 use serde::{Serialize, Serializer};
 use sextant_calibrator::procedure::{Kind, Outcome, Product, Progress, Report};
 use sextant_proto::{ObjectConfig, RigConfig};
@@ -10,6 +9,7 @@ use sextant_site_model::{ObjectModel, Rig};
 
 /// The message, as it is written.
 #[derive(Debug, Serialize)]
+#[serde(tag = "type", rename = "wizard")]
 pub(crate) struct WizardState {
     wizard: Option<Kind>,
     stage: &'static str,
@@ -57,12 +57,12 @@ impl Serialize for Model {
         match self {
             Self::Rig(rig) => {
                 let message = RigConfig::from(rig);
-                let cameras = message.cameras.iter().map(translate::camera);
+                let cameras = message.cameras.iter().map(models::camera);
                 Drawn::Cameras(cameras.collect()).serialize(serializer)
             }
             Self::Object(object) => {
                 let message = ObjectConfig::from(object);
-                let tags = message.tags.iter().map(translate::object_tag);
+                let tags = message.tags.iter().map(models::object_tag);
                 Drawn::Tags(tags.collect()).serialize(serializer)
             }
         }

@@ -1,7 +1,7 @@
 //! What an operator wants changed, as `POST /api/zones` brings it.
 
 use super::zone::{MAX_ZONES, Zone, ZonesFile};
-use crate::wizard::{Refusal, RefusalKind};
+use crate::refusal::{Refusal, RefusalKind};
 use serde::Deserialize;
 
 /// The longest command.

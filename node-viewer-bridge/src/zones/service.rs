@@ -7,10 +7,9 @@ use super::event::Event;
 use super::judge::Judge;
 use super::sample::Sample;
 use super::zone::{Zone, ZonesFile};
-use crate::forwarder::frame_of;
+use crate::frame::frame_of;
 use crate::hub::{Hub, Slot};
-use crate::message::Message;
-use crate::wizard::Refusal;
+use crate::refusal::Refusal;
 use serde::Serialize;
 use sextant_proto::ObjectPose;
 use sextant_site_files::{FileError, read_toml_checked, write_toml};
@@ -43,7 +42,8 @@ struct State {
 
 /// Every zone with the objects in it.
 #[derive(Debug, Serialize)]
-pub(crate) struct ZonesReport<'a> {
+#[serde(tag = "type", rename = "zones")]
+struct ZonesReport<'a> {
     zones: Vec<Occupied<'a>>,
     /// Whether they are kept in a file.
     kept: bool,
@@ -58,7 +58,8 @@ struct Occupied<'a> {
 
 /// The last events, oldest first.
 #[derive(Debug, Serialize)]
-pub(crate) struct EventsReport<'a> {
+#[serde(tag = "type", rename = "events")]
+struct EventsReport<'a> {
     events: &'a VecDeque<Event>,
     /// Events that were not published on the network for want of room.
     dropped: u64,
@@ -147,14 +148,14 @@ impl ZoneService {
             zone,
             inside: state.judge.inside(zone).collect(),
         };
-        let zones = Message::Zones(ZonesReport {
+        let zones = ZonesReport {
             zones: state.judge.zones().iter().map(occupied).collect(),
             kept: self.file.is_some(),
-        });
-        let events = Message::Events(EventsReport {
+        };
+        let events = EventsReport {
             events: &state.last,
             dropped: state.dropped,
-        });
+        };
         // One slot each: fails only when other frames fill the hub.
         let _ = hub.publish(&Slot::Zones, frame_of(&zones));
         let _ = hub.publish(&Slot::Events, frame_of(&events));

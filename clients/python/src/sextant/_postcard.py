@@ -1,18 +1,17 @@
-"""Postcard, the byte format of the contract's messages: a reader that takes any bytes, a writer, and the JSON form.
+"""Postcard, the byte format of the contract's messages: codecs made from the annotations of dataclasses, and the JSON form.
 
-Integers are varints, floats little-endian, strings and lists have their length in front, an enum is the number of its variant.
+Integers are varints, floats little-endian, strings and lists have their length in front, an enum is the number of its variant. A codec is
+a pair of functions, made once for each type: one reads a value of any bytes, one writes it.
 """
 
 from __future__ import annotations
 
 import enum
 import struct
-from dataclasses import fields
+from dataclasses import dataclass, fields
+from functools import lru_cache
 from math import isfinite
-from typing import Any, Callable, ClassVar, NamedTuple, Optional, Sequence, TypeVar
-
-T = TypeVar("T")
-W = TypeVar("W", bound="Word")
+from typing import Annotated, Any, Callable, ClassVar, NamedTuple, Sequence, Tuple, Union, get_args, get_origin, get_type_hints
 
 
 class DecodeError(ValueError):
@@ -21,6 +20,43 @@ class DecodeError(ValueError):
 
 class EncodeError(ValueError):
     """A value does not fit into its message."""
+
+
+@dataclass(frozen=True)
+class Varint:
+    """An integer of at most so many bits."""
+
+    bits: int
+
+
+@dataclass(frozen=True)
+class Float:
+    """A float of this form and size in bytes."""
+
+    form: str
+    size: int
+
+
+@dataclass(frozen=True)
+class Length:
+    """Of an array: so many elements, without a length in front."""
+
+    count: int
+
+
+@dataclass(frozen=True)
+class AtMost:
+    """Of a list or of bytes: no more than so many elements."""
+
+    count: int
+
+
+U8 = Annotated[int, "u8"]
+U16 = Annotated[int, Varint(16)]
+U32 = Annotated[int, Varint(32)]
+U64 = Annotated[int, Varint(64)]
+F32 = Annotated[float, Float("f", 4)]
+F64 = Annotated[float, Float("d", 8)]
 
 
 class Word(str, enum.Enum):
@@ -46,6 +82,9 @@ class VariantRecord(Record):
     #: What it holds: `unit`, `value` or `fields`.
     FORM: ClassVar[str]
 
+    def __init_subclass__(cls, variant: str, form: str) -> None:
+        cls.VARIANT, cls.FORM = variant, form
+
 
 class Kind(NamedTuple):
     """A kind of message."""
@@ -53,16 +92,6 @@ class Kind(NamedTuple):
     number: int
     max_bytes: int
     record: Any
-    read: Callable[[Reader], Any]
-    write: Callable[[Writer, Any], None]
-
-
-class Alternative(NamedTuple):
-    """A variant of an enum, by its place the number in the bytes."""
-
-    record: Any
-    read: Callable[[Reader], Any]
-    write: Callable[[Writer, Any], None]
 
 
 def _json_of(value: Any) -> Any:
@@ -80,186 +109,274 @@ def _json_of(value: Any) -> Any:
     return value
 
 
-class Reader:
-    """Reads values one after the other; raises `DecodeError` at the end of the bytes and at values out of range."""
+#: The value at a place of the bytes, and the place behind it. Raises `IndexError` or `struct.error` where the bytes end early.
+Read = Callable[[bytes, int], Tuple[Any, int]]
+#: Appends a value.
+Write = Callable[[bytearray, Any], None]
 
-    def __init__(self, data: bytes, start: int = 0) -> None:
-        self._data = data
-        self._at = start
 
-    @property
-    def left(self) -> int:
-        """Bytes that were not read yet."""
-        return len(self._data) - self._at
+class Codec(NamedTuple):
+    """How values of a type are read and written."""
 
-    def _take(self, count: int) -> bytes:
-        end = self._at + count
-        if end > len(self._data):
-            raise DecodeError("the payload ends early")
-        taken = self._data[self._at : end]
-        self._at = end
-        return taken
+    read: Read
+    write: Write
 
-    def u8(self) -> int:
-        return self._take(1)[0]
 
-    def _varint(self, bits: int) -> int:
-        value = shift = 0
-        while shift < bits:
-            byte = self.u8()
+def read_message(record: Any, data: bytes, at: int) -> Any:
+    """The message from there to the end of the bytes. Raises `DecodeError` for anything else."""
+    try:
+        message, at = codec(record).read(data, at)
+    except (IndexError, struct.error):
+        raise DecodeError("the payload ends early") from None
+    if at != len(data):
+        raise DecodeError(f"{len(data) - at} bytes behind the message")
+    return message
+
+
+def write_message(data: bytearray, message: Any) -> None:
+    """Appends a message. Raises `EncodeError` where a value does not fit."""
+    record: Any = type(message)
+    codec(record).write(data, message)
+
+
+@lru_cache(maxsize=None)
+def codec(of: Any) -> Codec:
+    """The codec of a type: of a class of the contract, or of an annotation in one."""
+    origin, arguments = get_origin(of), get_args(of)
+    if origin is Annotated:
+        return _annotated(arguments[0], arguments[1])
+    if origin is tuple:
+        return _items(codec(arguments[0]), None)
+    if origin is Union and arguments[-1] is type(None):
+        return _optional(codec(Union[arguments[:-1]]))
+    if origin is Union:
+        return _variants(arguments)
+    if of is str:
+        return _STRING
+    if of is bytes:
+        return _blob(None)
+    return _words(of) if issubclass(of, Word) else _record(of)
+
+
+def _annotated(of: Any, form: Any) -> Codec:
+    if form == "u8":
+        return _U8
+    if isinstance(form, Varint):
+        return _varint(form.bits)
+    if isinstance(form, Float):
+        return _float(form)
+    if of is bytes:
+        return _blob(form.count)
+    item = get_args(of)[0]
+    if isinstance(form, AtMost):
+        return _items(codec(item), None, form.count)
+    if get_origin(item) is Annotated and isinstance(get_args(item)[1], Float):
+        return _floats(get_args(item)[1], form.count)
+    return _items(codec(item), form.count)
+
+
+def _read_u8(data: bytes, at: int) -> tuple[int, int]:
+    return data[at], at + 1
+
+
+def _write_u8(out: bytearray, value: int) -> None:
+    if not 0 <= value < 256:
+        raise EncodeError(f"{value} does not fit into 8 bits")
+    out.append(value)
+
+
+_U8 = Codec(_read_u8, _write_u8)
+
+
+@lru_cache(maxsize=None)
+def _varint(bits: int) -> Codec:
+    def read(data: bytes, at: int) -> tuple[int, int]:
+        value = data[at]
+        if value < 0x80:
+            return value, at + 1
+        value &= 0x7F
+        for shift in range(7, bits, 7):
+            at += 1
+            byte = data[at]
             value |= (byte & 0x7F) << shift
             if byte < 0x80:
                 if value >> bits:
                     break
-                return value
-            shift += 7
+                return value, at + 1
         raise DecodeError(f"an integer has more than {bits} bits")
 
-    def u16(self) -> int:
-        return self._varint(16)
-
-    def u32(self) -> int:
-        return self._varint(32)
-
-    def u64(self) -> int:
-        return self._varint(64)
-
-    def _floats(self, form: str, size: int) -> tuple[float, ...]:
-        values = struct.unpack(form, self._take(size))
-        if not all(map(isfinite, values)):
-            raise DecodeError("a number is not finite")
-        return values
-
-    def f32(self) -> float:
-        return self._floats("<f", 4)[0]
-
-    def f64(self) -> float:
-        return self._floats("<d", 8)[0]
-
-    def f32s(self, count: int) -> tuple[float, ...]:
-        return self._floats(f"<{count}f", 4 * count)
-
-    def f64s(self, count: int) -> tuple[float, ...]:
-        return self._floats(f"<{count}d", 8 * count)
-
-    def _length(self, most: Optional[int]) -> int:
-        length = self._varint(64)
-        # Every element takes a byte at least.
-        if length > self.left or (most is not None and length > most):
-            raise DecodeError(f"a list has {length} elements, too many")
-        return length
-
-    def blob(self, most: Optional[int] = None) -> bytes:
-        return self._take(self._length(most))
-
-    def string(self) -> str:
-        try:
-            return self.blob().decode("utf-8")
-        except UnicodeDecodeError as cause:
-            raise DecodeError(f"a text is not UTF-8: {cause}") from None
-
-    def list(self, item: Callable[[Reader], T], most: Optional[int]) -> tuple[T, ...]:
-        return self.array(item, self._length(most))
-
-    def array(self, item: Callable[[Reader], T], count: int) -> tuple[T, ...]:
-        return tuple([item(self) for _ in range(count)])
-
-    def optional(self, item: Callable[[Reader], T]) -> Optional[T]:
-        mark = self.u8()
-        if mark > 1:
-            raise DecodeError(f"{mark} where 0 or 1 was expected")
-        return item(self) if mark else None
-
-    def word(self, words: Sequence[W]) -> W:
-        return words[self._variant(len(words))]
-
-    def alternative(self, alternatives: Sequence[Alternative]) -> Any:
-        return alternatives[self._variant(len(alternatives))].read(self)
-
-    def _variant(self, count: int) -> int:
-        number = self._varint(32)
-        if number >= count:
-            raise DecodeError(f"variant {number} is not known here; a newer version of this package may know it")
-        return number
-
-
-class Writer:
-    """Writes values one after the other into `data`."""
-
-    def __init__(self, data: bytes = b"") -> None:
-        self.data = bytearray(data)
-
-    def u8(self, value: int) -> None:
-        if not 0 <= value < 256:
-            raise EncodeError(f"{value} does not fit into 8 bits")
-        self.data.append(value)
-
-    def _varint(self, value: int, bits: int) -> None:
+    def write(out: bytearray, value: int) -> None:
         if value < 0 or value >> bits:
             raise EncodeError(f"{value} does not fit into {bits} bits")
         while value >= 0x80:
-            self.data.append(value & 0x7F | 0x80)
+            out.append(value & 0x7F | 0x80)
             value >>= 7
-        self.data.append(value)
+        out.append(value)
 
-    def u16(self, value: int) -> None:
-        self._varint(value, 16)
+    return Codec(read, write)
 
-    def u32(self, value: int) -> None:
-        self._varint(value, 32)
 
-    def u64(self, value: int) -> None:
-        self._varint(value, 64)
+def _floats(form: Float, count: int) -> Codec:
+    """Floats in a row."""
+    layout = struct.Struct(f"<{count}{form.form}")
+    size = layout.size
 
-    def _floats(self, form: str, values: Sequence[float]) -> None:
+    def read(data: bytes, at: int) -> tuple[tuple[float, ...], int]:
+        values = layout.unpack_from(data, at)
+        if not all(map(isfinite, values)):
+            raise DecodeError("a number is not finite")
+        return values, at + size
+
+    def write(out: bytearray, values: Sequence[float]) -> None:
         if not all(map(isfinite, values)):
             raise EncodeError("a number is not finite")
         try:
-            self.data += struct.pack(form, *values)
+            out += layout.pack(*values)
         except (struct.error, OverflowError) as cause:
             raise EncodeError(f"{values}: {cause}") from None
 
-    def f32(self, value: float) -> None:
-        self._floats("<f", (value,))
+    return Codec(read, write)
 
-    def f64(self, value: float) -> None:
-        self._floats("<d", (value,))
 
-    def f32s(self, values: Sequence[float], count: int) -> None:
-        self._floats(f"<{count}f", values)
+def _float(form: Float) -> Codec:
+    floats = _floats(form, 1)
 
-    def f64s(self, values: Sequence[float], count: int) -> None:
-        self._floats(f"<{count}d", values)
+    def read(data: bytes, at: int) -> tuple[float, int]:
+        (value,), at = floats.read(data, at)
+        return value, at
 
-    def blob(self, value: bytes) -> None:
-        self._varint(len(value), 64)
-        self.data += value
+    return Codec(read, lambda out, value: floats.write(out, (value,)))
 
-    def string(self, value: str) -> None:
-        self.blob(value.encode("utf-8"))
 
-    def list(self, item: Callable[[Writer, T], None], values: Sequence[T]) -> None:
-        self._varint(len(values), 64)
-        self.array(item, values, len(values))
+_LENGTH = _varint(64)
+_VARIANT = _varint(32)
 
-    def array(self, item: Callable[[Writer, T], None], values: Sequence[T], count: int) -> None:
-        if len(values) != count:
+
+def _read_length(data: bytes, at: int, most: int | None) -> tuple[int, int]:
+    length, at = _LENGTH.read(data, at)
+    # Every element takes a byte at least.
+    if length > len(data) - at or (most is not None and length > most):
+        raise DecodeError(f"a list has {length} elements, too many")
+    return length, at
+
+
+def _blob(most: int | None) -> Codec:
+    def read(data: bytes, at: int) -> tuple[bytes, int]:
+        length, at = _read_length(data, at, most)
+        return data[at : at + length], at + length
+
+    def write(out: bytearray, value: bytes) -> None:
+        _LENGTH.write(out, len(value))
+        out += value
+
+    return Codec(read, write)
+
+
+def _string() -> Codec:
+    blob = _blob(None)
+
+    def read(data: bytes, at: int) -> tuple[str, int]:
+        text, at = blob.read(data, at)
+        try:
+            return text.decode("utf-8"), at
+        except UnicodeDecodeError as cause:
+            raise DecodeError(f"a text is not UTF-8: {cause}") from None
+
+    return Codec(read, lambda out, value: blob.write(out, value.encode("utf-8")))
+
+
+_STRING = _string()
+
+
+def _items(item: Codec, count: int | None, most: int | None = None) -> Codec:
+    """An array of so many elements, or a list, whose length stands in front."""
+    read_item, write_item = item
+
+    def read(data: bytes, at: int) -> tuple[tuple[Any, ...], int]:
+        length, at = _read_length(data, at, most) if count is None else (count, at)
+        values = []
+        for _ in range(length):
+            value, at = read_item(data, at)
+            values.append(value)
+        return tuple(values), at
+
+    def write(out: bytearray, values: Sequence[Any]) -> None:
+        if count is None:
+            _LENGTH.write(out, len(values))
+        elif len(values) != count:
             raise EncodeError(f"{len(values)} values where {count} are expected")
         for value in values:
-            item(self, value)
+            write_item(out, value)
 
-    def optional(self, item: Callable[[Writer, T], None], value: Optional[T]) -> None:
-        self.data.append(value is not None)
+    return Codec(read, write)
+
+
+def _optional(item: Codec) -> Codec:
+    def read(data: bytes, at: int) -> tuple[Any, int]:
+        mark = data[at]
+        if mark > 1:
+            raise DecodeError(f"{mark} where 0 or 1 was expected")
+        return item.read(data, at + 1) if mark else (None, at + 1)
+
+    def write(out: bytearray, value: Any) -> None:
+        out.append(value is not None)
         if value is not None:
-            item(self, value)
+            item.write(out, value)
 
-    def word(self, words: Sequence[W], value: W) -> None:
-        self._varint(words.index(value), 32)
+    return Codec(read, write)
 
-    def alternative(self, alternatives: Sequence[Alternative], value: Any) -> None:
-        for number, alternative in enumerate(alternatives):
-            if type(value) is alternative.record:
-                self._varint(number, 32)
-                alternative.write(self, value)
-                return
-        raise EncodeError(f"{type(value).__name__} is not a variant of this field")
+
+def _read_variant(data: bytes, at: int, count: int) -> tuple[int, int]:
+    number, at = _VARIANT.read(data, at)
+    if number >= count:
+        raise DecodeError(f"variant {number} is not known here; a newer version of this package may know it")
+    return number, at
+
+
+def _words(of: type[Word]) -> Codec:
+    words = tuple(of)
+
+    def read(data: bytes, at: int) -> tuple[Word, int]:
+        number, at = _read_variant(data, at, len(words))
+        return words[number], at
+
+    return Codec(read, lambda out, value: _VARIANT.write(out, words.index(value)))
+
+
+def _variants(records: tuple[type, ...]) -> Codec:
+    codecs = [_record(record) for record in records]
+    numbers = {record: number for number, record in enumerate(records)}
+
+    def read(data: bytes, at: int) -> tuple[Any, int]:
+        number, at = _read_variant(data, at, len(codecs))
+        return codecs[number].read(data, at)
+
+    def write(out: bytearray, value: Any) -> None:
+        number = numbers.get(type(value))
+        if number is None:
+            raise EncodeError(f"{type(value).__name__} is not a variant of this field")
+        _VARIANT.write(out, number)
+        codecs[number].write(out, value)
+
+    return Codec(read, write)
+
+
+def _record(of: type) -> Codec:
+    hints = get_type_hints(of, include_extras=True)
+    members = [(field.name, codec(hints[field.name])) for field in fields(of)]
+    readers = [(name, member.read) for name, member in members]
+    writers = [(name, member.write) for name, member in members]
+
+    def read(data: bytes, at: int) -> tuple[Any, int]:
+        # Frozen dataclasses set their fields one by one, which takes longer than reading them.
+        record: Any = object.__new__(of)
+        content = record.__dict__
+        for name, read_member in readers:
+            content[name], at = read_member(data, at)
+        return record, at
+
+    def write(out: bytearray, value: Any) -> None:
+        for name, write_member in writers:
+            write_member(out, getattr(value, name))
+
+    return Codec(read, write)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Optional
 
 from ._messages import KINDS
-from ._postcard import DecodeError, EncodeError, Reader, Writer
+from ._postcard import DecodeError, EncodeError, read_message, write_message
 
 MAGIC = 0x53
 VERSION = 1
@@ -30,11 +30,7 @@ def decode(payload: bytes, expected: Optional[type] = None) -> Any:
         raise DecodeError(f"a {kind.record.__name__} where a {expected.__name__} was expected")
     if len(payload) > kind.max_bytes:
         raise DecodeError(f"{len(payload)} bytes are more than the {kind.max_bytes} of a {kind.record.__name__}")
-    reader = Reader(payload, HEADER_BYTES)
-    message = kind.read(reader)
-    if reader.left:
-        raise DecodeError(f"{reader.left} bytes behind the message")
-    return message
+    return read_message(kind.record, payload, HEADER_BYTES)
 
 
 def _check_header(payload: bytes) -> int:
@@ -56,9 +52,9 @@ def encode(message: Any) -> bytes:
     kind = _KIND_OF.get(type(message))
     if kind is None:
         raise EncodeError(f"{type(message).__name__} is no message")
-    writer = Writer(bytes((MAGIC, VERSION, kind.number, 0)))
-    kind.write(writer, message)
-    if len(writer.data) > kind.max_bytes:
-        raise EncodeError(f"{len(writer.data)} bytes are more than the {kind.max_bytes} that a message of this kind may have")
-    return bytes(writer.data)
+    data = bytearray((MAGIC, VERSION, kind.number, 0))
+    write_message(data, message)
+    if len(data) > kind.max_bytes:
+        raise EncodeError(f"{len(data)} bytes are more than the {kind.max_bytes} that a message of this kind may have")
+    return bytes(data)
 

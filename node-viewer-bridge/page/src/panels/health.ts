@@ -11,7 +11,7 @@ import { element, pressButton, testId } from "./dom.ts";
 interface Choice {
   text: string;
   label: "Apply" | "Revert";
-  wish: { do: "apply_refinement" | "revert"; node: string };
+  request: { do: "apply_refinement" | "revert"; node: string };
 }
 
 export class HealthPanel {
@@ -77,21 +77,21 @@ export class HealthPanel {
     const apply = [...this.site.proposals.values()].map((offer): Choice => ({
       text: `${offer.node}: a refined calibration of ${models(offer)} is proposed`,
       label: "Apply",
-      wish: { do: "apply_refinement", node: offer.node },
+      request: { do: "apply_refinement", node: offer.node },
     }));
     const applied = [...this.site.formers.values()].filter((offer) => this.applied.has(offer.node));
     const revert = applied.map((offer): Choice => ({
       text: `${offer.node}: the last change of ${models(offer)} can be taken back`,
       label: "Revert",
-      wish: { do: "revert", node: offer.node },
+      request: { do: "revert", node: offer.node },
     }));
     return [...apply, ...revert];
   }
 
   private async choose(choice: Choice): Promise<void> {
-    const complaint = await send("api/wizard", choice.wish);
+    const complaint = await send("api/wizard", choice.request);
     this.complaint = complaint?.cause ?? null;
-    if (complaint === null) this.applied.add(choice.wish.node);
+    if (complaint === null) this.applied.add(choice.request.node);
   }
 
   private item(choice: Choice): HTMLElement {

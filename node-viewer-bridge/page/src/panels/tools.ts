@@ -1,6 +1,6 @@
 // The switches on the stage: what it shows, remembered for the next visit.
 
-import type { StageOptions } from "../stage/stage.ts";
+import type { StageOptions } from "../stage/options.ts";
 import { MAGNIFICATION } from "../stage/ellipsoid.ts";
 import { remember, remembered } from "../storage.ts";
 import { pressButton } from "./dom.ts";

@@ -114,8 +114,8 @@ class ZoneForm {
   fill(zone: Zone): void {
     this.name.control.value = zone.name;
     this.centre.control.value = zone.centre.join(", ");
-    this.size.control.value = zone.shape === "sphere" ? String(zone.radius) : (zone.size ?? []).join(", ");
-    this.yaw.control.value = String(zone.yaw_deg ?? 0);
+    this.size.control.value = zone.shape === "sphere" ? String(zone.radius) : zone.size.join(", ");
+    this.yaw.control.value = String(zone.shape === "box" ? zone.yaw_deg : 0);
     this.name.control.focus();
   }
 

@@ -1,12 +1,12 @@
 // One object on the stage: its body, label, trail and uncertainty move together.
 
 import type { Group, Scene } from "three";
-import type { ObjectTag, Pose, Vec3 } from "../protocol.ts";
+import type { PrintedTag, Pose, Vec3 } from "../protocol.ts";
 import type { ObjectState } from "../site.ts";
 import { Body } from "./body.ts";
 import { Ellipsoid } from "./ellipsoid.ts";
 import type { Label, LabelLayer } from "./labels.ts";
-import type { StageOptions } from "./stage.ts";
+import type { StageOptions } from "./options.ts";
 import { Plumb } from "./plumb.ts";
 import { Trail } from "./trail.ts";
 
@@ -45,7 +45,7 @@ export class Actor {
     scene.add(this.body.group, this.plumb.line, this.trail.line, this.ellipsoid.mesh);
   }
 
-  tags(tags: ObjectTag[]): void {
+  tags(tags: PrintedTag[]): void {
     this.body.tags(tags);
     this.shown = null;
   }

@@ -20,7 +20,7 @@ import {
   Vector3,
 } from "three";
 import { ConvexGeometry } from "three/addons/geometries/ConvexGeometry.js";
-import type { ObjectTag, Transform } from "../protocol.ts";
+import type { PrintedTag, Transform } from "../protocol.ts";
 import { dispose } from "./dispose.ts";
 import { place } from "./place.ts";
 
@@ -40,7 +40,7 @@ export class Body {
 
   constructor(private readonly colour: string) {}
 
-  tags(tags: ObjectTag[]): void {
+  tags(tags: PrintedTag[]): void {
     dispose(this.group);
     const placed = tags.flatMap((tag) => (tag.object_from_tag ? [{ tag, pose: tag.object_from_tag }] : []));
     const points = placed.flatMap(({ tag, pose }) => plateCorners(tag.printed_size_m, pose));
@@ -86,7 +86,7 @@ export class Body {
     return [body, new LineSegments(new EdgesGeometry(geometry, 20), line)];
   }
 
-  private plate(tag: ObjectTag, pose: Transform): [Mesh, Mesh] {
+  private plate(tag: PrintedTag, pose: Transform): [Mesh, Mesh] {
     const geometry = new PlaneGeometry(tag.printed_size_m, tag.printed_size_m);
     const front = new Mesh(geometry, new MeshBasicMaterial({ map: printTexture(tag.modules) }));
     const back = new Mesh(geometry, new MeshBasicMaterial({ color: this.colour, side: BackSide }));

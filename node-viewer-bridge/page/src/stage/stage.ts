@@ -11,17 +11,11 @@ import { Frames } from "./frames.ts";
 import { createRenderer } from "./graphics.ts";
 import { Frustum } from "./frustum.ts";
 import { LabelLayer } from "./labels.ts";
+import type { StageOptions } from "./options.ts";
 import { Picker } from "./picker.ts";
 import { Ruler } from "./ruler.ts";
 import { View } from "./view.ts";
 import { ZoneWires } from "./zone.ts";
-
-export interface StageOptions {
-  trails: boolean;
-  sigma: boolean;
-  pictures: boolean;
-  labels: boolean;
-}
 
 export class Stage {
   readonly frames = new Frames((now) => this.draw(now / 1000));

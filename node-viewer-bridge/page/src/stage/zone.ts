@@ -2,7 +2,7 @@
 
 import { BoxGeometry, BufferGeometry, EdgesGeometry, EllipseCurve, Group, LineBasicMaterial, LineLoop, LineSegments } from "three";
 import { STAGE } from "../palette.ts";
-import type { Zone } from "../protocol.ts";
+import type { BoxZone, SphereZone, Zone } from "../protocol.ts";
 import { dispose } from "./dispose.ts";
 import type { Label, LabelLayer } from "./labels.ts";
 
@@ -41,17 +41,16 @@ export class ZoneWires {
   }
 }
 
-function boxOf(zone: Zone, material: LineBasicMaterial): Group {
-  const box = new BoxGeometry(...(zone.size ?? [1, 1, 1]));
+function boxOf(zone: BoxZone, material: LineBasicMaterial): Group {
+  const box = new BoxGeometry(...zone.size);
   const wires = new LineSegments(new EdgesGeometry(box), material);
   box.dispose();
-  wires.rotation.z = ((zone.yaw_deg ?? 0) * Math.PI) / 180;
+  wires.rotation.z = (zone.yaw_deg * Math.PI) / 180;
   return new Group().add(wires);
 }
 
 /** Three great circles. */
-function sphereOf(zone: Zone, material: LineBasicMaterial): Group {
-  const radius = zone.radius ?? 1;
+function sphereOf({ radius }: SphereZone, material: LineBasicMaterial): Group {
   const points = new EllipseCurve(0, 0, radius, radius, 0, 2 * Math.PI).getPoints(64).slice(0, -1);
   const circle = (): LineLoop => new LineLoop(new BufferGeometry().setFromPoints(points), material);
   const [flat, side, front] = [circle(), circle(), circle()];

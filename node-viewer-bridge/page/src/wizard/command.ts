@@ -1,4 +1,4 @@
-// A person's wishes on their way to the bridge, and what a form's texts mean. Touches no element of the page.
+// A person's requests on their way to the bridge, and what a form's texts mean. Touches no element of the page.
 
 /** A complaint, and the field that it is about. */
 export interface Complaint {
@@ -19,7 +19,7 @@ export class Wrong extends Error {
 /** No family in use has more tags. */
 const LONGEST_RUN = 600;
 
-export interface TagWish {
+export interface TagRequest {
   id: number;
   size_m: number;
 }
@@ -40,7 +40,7 @@ export function readWhole(text: string, field: string, what: string, [least, mos
 }
 
 /** Tags as people list them: "3, 4, 5" or "3 4 5:50", a size of its own in millimetres behind a colon; "3-8" is a run. */
-export function readTags(text: string, size_m: number): TagWish[] {
+export function readTags(text: string, size_m: number): TagRequest[] {
   const tags = text
     .split(/[\s,;]+/)
     .filter((word) => word !== "")
@@ -65,7 +65,7 @@ export function wordsOf(text: string): string[] {
 /** The tag that a word names. */
 export const tagOf = (word: string): string => word.split(":")[0] ?? word;
 
-function readTag(word: string, size_m: number): TagWish[] {
+function readTag(word: string, size_m: number): TagRequest[] {
   const match = /^(\d{1,6})(?:-(\d{1,6}))?(?::([\d.]+))?$/.exec(word);
   if (!match) throw new Wrong("tags", `“${word}” is no tag: write numbers such as 3, 4, 5, or 3:50 for one of 50 mm`);
   const [first, last] = [Number(match[1]), Number(match[2] ?? match[1])];
@@ -81,12 +81,12 @@ export function readName(text: string, field: string): string {
   return name;
 }
 
-/** Sends a wish; a complaint where the bridge does not obey, nothing where it does. */
-export async function send(path: "api/wizard" | "api/zones", wish: object, ask: typeof fetch = fetch): Promise<Complaint | null> {
+/** Sends a request; a complaint where the bridge does not obey, nothing where it does. */
+export async function send(path: "api/wizard" | "api/zones", request: object, ask: typeof fetch = fetch): Promise<Complaint | null> {
   let answer: Response;
   try {
     const headers = { "content-type": "application/json" };
-    answer = await ask(path, { method: "POST", headers, body: JSON.stringify(wish) });
+    answer = await ask(path, { method: "POST", headers, body: JSON.stringify(request) });
   } catch {
     return { field: null, cause: "The bridge does not answer." };
   }

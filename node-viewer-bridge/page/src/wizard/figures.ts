@@ -1,8 +1,8 @@
 // A result's figures as a table, with bars for what should be small.
 
+import type { LearnReport, LensReport, RigReport, WizardResult } from "../protocol.ts";
 import { fixed, NONE } from "../format.ts";
 import { element, testId } from "../panels/dom.ts";
-import type { LearnReport, LensReport, Result, RigReport } from "./account.ts";
 import { errorColour, LARGE_PX, scaleEnd } from "./colours.ts";
 
 interface Column<T> {
@@ -15,13 +15,13 @@ interface Column<T> {
 }
 
 /** What a table of this report says. */
-export function figuresOf({ report }: Result): HTMLElement {
+export function figuresOf({ report }: WizardResult): HTMLElement {
   if ("lens" in report) return lensFigures(report);
   return "reference" in report ? rigFigures(report) : learnFigures(report);
 }
 
 /** One line about the whole. */
-export function summaryOf({ report }: Result): string {
+export function summaryOf({ report }: WizardResult): string {
   if ("lens" in report)
     return `${report.lens.model} from ${report.views} of ${report.images} images · ${fixed(report.rms_px, 3)} px rms · ${fixed(100 * report.coverage, 0)} % of the picture covered`;
   return `${report.images_used} of ${report.images} images used · ${fixed(report.rms_px, 3)} px rms`;

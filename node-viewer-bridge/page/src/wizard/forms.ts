@@ -1,20 +1,20 @@
-// What each wizard has to know before it begins, and the wish that is made of it.
+// What each wizard has to know before it begins, and the request that is made of it.
 
+import type { WizardKind } from "../protocol.ts";
 import type { Site } from "../site.ts";
 import { element, testId } from "../panels/dom.ts";
-import type { Kind } from "./account.ts";
 import { readName, readSize, readTags, readWhole, tagOf, type Complaint, wordsOf, Wrong } from "./command.ts";
 import { Field, Segments, button, choice, fileBox, offer, textBox } from "./fields.ts";
 
 const FAMILY = "tag36h11";
 
-/** A form: what it shows, what it knows of the site, and the wish. */
+/** A form: what it shows, what it knows of the site, and the request. */
 export interface Form {
   root: HTMLElement;
   /** The site may have changed. */
   refresh(): void;
   /** @throws Wrong where something entered cannot be right. */
-  wish(): Promise<object>;
+  request(): Promise<object>;
   fields: Field[];
 }
 
@@ -25,7 +25,7 @@ export function complainAt(form: Form, complaint: Complaint): boolean {
   return field !== undefined;
 }
 
-export function createForms(site: Site): Record<Kind, Form> {
+export function createForms(site: Site): Record<WizardKind, Form> {
   return { lens: lensForm(site), rig: rigForm(site), learn: learnForm(site) };
 }
 
@@ -55,7 +55,7 @@ function lensForm(site: Site): Form {
     fields,
     root: element("div", "fields", camera.root, source.root, grid, board.root, model.root),
     refresh: () => offerNames(camera, [...site.cameras.keys()]),
-    wish: async () => {
+    request: async () => {
       const begin = { do: "start", wizard: "lens", camera: camera.text, model: model.text || null };
       if (source.value === "board") return { ...begin, board: { file: await textOf(board, "board's file") } };
       return {
@@ -99,7 +99,7 @@ function rigForm(site: Site): Form {
       offer(origin.control as HTMLSelectElement, [["as_it_is", "stays as it is"], ["tag", "is a tag on the floor"], ...cameras]);
       show();
     },
-    wish: async () => {
+    request: async () => {
       const carried = object.text === "" ? { file: await textOf(file, "object's file") } : { known: object.text };
       return { do: "start", wizard: "rig", object: carried, origin: world(origin.text, tag, size) };
     },
@@ -128,7 +128,7 @@ function learnForm(site: Site): Form {
       others.root.hidden = !site.objects.has(id.text.trim());
       showSeen(seen, tags, site);
     },
-    wish: async () => {
+    request: async () => {
       const wanted = readTags(tags.text, readSize(size.text));
       return {
         do: "start",

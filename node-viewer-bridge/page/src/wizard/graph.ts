@@ -1,6 +1,6 @@
 // The graph of which cameras have seen the object together: a ring of names, lines as thick as they are well joined.
 
-import type { RigDetails } from "./account.ts";
+import type { RigDetails } from "../protocol.ts";
 import { groupColour } from "./colours.ts";
 
 /** Shared sightings that join two cameras. */

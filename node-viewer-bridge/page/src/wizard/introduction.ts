@@ -1,9 +1,9 @@
 // What a person should know before a wizard begins.
 
+import type { WizardKind } from "../protocol.ts";
 import { element, Text } from "../panels/dom.ts";
-import type { Kind } from "./account.ts";
 
-const WORDS: Record<Kind, { title: string; why: string; how: string[] }> = {
+const WORDS: Record<WizardKind, { title: string; why: string; how: string[] }> = {
   lens: {
     title: "How a camera’s lens bends the picture",
     why: "Once for each camera, and again after its lens was turned.",
@@ -39,7 +39,7 @@ export class Introduction {
   private readonly how = element("ul");
   readonly root = element("div", "introduction", this.title.element, this.why.element, this.how);
 
-  show(kind: Kind): void {
+  show(kind: WizardKind): void {
     this.title.set(WORDS[kind].title);
     this.why.set(WORDS[kind].why);
     this.how.replaceChildren(...WORDS[kind].how.map((line) => element("li", "", line)));

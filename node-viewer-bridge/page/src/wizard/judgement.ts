@@ -1,7 +1,7 @@
 // What came out: the verdict in words, the figures, and where it was kept.
 
+import type { Wizard, WizardResult } from "../protocol.ts";
 import { element, testId } from "../panels/dom.ts";
-import type { Result, WizardAccount } from "./account.ts";
 import { figuresOf, summaryOf } from "./figures.ts";
 
 const GRADES = { good: "Good", usable: "Usable", poor: "Poor" };
@@ -17,7 +17,7 @@ export class Judgement {
     this.figures.setAttribute("aria-label", "Figures");
   }
 
-  show({ result }: WizardAccount): void {
+  show({ result }: Wizard): void {
     this.verdict.hidden = this.figures.hidden = result === undefined;
     this.kept.hidden = !result || result.kept.length === 0;
     const key = JSON.stringify(result ?? null);
@@ -26,7 +26,7 @@ export class Judgement {
     if (result) this.fill(result);
   }
 
-  private fill(result: Result): void {
+  private fill(result: WizardResult): void {
     const { grade, because } = result.report.verdict;
     this.verdict.dataset["grade"] = grade;
     const reasons = because.length > 0 ? because : ["Nothing to complain of."];

@@ -1,8 +1,8 @@
 // Heat maps that lie over a camera's live picture: where the board has been, what is left of the corners' errors, how well
 // the lens is known.
 
+import type { MapCell } from "../protocol.ts";
 import { errorColour, scaleEnd } from "./colours.ts";
-import type { MapCell } from "./account.ts";
 
 type Area = [x: number, y: number, width: number, height: number];
 type Context = CanvasRenderingContext2D;

@@ -1,11 +1,10 @@
 // The calibration wizards: one place for lens, rig and object, from the form to the kept result. The bridge does the work;
-// this sends a person's wishes and shows how far it is, what to do next, and what came out.
+// this sends a person's requests and shows how far it is, what to do next, and what came out.
 
 import { fixed, plural } from "../format.ts";
 import { element, find, testId, Text } from "../panels/dom.ts";
-import type { Preview } from "../protocol.ts";
+import type { Preview, Wizard, WizardKind, WizardStage } from "../protocol.ts";
 import type { Site } from "../site.ts";
-import { IDLE, type Kind, type Stage, type WizardAccount } from "./account.ts";
 import { type Complaint, send, Wrong } from "./command.ts";
 import { button, Segments } from "./fields.ts";
 import { complainAt, createForms, type Form } from "./forms.ts";
@@ -16,21 +15,24 @@ import { LensView } from "./views/lens.ts";
 import { PrepareView, type View } from "./views/pictures.ts";
 import { RigView } from "./views/rig.ts";
 
-const NAMES: Record<Kind, string> = { lens: "Lens", rig: "Rig", learn: "Object" };
+/** There is no wizard at work. */
+export const IDLE: Wizard = { wizard: null, stage: "idle" };
+
+const NAMES: Record<WizardKind, string> = { lens: "Lens", rig: "Rig", learn: "Object" };
 const STEPS = ["Prepare", "Collect", "Judge", "Keep"];
-const STEP_OF: Record<Stage, number> = { idle: 0, collecting: 1, solving: 1, solved: 2, keeping: 3, kept: 3 };
+const STEP_OF: Record<WizardStage, number> = { idle: 0, collecting: 1, solving: 1, solved: 2, keeping: 3, kept: 3 };
 const REFRESH_MS = 500;
 /** A solve that takes longer is worth a word. */
 const LONG_SOLVE_S = 3;
 
 export class WizardPanel {
-  private account: WizardAccount = IDLE;
-  private kind: Kind = "lens";
+  private account: Wizard = IDLE;
+  private kind: WizardKind = "lens";
   private view: { of: string; view: View };
   private solvingSince = 0;
-  private readonly forms: Record<Kind, Form>;
+  private readonly forms: Record<WizardKind, Form>;
   private readonly opener = find<HTMLButtonElement>("[data-testid=wizard-open]");
-  private readonly tabs: Segments<Kind>;
+  private readonly tabs: Segments<WizardKind>;
   private readonly steps = element("ol", "steps", ...STEPS.map((step) => element("li", "", step)));
   private readonly introduction = new Introduction();
   private readonly form = testId(element("form", "form"), "wizard-form");
@@ -39,7 +41,7 @@ export class WizardPanel {
   private readonly hint = new Text(testId(element("p", "hint"), "wizard-hint"));
   private readonly complaint = new Text(testId(element("p", "complaint"), "wizard-cause"));
   private readonly judgement = new Judgement();
-  private readonly wishes: Record<string, HTMLButtonElement>;
+  private readonly requests: Record<string, HTMLButtonElement>;
   private readonly stage = element("div", "view-of");
 
   constructor(
@@ -48,8 +50,8 @@ export class WizardPanel {
   ) {
     this.forms = createForms(site);
     this.view = { of: "", view: new PrepareView(site) };
-    this.tabs = new Segments<Kind>("What to calibrate", NAMES, this.kind, (kind) => this.choose(kind));
-    this.wishes = this.createWishes();
+    this.tabs = new Segments<WizardKind>("What to calibrate", NAMES, this.kind, (kind) => this.choose(kind));
+    this.requests = this.createRequests();
     this.start.type = "submit";
     this.form.noValidate = true;
     this.form.addEventListener("submit", (event) => {
@@ -65,7 +67,7 @@ export class WizardPanel {
     this.show();
   }
 
-  take(account: WizardAccount): void {
+  take(account: Wizard): void {
     if (account.stage === "solving" && this.account.stage !== "solving") this.solvingSince = performance.now();
     const began = this.account.wizard === null && account.wizard !== null;
     this.account = account;
@@ -82,7 +84,7 @@ export class WizardPanel {
     const close = button("Close", "wizard-close", "quiet");
     close.addEventListener("click", () => this.open(false));
     const head = element("header", "", element("h2", "", "Calibrate"), this.tabs.root, this.steps, close);
-    const actions = element("div", "actions", ...Object.values(this.wishes));
+    const actions = element("div", "actions", ...Object.values(this.requests));
     const words = element("div", "words", this.introduction.root, this.form, this.hint.element, this.progress.root);
     words.append(this.complaint.element, this.judgement.verdict, actions, this.judgement.kept);
     this.stage.append(this.view.view.root, this.judgement.figures);
@@ -92,8 +94,8 @@ export class WizardPanel {
     });
   }
 
-  private createWishes(): Record<string, HTMLButtonElement> {
-    const wish = (name: string, title: string, className = ""): HTMLButtonElement => {
+  private createRequests(): Record<string, HTMLButtonElement> {
+    const request = (name: string, title: string, className = ""): HTMLButtonElement => {
       const made = button(title, `wizard-${name}`, className);
       made.addEventListener("click", () => void this.ask({ do: name }));
       return made;
@@ -101,11 +103,11 @@ export class WizardPanel {
     const download = button("Download", "wizard-download");
     download.addEventListener("click", () => this.download());
     return {
-      solve: wish("solve", "Solve"),
-      keep: wish("keep", "Keep", "primary"),
-      resume: wish("resume", "Collect more"),
+      solve: request("solve", "Solve"),
+      keep: request("keep", "Keep", "primary"),
+      resume: request("resume", "Collect more"),
       download,
-      discard: wish("discard", "Discard", "quiet"),
+      discard: request("discard", "Discard", "quiet"),
     };
   }
 
@@ -118,7 +120,7 @@ export class WizardPanel {
     else this.opener.focus();
   }
 
-  private choose(kind: Kind): void {
+  private choose(kind: WizardKind): void {
     this.kind = kind;
     this.introduction.show(kind);
     this.form.replaceChildren(this.forms[kind].root, this.start);
@@ -140,7 +142,7 @@ export class WizardPanel {
     for (const field of form.fields) field.complain("");
     this.complaint.set("");
     try {
-      const complaint = await send("api/wizard", await form.wish());
+      const complaint = await send("api/wizard", await form.request());
       if (complaint) this.complain(complaint);
     } catch (error) {
       if (!(error instanceof Wrong)) throw error;
@@ -152,8 +154,8 @@ export class WizardPanel {
     if (!complainAt(this.forms[this.kind], complaint)) this.complaint.set(sentence(complaint.cause));
   }
 
-  private async ask(wish: object): Promise<void> {
-    const complaint = await send("api/wizard", wish);
+  private async ask(request: object): Promise<void> {
+    const complaint = await send("api/wizard", request);
     this.complaint.set(complaint ? sentence(complaint.cause) : "");
   }
 
@@ -184,7 +186,7 @@ export class WizardPanel {
     this.progress.show(account);
     if (account.cause) this.complaint.set(sentence(account.cause));
     this.judgement.show(account);
-    this.showWishes();
+    this.showRequests();
     this.showView();
     if (hadFocus) this.keepFocus();
   }
@@ -193,7 +195,7 @@ export class WizardPanel {
   private keepFocus(): void {
     const focused = document.activeElement;
     if (focused instanceof HTMLElement && this.root.contains(focused) && focused.checkVisibility()) return;
-    const next = Object.values(this.wishes).find((wish) => !wish.hidden) ?? find<HTMLElement>("button[aria-pressed=true]", this.tabs.root);
+    const next = Object.values(this.requests).find((request) => !request.hidden) ?? find<HTMLElement>("button[aria-pressed=true]", this.tabs.root);
     next.focus();
   }
 
@@ -201,7 +203,7 @@ export class WizardPanel {
     const { stage, progress } = this.account;
     const seconds = Math.round((performance.now() - this.solvingSince) / 1000);
     const solving = seconds < LONG_SOLVE_S ? "Solving…" : `Solving… ${seconds} s`;
-    const hints: Record<Stage, string> = {
+    const hints: Record<WizardStage, string> = {
       idle: "",
       collecting: progress ? sentence(progress.hint) : "",
       solving,
@@ -214,19 +216,19 @@ export class WizardPanel {
     this.hint.set(hints[stage]);
   }
 
-  private showWishes(): void {
+  private showRequests(): void {
     const { stage, progress } = this.account;
-    const useful: Record<string, Stage[]> = {
+    const useful: Record<string, WizardStage[]> = {
       solve: ["collecting"],
       keep: ["solved"],
       resume: ["solving", "solved"],
       download: ["solved", "kept"],
       discard: ["collecting", "solving", "solved", "kept"],
     };
-    for (const [name, wish] of Object.entries(this.wishes)) wish.hidden = !useful[name]?.includes(stage);
-    this.wishes["solve"]?.classList.toggle("primary", progress?.is_enough === true);
-    if (this.wishes["resume"]) this.wishes["resume"].textContent = stage === "solving" ? "Stop solving" : "Collect more";
-    if (this.wishes["discard"]) this.wishes["discard"].textContent = stage === "kept" ? "Done" : "Discard";
+    for (const [name, request] of Object.entries(this.requests)) request.hidden = !useful[name]?.includes(stage);
+    this.requests["solve"]?.classList.toggle("primary", progress?.is_enough === true);
+    if (this.requests["resume"]) this.requests["resume"].textContent = stage === "solving" ? "Stop solving" : "Collect more";
+    if (this.requests["discard"]) this.requests["discard"].textContent = stage === "kept" ? "Done" : "Discard";
   }
 
   private showView(): void {
@@ -241,7 +243,7 @@ export class WizardPanel {
   }
 }
 
-function createView(kind: Kind, site: Site): View {
+function createView(kind: WizardKind, site: Site): View {
   switch (kind) {
     case "lens":
       return new LensView(site);
@@ -264,7 +266,7 @@ class ProgressLine {
     this.bar.setAttribute("aria-label", "How much is collected");
   }
 
-  show({ stage, progress, missed }: WizardAccount): void {
+  show({ stage, progress, missed }: Wizard): void {
     this.root.hidden = !progress || (stage !== "collecting" && stage !== "solving");
     if (!progress) return;
     this.bar.value = progress.fraction;

@@ -1,9 +1,8 @@
 // The object wizard's pictures: the constellation as it grows, the coverage of each tag, and what the cameras see.
 
 import { element, testId } from "../../panels/dom.ts";
-import type { Preview } from "../../protocol.ts";
+import type { LearnDetails, Preview, Wizard, WizardResult } from "../../protocol.ts";
 import type { Site } from "../../site.ts";
-import type { LearnDetails, Result, WizardAccount } from "../account.ts";
 import { errorColour, groupColour, LARGE_PX } from "../colours.ts";
 import { ConstellationView } from "../constellation.ts";
 import { tagName } from "../figures.ts";
@@ -24,7 +23,7 @@ export class LearnView implements View {
     this.root = element("div", "view-learn", space, this.tags, this.strip.root);
   }
 
-  update({ progress, result }: WizardAccount): void {
+  update({ progress, result }: Wizard): void {
     if (result) {
       this.waiting.hidden = true;
       this.constellation.show(tagPatches(result), "The object's tags where they were found; drag to turn");
@@ -74,7 +73,7 @@ function tagItem(tag: LearnDetails["tags"][number]): HTMLElement {
   return testId(item, `wizard-tag-${tagName(tag.tag)}`);
 }
 
-function tagPatches({ model, report }: Result): Patch[] {
+function tagPatches({ model, report }: WizardResult): Patch[] {
   const figures = new Map("object" in report ? report.tags.map((tag) => [tag.tag, tag.rms_px]) : []);
   return (model.tags ?? []).flatMap((tag) => {
     const rms = figures.get(`${tag.family}:${tag.id}`) ?? 0;

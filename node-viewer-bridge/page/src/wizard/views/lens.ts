@@ -2,9 +2,8 @@
 
 import { fixed } from "../../format.ts";
 import { element, testId } from "../../panels/dom.ts";
-import type { Preview } from "../../protocol.ts";
+import type { LensDetails, LensReport, Preview, Wizard } from "../../protocol.ts";
 import type { Site } from "../../site.ts";
-import type { LensDetails, LensReport, WizardAccount } from "../account.ts";
 import { ERROR_GRADIENT } from "../colours.ts";
 import { Segments } from "../fields.ts";
 import { drawCoverage, drawResiduals, drawSigmas } from "../maps.ts";
@@ -20,7 +19,7 @@ export class LensView implements View {
   private readonly choose: Segments<LensMap>;
   readonly root: HTMLElement;
   private picture: MappedPicture | null = null;
-  private account: WizardAccount | null = null;
+  private account: Wizard | null = null;
 
   constructor(private readonly site: Site) {
     const names = { residuals: "Residuals", sigmas: "Uncertainty", coverage: "Coverage" };
@@ -29,7 +28,7 @@ export class LensView implements View {
     this.root = element("div", "view-lens", this.frame, below);
   }
 
-  update(account: WizardAccount): void {
+  update(account: Wizard): void {
     this.account = account;
     const camera = account.subject ?? "";
     if (this.picture?.camera !== camera) {

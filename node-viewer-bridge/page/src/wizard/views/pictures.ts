@@ -2,14 +2,13 @@
 
 import { element } from "../../panels/dom.ts";
 import { Picture } from "../../panels/picture.ts";
-import type { Preview } from "../../protocol.ts";
+import type { Preview, Wizard } from "../../protocol.ts";
 import type { Site } from "../../site.ts";
-import type { WizardAccount } from "../account.ts";
 
 /** The main part of a wizard. */
 export interface View {
   root: HTMLElement;
-  update(account: WizardAccount): void;
+  update(account: Wizard): void;
   preview(preview: Preview): void;
 }
 

@@ -2,9 +2,8 @@
 // together, and in the end the cameras in their places.
 
 import { element, testId } from "../../panels/dom.ts";
-import type { Preview, RigCamera } from "../../protocol.ts";
+import type { Preview, RigCamera, RigDetails, Wizard, WizardResult } from "../../protocol.ts";
 import type { Site } from "../../site.ts";
-import type { Result, RigDetails, WizardAccount } from "../account.ts";
 import { errorColour, groupColour, LARGE_PX } from "../colours.ts";
 import { ConstellationView } from "../constellation.ts";
 import { CameraGraph } from "../graph.ts";
@@ -26,7 +25,7 @@ export class RigView implements View {
 
   constructor(private readonly site: Site) {}
 
-  update({ progress, result }: WizardAccount): void {
+  update({ progress, result }: Wizard): void {
     if (progress) this.details = progress.details as RigDetails;
     const { details } = this;
     if (result) {
@@ -67,7 +66,7 @@ export class RigView implements View {
 }
 
 /** Cameras as patches: each looks out of its face. */
-function cameraPatches({ model, report }: Result): Patch[] {
+function cameraPatches({ model, report }: WizardResult): Patch[] {
   const placed = (model.cameras ?? []).filter((camera): camera is RigCamera & { world_from_camera: object } => camera.world_from_camera !== null);
   const positions = placed.map((camera) => camera.world_from_camera.position);
   const spread = Math.max(0.1, ...positions.map((p) => Math.hypot(...p.map((v, i) => v - (positions[0]?.[i] ?? 0)))));
