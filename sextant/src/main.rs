@@ -30,6 +30,7 @@ mod print;
 mod procedure;
 mod progress;
 mod record;
+mod recorded;
 mod replay;
 mod ros2;
 mod router;

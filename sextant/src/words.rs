@@ -4,11 +4,13 @@ pub use sextant_process::terminal::plain;
 
 use serde::Serialize;
 use serde_json::Value;
+use sextant_calibrator::{Finding, Verdict};
 use sextant_proto::{CameraStatus, FusionStatus, Notice, Outcome, SettingsOutcome};
 use sextant_site_model::ObjectId;
 use sextant_site_report::State;
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
+use std::mem::{Discriminant, discriminant};
 
 /// The state in one word.
 pub fn state(state: State) -> &'static str {
@@ -24,6 +26,36 @@ pub fn state(state: State) -> &'static str {
 pub fn findings(status: &FusionStatus) -> Vec<String> {
     let findings = keyed_findings(status).into_iter();
     findings.map(|(_, sentence)| sentence).collect()
+}
+
+/// Most findings of one kind that a verdict lists.
+const MOST_OF_A_KIND: usize = 6;
+
+/// What limits a calibration, a line each; of many of one kind the first, and how many more there are.
+pub fn reasons(verdict: &Verdict) -> Vec<String> {
+    let mut kinds: Vec<(Discriminant<Finding>, Vec<&Finding>)> = Vec::new();
+    for finding in &verdict.because {
+        let kind = discriminant(finding);
+        match kinds.iter_mut().find(|(known, _)| *known == kind) {
+            Some((_, findings)) => findings.push(finding),
+            None => kinds.push((kind, vec![finding])),
+        }
+    }
+    let mut lines = Vec::new();
+    for (_, findings) in kinds {
+        let listed = findings.iter().take(MOST_OF_A_KIND);
+        lines.extend(listed.map(|finding| format!("  - {finding}")));
+        if let Some(more) = findings
+            .len()
+            .checked_sub(MOST_OF_A_KIND)
+            .filter(|more| *more > 0)
+        {
+            lines.push(format!(
+                "    and {more} more of this kind; --json lists all"
+            ));
+        }
+    }
+    lines
 }
 
 /// Findings of all fusion nodes, a sentence each with its node. What several report about the site is there once, from the one that published last.

@@ -2,6 +2,7 @@
 
 use crate::output::{Format, print_line};
 use crate::procedure::{ImageArguments, ImageSelection, wrong};
+use crate::words;
 use anyhow::bail;
 use clap::Args;
 use sextant_calibrator::procedure::{Outcome, Plan, Procedure, Product, Report};
@@ -224,8 +225,9 @@ fn text(report: &RigReport, arguments: &RigArguments) -> String {
         report.images,
         report.instants,
         report.rms_px,
-        report.verdict
+        report.verdict.grade
     ));
+    lines.extend(words::reasons(&report.verdict));
     lines.extend(arguments.images.handing_over("rig", &arguments.rig));
     lines.join("\n")
 }
