@@ -24,6 +24,7 @@ mod message_text;
 mod nodes;
 mod osc;
 mod output;
+mod output_file;
 mod play;
 mod pose_feed;
 mod print;

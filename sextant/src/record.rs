@@ -5,6 +5,7 @@ mod inbox;
 mod progress;
 
 use crate::output::{Format, print_line};
+use crate::output_file::OutputFile;
 use crate::seconds;
 use crate::site::{SiteArguments, report_router};
 use anyhow::Context;
@@ -19,7 +20,7 @@ use sextant_gateways::site::{RouterWatch, SiteSession, is_request};
 use sextant_iceoryx_images::IceoryxOptions;
 use sextant_process::host::host_name;
 use sextant_process::shutdown::SHUTDOWN_POLL;
-use sextant_process::{Exit, Failure, WithExit, now_ns};
+use sextant_process::{Exit, WithExit, now_ns};
 use sextant_proto::{CameraStatus, KeyRef, decode, limits};
 use sextant_recordings::mcap::RecordingInfo;
 use sextant_recordings::mcap::writer::McapWriter;
@@ -27,9 +28,9 @@ use sextant_site_files::read_toml;
 use sextant_site_model::{CameraId, ObjectId};
 use sextant_zenoh_bus::{CallbackSubscription, Item};
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs::{File, OpenOptions};
-use std::io::{BufWriter, ErrorKind, Write};
-use std::path::{Path, PathBuf};
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -109,7 +110,7 @@ pub fn run(arguments: &RecordArguments, format: Format) -> anyhow::Result<()> {
         None => arguments.images.then(IceoryxOptions::default),
     };
     let site = arguments.site.open()?;
-    let file = create(&arguments.file, arguments.force)?;
+    let file = OutputFile::create(&arguments.file, arguments.force)?;
     let recorded =
         Recorder::begin(arguments, place, &site, file, format)?.work(arguments.duration)?;
     site.bus.close();
@@ -124,8 +125,11 @@ pub fn run(arguments: &RecordArguments, format: Format) -> anyhow::Result<()> {
 fn save_last(arguments: &RecordArguments, seconds: u64, format: Format) -> anyhow::Result<()> {
     let (page, token) = (&arguments.page, arguments.page_token.as_deref());
     let recording = download_last_seconds(page, token, seconds)?;
-    let mut file = create(&arguments.file, arguments.force)?;
-    let written = file.write_all(&recording).and_then(|()| file.flush());
+    let mut output = OutputFile::create(&arguments.file, arguments.force)?;
+    let written = output.writer().and_then(|mut file| {
+        file.write_all(&recording)?;
+        output.keep()
+    });
     let (path, bytes) = (arguments.file.display().to_string(), recording.len());
     written.with_context(|| format!("{path}: cannot be written"))?;
     match format {
@@ -137,30 +141,6 @@ fn save_last(arguments: &RecordArguments, seconds: u64, format: Format) -> anyho
         Format::Text => eprintln!("{path}: the last {seconds} s, {bytes} bytes"),
     }
     Ok(())
-}
-
-/// A new file, or an emptied one with `--force`.
-fn create(path: &Path, force: bool) -> anyhow::Result<BufWriter<CountedFile>> {
-    let mut options = OpenOptions::new();
-    options
-        .write(true)
-        .create(true)
-        .truncate(true)
-        .create_new(!force);
-    let file = options.open(path).map_err(|error| {
-        let path = path.display();
-        let cause = match error.kind() {
-            ErrorKind::AlreadyExists => {
-                anyhow::anyhow!(
-                    "{path}: the file exists; choose another name, or replace it with --force"
-                )
-            }
-            _ => anyhow::anyhow!("{path}: {error}; check the folder"),
-        };
-        Failure::new(Exit::Input, cause)
-    })?;
-    let written = Arc::default();
-    Ok(BufWriter::new(CountedFile { file, written }))
 }
 
 /// A file that counts its bytes.
@@ -184,6 +164,7 @@ impl Write for CountedFile {
 struct Recorder<'a> {
     site: &'a SiteSession,
     file: PathBuf,
+    output: OutputFile,
     writer: McapWriter<BufWriter<CountedFile>>,
     written: Arc<AtomicU64>,
     inbox: Arc<Inbox>,
@@ -200,7 +181,7 @@ impl<'a> Recorder<'a> {
         arguments: &RecordArguments,
         place: Option<IceoryxOptions>,
         site: &'a SiteSession,
-        file: BufWriter<CountedFile>,
+        output: OutputFile,
         format: Format,
     ) -> anyhow::Result<Self> {
         let inbox = Arc::new(inbox());
@@ -208,11 +189,16 @@ impl<'a> Recorder<'a> {
             site: site.keys.site().to_string(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
         };
-        let written = Arc::clone(&file.get_ref().written);
-        let writer = McapWriter::begin(file, &arguments.file, &info)?;
+        let written = Arc::<AtomicU64>::default();
+        let file = CountedFile {
+            file: output.writer()?,
+            written: Arc::clone(&written),
+        };
+        let writer = McapWriter::begin(BufWriter::new(file), &arguments.file, &info)?;
         let mut recorder = Self {
             site,
             file: arguments.file.clone(),
+            output,
             writer,
             written,
             images: place.map(|place| ImageReaders::new(place, Arc::clone(&inbox))),
@@ -245,6 +231,7 @@ impl<'a> Recorder<'a> {
             }
             if Instant::now() >= flush_due {
                 self.writer.flush()?;
+                self.output.keep()?;
                 flush_due = Instant::now() + FLUSH_PERIOD;
                 report_router(&mut router, &self.site.bus);
                 let figures = self.figures();
@@ -272,6 +259,7 @@ impl<'a> Recorder<'a> {
         let mut file = self.writer.finish()?;
         file.flush()?;
         file.get_ref().file.sync_all()?;
+        self.output.keep()?;
         figures.bytes = self.written.load(Ordering::Relaxed);
         Ok(figures)
     }

@@ -6,7 +6,7 @@
 //! - [`read_foreign`], [`foreign_text`]: calibrations of other tools; [`read_rig`] reads them as well.
 //! - [`read_toml`], [`read_toml_checked`], [`write_toml`]: any other configuration, with the same kind of errors.
 //! - [`with_value`]: changes one value of a text and keeps comments.
-//! - [`write_atomically`]: replaces a file atomically.
+//! - [`write_atomically`], [`Replacement`]: replace a file atomically.
 //! - [`write_keeping_former`]: as well, and keeps former versions ([`former_of`]) in bounded number.
 //! - [`keep_rig`], [`keep_object`]: for programs that save automatically; they replace only another version of the same rig or object.
 //!
@@ -28,7 +28,7 @@ mod rig;
 mod values;
 
 pub use atomic::{
-    FORMER_VERSIONS, former_of, former_version, write_atomically, write_keeping_former,
+    FORMER_VERSIONS, Replacement, former_of, former_version, write_atomically, write_keeping_former,
 };
 pub use boards::{
     AprilGrid, BoardError, CharucoBoard, Chessboard, MarkerGrid, UpperLeft, read_board,
