@@ -20,7 +20,7 @@ use sextant_gateways::site::{RouterWatch, SiteSession, is_request};
 use sextant_iceoryx_images::IceoryxOptions;
 use sextant_process::host::host_name;
 use sextant_process::shutdown::SHUTDOWN_POLL;
-use sextant_process::{Exit, WithExit, now_ns};
+use sextant_process::{Exit, Failure, WithExit, now_ns};
 use sextant_proto::{CameraStatus, KeyRef, decode, limits};
 use sextant_recordings::mcap::RecordingInfo;
 use sextant_recordings::mcap::writer::McapWriter;
@@ -37,6 +37,8 @@ use std::time::{Duration, Instant};
 
 /// Chunks are completed this often: what a kill may cost.
 const FLUSH_PERIOD: Duration = Duration::from_millis(500);
+/// Time for the first image, where images are asked for.
+const IMAGES_WAIT: Duration = Duration::from_secs(5);
 /// Timeout of queries for what is kept.
 const ANSWER: Duration = Duration::from_millis(800);
 
@@ -48,7 +50,8 @@ its times, so that `sextant replay` gives the poses that were published, bit for
 image. Begun later, it gives the same poses at each replay, which approach those published live within seconds. The file is complete up
 to the last half second at any time, also after kill -9. It opens in Foxglove and Lichtblick.
 
---images records the images of cameras on this host from shared memory, lossless, as PNG; run it as the user who runs the camera node. Images
+--images records the images of cameras on this host from shared memory, lossless, as PNG; run it as the user who runs the camera node.
+Where none has come after 5 s, the command ends with exit code 4. Images
 of cameras on other hosts do not cross the network; of these, --images records the previews (JPEG, 5 a second). To record their images, run
 `sextant record --images` on each host: all files are by the same clocks.
 
@@ -225,6 +228,7 @@ impl<'a> Recorder<'a> {
         let mut router = RouterWatch::default();
         let mut flush_due = Instant::now() + FLUSH_PERIOD;
         let is_over = |begun: Instant| duration.is_some_and(|duration| begun.elapsed() >= duration);
+        let mut is_checked = false;
         while !self.site.shutdown.is_requested() && !is_over(self.begun) {
             if let Some(entry) = self.inbox.pop_timeout(SHUTDOWN_POLL) {
                 self.write(entry)?;
@@ -237,8 +241,40 @@ impl<'a> Recorder<'a> {
                 let figures = self.figures();
                 self.progress.show(&figures)?;
             }
+            if !is_checked && self.begun.elapsed() >= IMAGES_WAIT {
+                is_checked = true;
+                if self.lacks_images() {
+                    break;
+                }
+            }
         }
-        self.finish()
+        let lack = self.lacks_images().then(|| self.no_images());
+        let figures = self.finish()?;
+        match lack {
+            None => Ok(figures),
+            Some(cause) => Err(Failure::new(Exit::Unavailable, cause).into()),
+        }
+    }
+
+    /// Whether images were asked for, and none has come.
+    fn lacks_images(&self) -> bool {
+        self.images.is_some() && self.figures().images == 0 && self.previews.is_empty()
+    }
+
+    fn no_images(&self) -> anyhow::Error {
+        let cameras = self.images.as_ref().map(ImageReaders::cameras);
+        let cameras = cameras.unwrap_or_default();
+        let cause = match cameras.is_empty() {
+            true => "no camera of this host has been heard of".to_owned(),
+            false => format!(
+                "there are none of {} where cameras usually put them: name the file of a camera with --camera-config (of a demo: camera-NAME.toml in its folder), and run as the user who runs it",
+                cameras.join(", ")
+            ),
+        };
+        anyhow::anyhow!(
+            "{}: no image was recorded: {cause}. Everything else is in the file",
+            self.file.display()
+        )
     }
 
     fn finish(mut self) -> anyhow::Result<Figures> {

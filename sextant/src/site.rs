@@ -63,6 +63,11 @@ impl SiteArguments {
         &self.site
     }
 
+    /// Whether the site is a protected one.
+    pub fn has_keys(&self) -> bool {
+        self.keys.is_some()
+    }
+
     fn security(&self) -> anyhow::Result<Security> {
         let security = Security::of_client(&self.connect, self.keys.as_deref(), self.site.as_str());
         let security = security.exit_with(Exit::Input)?;

@@ -217,11 +217,11 @@ fn leftovers_of_a_killed_program_are_removed() {
     done(&dir, "init", &["--site", "lab"]);
     done(&dir, "add", &["north", "--role", "camera"]);
     for name in [".south.7.tmp", "..north.7.tmp.7.tmp"] {
-        std::fs::create_dir(dir.join(name)).unwrap();
-        std::fs::write(dir.join(name).join("key.pem"), "private").unwrap();
+        fs::create_dir(dir.join(name)).unwrap();
+        fs::write(dir.join(name).join("key.pem"), "private").unwrap();
     }
-    std::fs::write(dir.join("north/.key.pem.7.tmp"), "private").unwrap();
-    std::fs::create_dir(dir.join("notes")).unwrap();
+    fs::write(dir.join("north/.key.pem.7.tmp"), "private").unwrap();
+    fs::create_dir(dir.join("notes")).unwrap();
     done(&dir, "renew", &["north"]);
     let names = files_below(&dir).into_iter();
     let leftovers: Vec<_> = names

@@ -98,7 +98,9 @@ fn passes(cause: &(dyn std::error::Error + 'static)) -> bool {
     let system = cause.downcast_ref::<std::io::Error>();
     system.is_some_and(|error| {
         error.kind() == std::io::ErrorKind::OutOfMemory
-            || error.raw_os_error().is_some_and(|code| PASSING.contains(&code))
+            || error
+                .raw_os_error()
+                .is_some_and(|code| PASSING.contains(&code))
     })
 }
 
@@ -142,7 +144,10 @@ mod tests {
         let of = |code| std::io::Error::from_raw_os_error(code);
         for code in [libc::EMFILE, libc::ENOMEM, libc::EIO] {
             let error = Err::<(), _>(of(code)).context("reading f.toml");
-            let error = error.exit_with(Exit::Input).context("starting").unwrap_err();
+            let error = error
+                .exit_with(Exit::Input)
+                .context("starting")
+                .unwrap_err();
             assert_eq!(exit_of(&error), Exit::Fault, "{code}");
         }
         for code in [libc::ENOENT, libc::EACCES, libc::EISDIR] {

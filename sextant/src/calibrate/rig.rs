@@ -27,6 +27,8 @@ With --live the images come from the running site: follow the instructions until
 it is solved. With --json, progress is one line per second at most: {\"kind\",\"images\",\"fraction\",\"is_enough\",\"hint\",
 \"details\":{\"cameras\":[{\"camera\",\"images\",\"seeing\",\"fields\":[12],\"distances\",\"group\"}],\"together\":[[\"a\",\"b\",images]]}}.
 
+The column \"ahead ms\" says by how much a clock is ahead; clock_offset_ms in JSON is what has to be added to its timestamps.
+
 With --json, the result is one line on standard output: {\"reference\",\"images\",\"images_used\",\"instants\",\"synchronised\",\"rms_px\",\"noise_ratio\",
 \"cameras\":[{\"camera\",\"images\",\"tags\",\"left_out\",\"sigma_mm\",\"sigma_deg\",\"sigma_axes_mm\":[3],\"sigma_axes_deg\":[3],\"rms_px\",\"clock_offset_ms\",\"clock_sigma_ms\"}],
 \"tags_left_out\",\"weak\",\"unsolved\",\"scale\",\"verdict\":{\"grade\",\"because\"}}"
@@ -196,12 +198,13 @@ fn origin(arguments: &RigArguments, object: &ObjectModel) -> anyhow::Result<Orig
 
 fn text(report: &RigReport, arguments: &RigArguments) -> String {
     let mut lines = vec![
-        "camera            images   tags  left out  sigma mm    deg    rms px  clock ms".to_owned(),
+        "camera            images   tags  left out  sigma mm    deg    rms px  ahead ms".to_owned(),
     ];
     lines.extend(report.cameras.iter().map(|camera| {
+        // As fusion and replay say it: ahead of the others is positive.
         let clock = camera
             .clock_offset_ms
-            .map_or("-".to_owned(), |ms| format!("{ms:.2}"));
+            .map_or("-".to_owned(), |ms| format!("{:+.2}", -ms));
         format!(
             "{:<16} {:>7} {:>6} {:>9} {:>9.2} {:>6.3} {:>9.3} {:>9}",
             camera.camera,
@@ -215,7 +218,7 @@ fn text(report: &RigReport, arguments: &RigArguments) -> String {
         )
     }));
     lines.push(format!(
-        "Deviations are relative to camera {}; {}.",
+        "Deviations are relative to camera {}; ahead ms: by how much a clock is ahead of it, as fusion and replay have it; {}.",
         report.reference, report.scale
     ));
     lines.push(format!(
