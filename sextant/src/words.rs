@@ -198,6 +198,27 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_verdict_lists_a_few_findings_of_each_kind() {
+        let few = |id: u32| Finding::FewImages {
+            tag: format!("tag36h11:{id}"),
+            fits: 2,
+        };
+        let mut because: Vec<Finding> = (0..100).map(few).collect();
+        because.push(Finding::ContradictingCameras);
+        let verdict = Verdict {
+            grade: sextant_calibrator::Grade::Usable,
+            because,
+        };
+        let lines = reasons(&verdict);
+        assert_eq!(lines.len(), MOST_OF_A_KIND + 2);
+        assert_eq!(lines[0], "  - only 2 images of tag36h11:0 fit");
+        assert!(
+            lines[MOST_OF_A_KIND].contains("and 94 more of this kind"),
+            "{lines:?}"
+        );
+    }
+
+    #[test]
     fn a_time_is_read_as_a_clock_shows_it() {
         assert_eq!(time_of_day(1_800_000_000_123_456_789), "08:00:00.123");
         assert_eq!(time_of_day(0), "00:00:00.000");

@@ -224,6 +224,7 @@ fn leftovers_of_a_killed_program_are_removed() {
     fs::create_dir(dir.join("notes")).unwrap();
     done(&dir, "renew", &["north"]);
     let names = files_below(&dir).into_iter();
+    let names = names.map(|path| path.strip_prefix(&dir).unwrap().to_owned());
     let leftovers: Vec<_> = names
         .filter(|path| path.to_string_lossy().contains(".tmp"))
         .collect();

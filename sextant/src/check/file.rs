@@ -270,6 +270,31 @@ mod tests {
     }
 
     #[test]
+    fn files_of_other_tools_are_recognised_and_right() {
+        let folder = tempfile::tempdir().unwrap();
+        let ost = "image_width: 640\nimage_height: 480\ncamera_matrix: {rows: 3, cols: 3, data: [610.0, 0.0, 322.0, 0.0, 609.0, 241.0, 0.0, 0.0, 1.0]}\n";
+        let grid =
+            "target_type: 'aprilgrid'\ntagCols: 6\ntagRows: 6\ntagSize: 0.088\ntagSpacing: 0.3\n";
+        let giant = "id = \"giant\"\n[[tag]]\nfamily = \"tag36h11\"\nid = 0\nsize = 88.0\n";
+        let found = |name: &str, text: &str| {
+            let path = folder.path().join(name);
+            std::fs::write(&path, text).unwrap();
+            check(&path, None, &mut CrossChecks::default())
+        };
+        assert_eq!(found("ost.toml", ost).unwrap().0, "rig");
+        let (word, summary) = found("grid.yaml", grid).unwrap();
+        assert_eq!(
+            (word, &*summary),
+            ("object", "\"grid\" with 36 tags of 88 mm")
+        );
+        let (_, summary) = found("giant.toml", giant).unwrap();
+        assert!(summary.contains("sizes are metres"), "{summary}");
+        let millimetres = grid.replace("0.088", "88");
+        let error = found("grid.yaml", &millimetres).unwrap_err().to_string();
+        assert!(error.contains("are these millimetres?"), "{error}");
+    }
+
+    #[test]
     fn every_example_is_recognised_and_right() {
         use ConfigKind::{Camera, Fusion, Object, Rig, Viewer};
         let folder = tempfile::tempdir().unwrap();
