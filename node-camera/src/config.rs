@@ -129,6 +129,9 @@ pub struct CommandConfig {
     /// Width and height in pixels; needed where the stream does not say: grey and yuv420.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resolution: Option<[u32; 2]>,
+    /// Bytes from one row to the next of grey and yuv420, where rows are padded; absent: as `rpicam-vid` pads them, the width of others.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub row_length: Option<u32>,
     /// Milliseconds from the middle of an exposure to the image's arrival here, where they are known; absent: the time of
     /// arrival is taken as it is, and said to be uncertain.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -446,6 +449,15 @@ impl CommandConfig {
         }
         let latency_ms = self.latency_ms.unwrap_or(0.0);
         within("source.latency_ms", latency_ms, 0.0, 60_000.0)?;
+        let width = self.resolution.map_or(0, |[width, _]| width);
+        if let Some(length) = self.row_length {
+            within(
+                "source.row_length",
+                f64::from(length),
+                f64::from(width),
+                65_536.0,
+            )?;
+        }
         match (self.resolution, self.format) {
             (Some(resolution), _) => check_resolution(resolution),
             (None, StreamFormat::Mjpeg | StreamFormat::Y4m) => Ok(()),
@@ -637,6 +649,7 @@ mod tests {
         let command = CommandConfig {
             run: CommandLine::Words(vec!["rpicam-vid".to_owned()]),
             format: StreamFormat::Yuv420,
+            row_length: None,
             resolution: Some([640, 480]),
             latency_ms: Some(40.0),
         };

@@ -1,5 +1,6 @@
 //! Where images come from: one trait, six sources. Images are filled straight into shared memory.
 
+mod backlog;
 mod command;
 pub(crate) mod examine;
 mod host_clock;

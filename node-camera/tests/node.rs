@@ -453,6 +453,7 @@ fn a_program_is_a_camera_and_is_started_again_when_it_ends() {
         run: CommandLine::Text(cat),
         format: StreamFormat::Grey,
         resolution: Some(site.scenario.cameras[0].resolution),
+        row_length: None,
         latency_ms: None,
     };
     use_source(&site, SourceConfig::Command(source));

@@ -21,7 +21,7 @@ are also checked against each other: tags in two objects, cameras missing from t
 With --json, one line per file: {\"file\",\"kind\",\"ok\",\"summary\"} or {\"file\",\"ok\",\"error\"}. The exit code is 3 if anything is wrong."
 )]
 pub struct CheckArguments {
-    /// Rigs, objects, configurations of nodes, and folders of recordings.
+    /// Rigs, objects, calibrations and boards of other tools, configurations of nodes, and recordings.
     #[arg(value_name = "FILE|DIR", required = true)]
     files: Vec<PathBuf>,
     /// What the files are.

@@ -4,6 +4,7 @@ mod answers;
 mod camera;
 mod change;
 mod get;
+mod order;
 mod print;
 mod refinement;
 

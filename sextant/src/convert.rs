@@ -6,13 +6,14 @@ use crate::output::{Format, print_line};
 use crate::words;
 use anyhow::{Context, bail, ensure};
 use clap::{Args, ValueEnum};
-use recording::{RecordingConversion, is_recording, refuse_without_target};
+pub use recording::RecordingConversion;
+use recording::{is_recording, refuse_without_target};
 use serde_json::json;
 use sextant_geometry::Lens;
 use sextant_process::{Exit, Failure, WithExit};
 use sextant_site_files::{
-    ForeignFormat, foreign_text, is_foreign, object_toml, read_board, read_rig, rig_toml,
-    write_keeping_former,
+    ForeignFormat, foreign_text, has_foreign_name, is_foreign, object_toml, read_board, read_rig,
+    read_text, rig_toml, write_keeping_former,
 };
 use sextant_site_model::{Camera, CameraId, ObjectModel, Rig};
 use std::path::{Path, PathBuf};
@@ -20,7 +21,8 @@ use std::path::{Path, PathBuf};
 /// Arguments of `sextant convert`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "FROM is a rig.toml, a ROS camera_info, a Kalibr camchain or an OpenCV YAML file; the format is recognised by its contents. Or it
+    after_help = "FROM is a rig.toml, or a calibration of ROS (camera_info), Kalibr (camchain), OpenCV (YAML, JSON, XML), PhotonVision, WPILib, anipose,
+caliscope, MATLAB (JSON) or nerfstudio; the format is recognised by its contents. Or it
 describes a board: a Kalibr target.yaml, a ChArUco board with squaresX, squaresY, squareLength, markerLength and dictionary, or a grid of
 markers with markersX, markersY, markerLength, markerSeparation and dictionary; then the object file of the board is written. Such a file is also accepted wherever an object file is expected.
 Cameras are merged into an existing rig.toml: one with the same id gets the new lens and keeps its pose if FROM has none.
@@ -111,7 +113,7 @@ pub fn run(arguments: &ConvertArguments, format: Format) -> anyhow::Result<()> {
     }
     let rig = read_rig(&arguments.from).exit_with(Exit::Input)?;
     let mut cameras = chosen(arguments, &rig).exit_with(Exit::Input)?;
-    let shift = match (arguments.pixel_origin, is_foreign(&arguments.from)) {
+    let shift = match (arguments.pixel_origin, is_foreign_file(&arguments.from)?) {
         (PixelOrigin::Centre, _) => 0.0,
         (PixelOrigin::Edge, true) => -0.5,
         (PixelOrigin::Edge, false) => 0.5,
@@ -134,7 +136,7 @@ pub fn run(arguments: &ConvertArguments, format: Format) -> anyhow::Result<()> {
 
 /// The board that FROM describes, named after the file to write, if it describes one.
 fn board(arguments: &ConvertArguments) -> anyhow::Result<Option<ObjectModel>> {
-    if !is_foreign(&arguments.from) {
+    if !is_foreign_file(&arguments.from)? {
         return Ok(None);
     }
     let named = arguments.out.as_ref().and_then(|out| out.file_stem());
@@ -144,6 +146,11 @@ fn board(arguments: &ConvertArguments) -> anyhow::Result<Option<ObjectModel>> {
         None => "board".parse()?,
     };
     read_board(&arguments.from, &id).exit_with(Exit::Input)
+}
+
+fn is_foreign_file(path: &Path) -> anyhow::Result<bool> {
+    let text = read_text(path).exit_with(Exit::Input)?;
+    Ok(is_foreign(path, &text))
 }
 
 fn write_board(
@@ -196,7 +203,7 @@ fn chosen(arguments: &ConvertArguments, rig: &Rig) -> anyhow::Result<Vec<Camera>
     };
     match (rig.camera(id), cameras) {
         (Some(camera), _) => Ok(vec![camera.clone()]),
-        (None, [camera]) if is_foreign(&arguments.from) => Ok(vec![Camera {
+        (None, [camera]) if is_foreign_file(&arguments.from)? => Ok(vec![Camera {
             id: id.clone(),
             ..camera.clone()
         }]),
@@ -224,8 +231,8 @@ fn merged(out: Option<&Path>, cameras: &[Camera]) -> anyhow::Result<String> {
     let existing = out.filter(|out| out.exists());
     if let Some(out) = out {
         ensure!(
-            !is_foreign(out),
-            "{}: the ending says YAML but --to says toml; state --to ros, kalibr or opencv",
+            !has_foreign_name(out),
+            "{}: the ending is that of another format but --to says toml; state --to ros, kalibr or opencv",
             out.display()
         );
     }

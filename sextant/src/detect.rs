@@ -70,10 +70,10 @@ pub struct DetectArguments {
     /// Camera of the rig that took the images.
     #[arg(long, value_name = "ID", requires = "rig")]
     camera: Option<CameraId>,
-    /// Process a recording (DIR/CAMERA/data.csv) and write OUT/CAMERA/detections.jsonl for `replay`.
+    /// Process a recording (DIR/CAMERA/data.csv, or an MCAP file with images) and write OUT/CAMERA/detections.jsonl for `replay`.
     #[arg(
         long,
-        value_name = "DIR",
+        value_name = "DIR|FILE.mcap",
         conflicts_with = "images",
         requires = "out",
         conflicts_with = "reps"

@@ -45,6 +45,9 @@ pub struct EchoArguments {
     /// File for the poses instead of standard output.
     #[arg(long, value_name = "FILE", requires = "format")]
     out: Option<PathBuf>,
+    /// Replace the file if it exists.
+    #[arg(long, requires = "out")]
+    force: bool,
     /// End after this number of messages.
     #[arg(long, value_name = "N")]
     count: Option<u64>,

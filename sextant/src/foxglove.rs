@@ -9,19 +9,24 @@ use clap::Args;
 use sextant_gateways::SiteSession;
 use sextant_gateways::foxglove::{FoxgloveServer, HubCounts, PORT};
 use sextant_recordings::foxglove::layout::layout;
+use std::fs::File;
+use std::io::{self, Read};
 
 /// Arguments of `sextant foxglove`.
 #[derive(Args, Debug)]
 #[command(
     after_help = "In Foxglove or Lichtblick: Open connection, Foxglove WebSocket, ws://127.0.0.1:8765. A layout for this site:
   sextant foxglove --print-layout > sextant.json
-and import it there. Topics are those of recordings; docs/foxglove.md lists them. The protocol knows no passwords: whoever reaches the address
-can watch the site. With --json, one line at the end: {\"clients\",\"sent\",\"dropped\",\"invalid\",\"turned_away\"}. Stop with Ctrl-C."
+and import it there. Topics are those of recordings; docs/foxglove.md lists them. Whoever reaches the address can watch the site, web pages in
+a browser of this machine included. Of a protected site (--keys) a token is part of the address, which is printed. With --json, one line at the end: {\"clients\",\"sent\",\"dropped\",\"invalid\",\"turned_away\"}. Stop with Ctrl-C."
 )]
 pub struct FoxgloveArguments {
     /// Address of the server.
     #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:8765")]
     listen: String,
+    /// Token of a protected site, part of the address; by default a new one at each start.
+    #[arg(long, env = "SEXTANT_FOXGLOVE_TOKEN", hide_env_values = true, value_name = "TOKEN", value_parser = token)]
+    token: Option<String>,
     /// Print a layout with the site's cameras and objects, and end.
     #[arg(long)]
     print_layout: bool,
@@ -40,14 +45,40 @@ pub fn run(arguments: &FoxgloveArguments, format: Format) -> anyhow::Result<()> 
     let listener = listen(&arguments.listen, PORT)?;
     let address = listener.local_addr()?;
     let site = arguments.site.open()?;
-    let server = FoxgloveServer::start(listener, site.keys.site(), reporter())?;
-    eprintln!("serving ws://{address} for Foxglove and Lichtblick; Ctrl-C ends it");
+    let token = match (&arguments.token, site.role) {
+        (Some(token), _) => Some(token.clone()),
+        (None, Some(_)) => Some(new_token()?),
+        (None, None) => None,
+    };
+    let query = token
+        .as_ref()
+        .map_or_else(String::new, |token| format!("/?token={token}"));
+    let server = FoxgloveServer::start(listener, site.keys.site(), token, reporter())?;
+    eprintln!("serving ws://{address}{query} for Foxglove and Lichtblick; Ctrl-C ends it");
     let counts = server.run(site)?;
     match format {
         Format::Json => print_line(&serde_json::to_string(&counts)?)?,
         Format::Text => eprintln!("{}", text_of(&counts)),
     }
     Ok(())
+}
+
+/// A token that an address can have.
+fn token(text: &str) -> Result<String, String> {
+    let is_plain = text
+        .bytes()
+        .all(|byte| byte.is_ascii_alphanumeric() || b"-_".contains(&byte));
+    match is_plain && text.len() >= 16 {
+        true => Ok(text.to_owned()),
+        false => Err("write at least 16 letters, digits, - and _".to_owned()),
+    }
+}
+
+/// 128 bits of the system's random numbers.
+fn new_token() -> io::Result<String> {
+    let mut bytes = [0; 16];
+    File::open("/dev/urandom")?.read_exact(&mut bytes)?;
+    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
 }
 
 fn text_of(counts: &HubCounts) -> String {

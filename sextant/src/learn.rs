@@ -2,6 +2,7 @@
 
 use crate::output::{Format, print_line};
 use crate::procedure::{ImageArguments, ImageSelection, wrong};
+use crate::words;
 use anyhow::bail;
 use clap::Args;
 use sextant_calibrator::procedure::{Outcome, Plan, Procedure, Product, Report};
@@ -279,8 +280,9 @@ fn text(report: &LearnReport, arguments: &LearnArguments) -> String {
         report.images_used,
         report.images,
         report.rms_px,
-        report.verdict
+        report.verdict.grade
     ));
+    lines.extend(words::reasons(&report.verdict));
     lines.extend(arguments.images.handing_over("object", &arguments.out));
     lines.join("\n")
 }

@@ -80,7 +80,7 @@ pub fn run(arguments: &MavlinkArguments, format: Format) -> anyhow::Result<()> {
             north_rad: arguments.north.to_radians(),
         },
     };
-    let mut vehicle = OdometrySender::new(sender, local, target, arguments.rate);
+    let mut vehicle = OdometrySender::new(sender, local, target, arguments.rate)?;
     let objects = std::slice::from_ref(&arguments.object);
     let feed = pose_feed::run(&arguments.feed, objects, &mut vehicle)?;
     pose_feed::print_counts(&vehicle.counts(feed), format)

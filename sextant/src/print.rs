@@ -353,11 +353,11 @@ fn heading(printed: &PrintJob, arguments: &PrintArguments) -> String {
     let nominal = length_text(printed.size);
     match arguments.measured_size {
         Some(measured) => format!(
-            "# PrintJob with black squares of {nominal}, measured as {}; sizes and places are those measured.\n",
+            "# Printed with black squares of {nominal}, measured as {}; sizes and places are those measured.\n",
             length_text(measured * 1e3)
         ),
         None => format!(
-            "# PrintJob with black squares of {nominal}; if they measure otherwise, print again with --measured-size.\n"
+            "# Printed with black squares of {nominal}; if they measure otherwise, print again with --measured-size.\n"
         ),
     }
 }

@@ -10,13 +10,13 @@ pub use live::Live;
 pub use recording::wrong;
 
 use crate::output::Format;
+use crate::recorded::{Preferred, Recorded};
 use crate::site::SiteArguments;
 use anyhow::{anyhow, bail};
 use clap::Args;
 use recording::each_image;
 use sextant_calibrator::procedure::{Outcome, Procedure, ProcedureError};
 use sextant_process::{Exit, Failure, WithExit};
-use sextant_recordings::Dataset;
 use sextant_replay::ChessboardSearch;
 use sextant_site_model::{CameraId, Rig};
 use sextant_tag_families::Family;
@@ -26,8 +26,8 @@ use std::path::{Path, PathBuf};
 /// Where the images come from.
 #[derive(Args, Debug)]
 pub struct ImageArguments {
-    /// The recording: DIR/CAMERA/data.csv with the pictures in DIR/CAMERA/data, or DIR/CAMERA/detections.jsonl.
-    #[arg(value_name = "DIR", required_unless_present = "live")]
+    /// The recording: DIR/CAMERA/data.csv with the pictures in DIR/CAMERA/data, or DIR/CAMERA/detections.jsonl, or an MCAP file.
+    #[arg(value_name = "DIR|FILE.mcap", required_unless_present = "live")]
     recording: Option<PathBuf>,
     /// Use images of the running site.
     #[arg(long, conflicts_with = "recording")]
@@ -56,12 +56,12 @@ pub struct ImageSelection {
 
 /// The source, opened.
 pub enum Images<'a> {
-    /// Of a folder.
+    /// Of a folder or file.
     Recorded {
-        /// The folder.
+        /// The folder or file.
         folder: &'a Path,
         /// What is in it.
-        dataset: Dataset,
+        recorded: Recorded,
         /// How many look for tags.
         threads: u8,
     },
@@ -81,14 +81,15 @@ impl ImageArguments {
         chessboard: Option<&ChessboardSearch>,
         untimed: Option<&CameraId>,
     ) -> anyhow::Result<Images<'_>> {
-        let dataset = |folder: &Path| match untimed {
-            Some(camera) => Dataset::open_untimed(folder, camera),
-            None => Dataset::open(folder),
+        // Cameras of a site look for no chessboard.
+        let preferred = match chessboard {
+            Some(_) => Preferred::Pictures,
+            None => Preferred::Detections,
         };
         Ok(match &self.recording {
             Some(folder) => Images::Recorded {
                 folder,
-                dataset: dataset(folder).exit_with(Exit::Input)?,
+                recorded: Recorded::open(folder, preferred, untimed)?,
                 threads: self.threads,
             },
             None if chessboard.is_some() => bail!(Failure::new(
@@ -149,11 +150,11 @@ impl Images<'_> {
             Self::Live(live) => live.outcome(procedure, looking),
             Self::Recorded {
                 folder,
-                dataset,
+                recorded,
                 threads,
             } => {
                 let mut taken: Result<(), ProcedureError> = Ok(());
-                each_image((folder, &dataset), looking, threads, |image| {
+                each_image((folder, &recorded.dataset), looking, threads, |image| {
                     if taken.is_ok() {
                         taken = procedure.handle(image);
                     }

@@ -5,6 +5,7 @@ mod inbox;
 mod progress;
 
 use crate::output::{Format, print_line};
+use crate::output_file::OutputFile;
 use crate::seconds;
 use crate::site::{SiteArguments, report_router};
 use anyhow::Context;
@@ -27,15 +28,17 @@ use sextant_site_files::read_toml;
 use sextant_site_model::{CameraId, ObjectId};
 use sextant_zenoh_bus::{CallbackSubscription, Item};
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs::{File, OpenOptions};
-use std::io::{BufWriter, ErrorKind, Write};
-use std::path::{Path, PathBuf};
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 /// Chunks are completed this often: what a kill may cost.
 const FLUSH_PERIOD: Duration = Duration::from_millis(500);
+/// Time for the first image, where images are asked for.
+const IMAGES_WAIT: Duration = Duration::from_secs(5);
 /// Timeout of queries for what is kept.
 const ANSWER: Duration = Duration::from_millis(800);
 
@@ -47,7 +50,8 @@ its times, so that `sextant replay` gives the poses that were published, bit for
 image. Begun later, it gives the same poses at each replay, which approach those published live within seconds. The file is complete up
 to the last half second at any time, also after kill -9. It opens in Foxglove and Lichtblick.
 
---images records the images of cameras on this host from shared memory, lossless, as PNG; run it as the user who runs the camera node. Images
+--images records the images of cameras on this host from shared memory, lossless, as PNG; run it as the user who runs the camera node.
+Where none has come after 5 s, the command ends with exit code 4. Images
 of cameras on other hosts do not cross the network; of these, --images records the previews (JPEG, 5 a second). To record their images, run
 `sextant record --images` on each host: all files are by the same clocks.
 
@@ -109,7 +113,7 @@ pub fn run(arguments: &RecordArguments, format: Format) -> anyhow::Result<()> {
         None => arguments.images.then(IceoryxOptions::default),
     };
     let site = arguments.site.open()?;
-    let file = create(&arguments.file, arguments.force)?;
+    let file = OutputFile::create(&arguments.file, arguments.force)?;
     let recorded =
         Recorder::begin(arguments, place, &site, file, format)?.work(arguments.duration)?;
     site.bus.close();
@@ -124,8 +128,11 @@ pub fn run(arguments: &RecordArguments, format: Format) -> anyhow::Result<()> {
 fn save_last(arguments: &RecordArguments, seconds: u64, format: Format) -> anyhow::Result<()> {
     let (page, token) = (&arguments.page, arguments.page_token.as_deref());
     let recording = download_last_seconds(page, token, seconds)?;
-    let mut file = create(&arguments.file, arguments.force)?;
-    let written = file.write_all(&recording).and_then(|()| file.flush());
+    let mut output = OutputFile::create(&arguments.file, arguments.force)?;
+    let written = output.writer().and_then(|mut file| {
+        file.write_all(&recording)?;
+        output.keep()
+    });
     let (path, bytes) = (arguments.file.display().to_string(), recording.len());
     written.with_context(|| format!("{path}: cannot be written"))?;
     match format {
@@ -137,30 +144,6 @@ fn save_last(arguments: &RecordArguments, seconds: u64, format: Format) -> anyho
         Format::Text => eprintln!("{path}: the last {seconds} s, {bytes} bytes"),
     }
     Ok(())
-}
-
-/// A new file, or an emptied one with `--force`.
-fn create(path: &Path, force: bool) -> anyhow::Result<BufWriter<CountedFile>> {
-    let mut options = OpenOptions::new();
-    options
-        .write(true)
-        .create(true)
-        .truncate(true)
-        .create_new(!force);
-    let file = options.open(path).map_err(|error| {
-        let path = path.display();
-        let cause = match error.kind() {
-            ErrorKind::AlreadyExists => {
-                anyhow::anyhow!(
-                    "{path}: the file exists; choose another name, or replace it with --force"
-                )
-            }
-            _ => anyhow::anyhow!("{path}: {error}; check the folder"),
-        };
-        Failure::new(Exit::Input, cause)
-    })?;
-    let written = Arc::default();
-    Ok(BufWriter::new(CountedFile { file, written }))
 }
 
 /// A file that counts its bytes.
@@ -184,6 +167,7 @@ impl Write for CountedFile {
 struct Recorder<'a> {
     site: &'a SiteSession,
     file: PathBuf,
+    output: OutputFile,
     writer: McapWriter<BufWriter<CountedFile>>,
     written: Arc<AtomicU64>,
     inbox: Arc<Inbox>,
@@ -200,7 +184,7 @@ impl<'a> Recorder<'a> {
         arguments: &RecordArguments,
         place: Option<IceoryxOptions>,
         site: &'a SiteSession,
-        file: BufWriter<CountedFile>,
+        output: OutputFile,
         format: Format,
     ) -> anyhow::Result<Self> {
         let inbox = Arc::new(inbox());
@@ -208,11 +192,16 @@ impl<'a> Recorder<'a> {
             site: site.keys.site().to_string(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
         };
-        let written = Arc::clone(&file.get_ref().written);
-        let writer = McapWriter::begin(file, &arguments.file, &info)?;
+        let written = Arc::<AtomicU64>::default();
+        let file = CountedFile {
+            file: output.writer()?,
+            written: Arc::clone(&written),
+        };
+        let writer = McapWriter::begin(BufWriter::new(file), &arguments.file, &info)?;
         let mut recorder = Self {
             site,
             file: arguments.file.clone(),
+            output,
             writer,
             written,
             images: place.map(|place| ImageReaders::new(place, Arc::clone(&inbox))),
@@ -239,19 +228,53 @@ impl<'a> Recorder<'a> {
         let mut router = RouterWatch::default();
         let mut flush_due = Instant::now() + FLUSH_PERIOD;
         let is_over = |begun: Instant| duration.is_some_and(|duration| begun.elapsed() >= duration);
+        let mut is_checked = false;
         while !self.site.shutdown.is_requested() && !is_over(self.begun) {
             if let Some(entry) = self.inbox.pop_timeout(SHUTDOWN_POLL) {
                 self.write(entry)?;
             }
             if Instant::now() >= flush_due {
                 self.writer.flush()?;
+                self.output.keep()?;
                 flush_due = Instant::now() + FLUSH_PERIOD;
                 report_router(&mut router, &self.site.bus);
                 let figures = self.figures();
                 self.progress.show(&figures)?;
             }
+            if !is_checked && self.begun.elapsed() >= IMAGES_WAIT {
+                is_checked = true;
+                if self.lacks_images() {
+                    break;
+                }
+            }
         }
-        self.finish()
+        let lack = self.lacks_images().then(|| self.no_images());
+        let figures = self.finish()?;
+        match lack {
+            None => Ok(figures),
+            Some(cause) => Err(Failure::new(Exit::Unavailable, cause).into()),
+        }
+    }
+
+    /// Whether images were asked for, and none has come.
+    fn lacks_images(&self) -> bool {
+        self.images.is_some() && self.figures().images == 0 && self.previews.is_empty()
+    }
+
+    fn no_images(&self) -> anyhow::Error {
+        let cameras = self.images.as_ref().map(ImageReaders::cameras);
+        let cameras = cameras.unwrap_or_default();
+        let cause = match cameras.is_empty() {
+            true => "no camera of this host has been heard of".to_owned(),
+            false => format!(
+                "there are none of {} where cameras usually put them: name the file of a camera with --camera-config (of a demo: camera-NAME.toml in its folder), and run as the user who runs it",
+                cameras.join(", ")
+            ),
+        };
+        anyhow::anyhow!(
+            "{}: no image was recorded: {cause}. Everything else is in the file",
+            self.file.display()
+        )
     }
 
     fn finish(mut self) -> anyhow::Result<Figures> {
@@ -272,6 +295,7 @@ impl<'a> Recorder<'a> {
         let mut file = self.writer.finish()?;
         file.flush()?;
         file.get_ref().file.sync_all()?;
+        self.output.keep()?;
         figures.bytes = self.written.load(Ordering::Relaxed);
         Ok(figures)
     }

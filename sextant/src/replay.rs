@@ -104,8 +104,7 @@ pub fn run(arguments: &ReplayArguments, format: Format) -> anyhow::Result<()> {
         is_realtime: arguments.realtime,
         prints: file.is_none(),
     };
-    let is_mcap = arguments.recording.extension().is_some_and(|e| e == "mcap");
-    let (poses, mut summary) = if is_mcap {
+    let (poses, mut summary) = if arguments.recording.is_file() {
         file_replayed(arguments, delivery)?
     } else {
         folder_replayed(arguments, delivery)?

@@ -5,7 +5,7 @@ use clap::Args;
 use sextant_gateways::site::{OpenError, RouterWatch, SiteSession};
 use sextant_process::{Exit, Failure, Shutdown, WithExit, now_ns};
 use sextant_proto::{Keys, SiteId};
-use sextant_zenoh_bus::{Bus, Role, Security};
+use sextant_zenoh_bus::{Bus, NO_SESSION, Role, Security};
 use std::path::PathBuf;
 
 /// Which site, and where its router is.
@@ -63,6 +63,11 @@ impl SiteArguments {
         &self.site
     }
 
+    /// Whether the site is a protected one.
+    pub fn has_keys(&self) -> bool {
+        self.keys.is_some()
+    }
+
     fn security(&self) -> anyhow::Result<Security> {
         let security = Security::of_client(&self.connect, self.keys.as_deref(), self.site.as_str());
         let security = security.exit_with(Exit::Input)?;
@@ -82,6 +87,13 @@ impl SiteArguments {
         SiteSession::open(&self.connect, self.site.clone(), &security, shutdown).map_err(|error| {
             let failure = match error {
                 OpenError::Interrupted => Failure::new(Exit::Interrupted, error),
+                OpenError::NoRouter {
+                    endpoint,
+                    cause: Some(cause),
+                } if cause.contains(NO_SESSION) => {
+                    let words = anyhow!("no session at {endpoint}: {NO_SESSION}");
+                    Failure::new(Exit::Unavailable, words)
+                }
                 OpenError::NoRouter { endpoint, cause } => {
                     let cause = cause.map_or_else(String::new, |cause| format!(" ({cause})"));
                     let words = anyhow!(

@@ -5,11 +5,11 @@ use crate::listening::listen;
 use crate::output::{Format, print_line};
 use crate::pose_feed::{self, FeedArguments};
 use crate::words;
-use anyhow::Context;
+use anyhow::{Context, anyhow, bail};
 use clap::Args;
 use sextant_gateways::vrpn::{StartError, TrackerCounts, TrackerServer};
 use sextant_pose_formats::VRPN_PORT;
-use sextant_process::{Exit, WithExit};
+use sextant_process::{Exit, Failure, WithExit};
 use sextant_site_model::ObjectId;
 
 /// Arguments of `sextant vrpn`.
@@ -56,6 +56,13 @@ pub fn run(arguments: &VrpnArguments, format: Format) -> anyhow::Result<()> {
 impl VrpnArguments {
     fn server(&self) -> anyhow::Result<TrackerServer> {
         let listener = listen(&self.listen, VRPN_PORT)?;
+        if self.feed.site.has_keys() && !listener.local_addr()?.ip().is_loopback() {
+            let cause = anyhow!(
+                "--listen {}: VRPN has no passwords, so that whoever reaches it would read this protected site; listen at 127.0.0.1, and reach it through `ssh -L 3883:127.0.0.1:3883 HOST` as tcp://127.0.0.1",
+                self.listen
+            );
+            bail!(Failure::new(Exit::Usage, cause));
+        }
         let server =
             TrackerServer::start(listener, self.axes.into(), self.rate, pose_feed::reporter());
         match server {

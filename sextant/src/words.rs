@@ -4,11 +4,13 @@ pub use sextant_process::terminal::plain;
 
 use serde::Serialize;
 use serde_json::Value;
+use sextant_calibrator::{Finding, Verdict};
 use sextant_proto::{CameraStatus, FusionStatus, Notice, Outcome, SettingsOutcome};
 use sextant_site_model::ObjectId;
 use sextant_site_report::State;
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
+use std::mem::{Discriminant, discriminant};
 
 /// The state in one word.
 pub fn state(state: State) -> &'static str {
@@ -24,6 +26,36 @@ pub fn state(state: State) -> &'static str {
 pub fn findings(status: &FusionStatus) -> Vec<String> {
     let findings = keyed_findings(status).into_iter();
     findings.map(|(_, sentence)| sentence).collect()
+}
+
+/// Most findings of one kind that a verdict lists.
+const MOST_OF_A_KIND: usize = 6;
+
+/// What limits a calibration, a line each; of many of one kind the first, and how many more there are.
+pub fn reasons(verdict: &Verdict) -> Vec<String> {
+    let mut kinds: Vec<(Discriminant<Finding>, Vec<&Finding>)> = Vec::new();
+    for finding in &verdict.because {
+        let kind = discriminant(finding);
+        match kinds.iter_mut().find(|(known, _)| *known == kind) {
+            Some((_, findings)) => findings.push(finding),
+            None => kinds.push((kind, vec![finding])),
+        }
+    }
+    let mut lines = Vec::new();
+    for (_, findings) in kinds {
+        let listed = findings.iter().take(MOST_OF_A_KIND);
+        lines.extend(listed.map(|finding| format!("  - {finding}")));
+        if let Some(more) = findings
+            .len()
+            .checked_sub(MOST_OF_A_KIND)
+            .filter(|more| *more > 0)
+        {
+            lines.push(format!(
+                "    and {more} more of this kind; --json lists all"
+            ));
+        }
+    }
+    lines
 }
 
 /// Findings of all fusion nodes, a sentence each with its node. What several report about the site is there once, from the one that published last.
@@ -164,6 +196,27 @@ pub fn time_of_day(ns: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_verdict_lists_a_few_findings_of_each_kind() {
+        let few = |id: u32| Finding::FewImages {
+            tag: format!("tag36h11:{id}"),
+            fits: 2,
+        };
+        let mut because: Vec<Finding> = (0..100).map(few).collect();
+        because.push(Finding::ContradictingCameras);
+        let verdict = Verdict {
+            grade: sextant_calibrator::Grade::Usable,
+            because,
+        };
+        let lines = reasons(&verdict);
+        assert_eq!(lines.len(), MOST_OF_A_KIND + 2);
+        assert_eq!(lines[0], "  - only 2 images of tag36h11:0 fit");
+        assert!(
+            lines[MOST_OF_A_KIND].contains("and 94 more of this kind"),
+            "{lines:?}"
+        );
+    }
 
     #[test]
     fn a_time_is_read_as_a_clock_shows_it() {

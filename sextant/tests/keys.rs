@@ -208,3 +208,26 @@ fn a_node_with_readable_secrets_or_foreign_keys_does_not_start() {
     let words = check();
     assert!(words.contains("chmod 600"), "{words}");
 }
+
+/// What a kill in the middle of `keys add` leaves behind holds private keys.
+#[test]
+fn leftovers_of_a_killed_program_are_removed() {
+    let folder = tempfile::tempdir().unwrap();
+    let dir = folder.path().join("keys");
+    done(&dir, "init", &["--site", "lab"]);
+    done(&dir, "add", &["north", "--role", "camera"]);
+    for name in [".south.7.tmp", "..north.7.tmp.7.tmp"] {
+        fs::create_dir(dir.join(name)).unwrap();
+        fs::write(dir.join(name).join("key.pem"), "private").unwrap();
+    }
+    fs::write(dir.join("north/.key.pem.7.tmp"), "private").unwrap();
+    fs::create_dir(dir.join("notes")).unwrap();
+    done(&dir, "renew", &["north"]);
+    let names = files_below(&dir).into_iter();
+    let names = names.map(|path| path.strip_prefix(&dir).unwrap().to_owned());
+    let leftovers: Vec<_> = names
+        .filter(|path| path.to_string_lossy().contains(".tmp"))
+        .collect();
+    assert!(leftovers.is_empty(), "{leftovers:?}");
+    assert!(dir.join("notes").is_dir() && dir.join("north/node.toml").is_file());
+}

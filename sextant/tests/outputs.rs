@@ -51,7 +51,11 @@ fn poses_go_to_a_file_and_a_full_disk_is_told() {
         "/dev/full: cannot write on; the 0 lines before are complete",
     );
     let nowhere = site.run(&[&echo[..], &["/proc/none/poses.csv"]].concat());
-    refused(&nowhere, 3, "--out /proc/none/poses.csv cannot be written");
+    refused(&nowhere, 3, "--out: /proc/none/poses.csv: ");
+    let again = [&echo[..], &[file.to_str().unwrap()]].concat();
+    refused(&site.run(&again), 3, "the file exists; choose another name");
+    stdout(&site.run(&[&again[..], &["--force"]].concat()));
+    assert_eq!(std::fs::read_to_string(&file).unwrap().lines().count(), 3);
 }
 
 #[test]

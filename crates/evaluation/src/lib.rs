@@ -13,6 +13,7 @@ mod comparison;
 mod error;
 pub mod live;
 pub mod plots;
+mod pose_table;
 pub mod reference;
 
 pub use alignment::{PosePairs, Rms};

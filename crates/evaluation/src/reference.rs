@@ -1,14 +1,15 @@
 //! Poses to compare with: another recording or pose file, ground truth as TUM text or EuRoC's CSV.
 
+use crate::pose_table::PoseColumns;
 use nalgebra::{Quaternion, Translation3};
 use serde::Deserialize;
 use sextant_geometry::{Pose, PoseParts, unit_quaternion};
-use sextant_recordings::RecordingError;
 use sextant_recordings::mcap::site_recording::SiteRecording;
+use sextant_recordings::{RecordingError, bounded_lines};
 use sextant_site_model::ObjectId;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
-use std::io::{self, BufRead, BufReader};
+use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 
 /// Poses further apart than this, ns, are not interpolated.
@@ -102,8 +103,10 @@ fn read_one(file: &Path, objects: &BTreeSet<ObjectId>) -> Result<References, Ref
     match file.extension().and_then(|extension| extension.to_str()) {
         Some("mcap") => of_recording(file),
         Some("jsonl" | "json") => of_lines(file),
-        Some("tum" | "txt") => Ok([(owner(file, objects)?, of_table(file, tum_row)?)].into()),
-        Some("csv") => Ok([(owner(file, objects)?, of_table(file, euroc_row)?)].into()),
+        Some("tum" | "txt") => {
+            Ok([(owner(file, objects)?, of_table(file, PoseColumns::TUM)?)].into())
+        }
+        Some("csv") => Ok([(owner(file, objects)?, of_table(file, PoseColumns::EUROC)?)].into()),
         _ => Err(ReferenceError::UnknownFormat(file.to_owned())),
     }
 }
@@ -163,6 +166,9 @@ fn of_lines(file: &Path) -> Result<References, ReferenceError> {
     const FORM: &str = "write {\"t_ns\",\"object\",\"position\":[3],\"orientation\":[x,y,z,w]}";
     let mut references = References::new();
     each_line(file, |line| {
+        if line.starts_with('#') {
+            return Ok(());
+        }
         let read: PoseLine =
             serde_json::from_str(line).map_err(|cause| format!("{FORM}: {cause}"))?;
         let pose = checked(read.pose.position, read.pose.orientation)?;
@@ -176,20 +182,42 @@ fn of_lines(file: &Path) -> Result<References, ReferenceError> {
     Ok(references)
 }
 
-fn of_table(
-    file: &Path,
-    row: fn(&str) -> Result<(u64, Pose), String>,
-) -> Result<Trajectory, ReferenceError> {
+/// A table of poses: the columns that its header names, or those of the format.
+fn of_table(file: &Path, format: PoseColumns) -> Result<Trajectory, ReferenceError> {
     let mut trajectory = Trajectory::default();
+    let mut columns = format;
+    let mut has_header = false;
     each_line(file, |line| {
-        let (t_ns, pose) = row(line)?;
+        let is_data =
+            line.starts_with(|first: char| first.is_ascii_digit() || "+-.".contains(first));
+        if !is_data && trajectory.0.is_empty() {
+            match PoseColumns::of_header(line) {
+                Some(named) => {
+                    columns = named?;
+                    has_header = true;
+                    return Ok(());
+                }
+                None if line.starts_with('#') => return Ok(()),
+                None => {}
+            }
+        }
+        if line.starts_with('#') {
+            return Ok(());
+        }
+        let (t_ns, pose) = columns.row(line).map_err(|cause| match has_header {
+            true => cause,
+            false => format!(
+                "{cause}; write {}, or a header that names the columns",
+                format.form()
+            ),
+        })?;
         trajectory.0.insert(t_ns, pose);
         Ok(())
     })?;
     Ok(trajectory)
 }
 
-/// Each line that is neither empty nor a comment; errors name it.
+/// Each line that is not empty, without a byte order mark; errors name it.
 fn each_line(
     file: &Path,
     mut take: impl FnMut(&str) -> Result<(), String>,
@@ -198,13 +226,13 @@ fn each_line(
         path: file.to_owned(),
         source,
     })?;
-    for (number, line) in (1..).zip(BufReader::new(opened).lines()) {
-        let taken = line
-            .map_err(|cause| cause.to_string())
-            .and_then(|line| match line.trim() {
-                line if line.is_empty() || line.starts_with('#') => Ok(()),
+    for (number, line) in (1..).zip(bounded_lines(BufReader::new(opened))) {
+        let taken = line.map_err(|cause| cause.to_string()).and_then(|line| {
+            match line.trim_start_matches('\u{feff}').trim() {
+                "" => Ok(()),
                 line => take(line),
-            });
+            }
+        });
         taken.map_err(|cause| ReferenceError::Line {
             path: file.to_owned(),
             line: number,
@@ -212,55 +240,6 @@ fn each_line(
         })?;
     }
     Ok(())
-}
-
-fn tum_row(line: &str) -> Result<(u64, Pose), String> {
-    const FORM: &str = "write seconds x y z qx qy qz qw, as `evo` reads it";
-    let columns: Vec<&str> = line.split_whitespace().collect();
-    let [time, numbers @ ..] = &columns[..] else {
-        return Err("there is no time".to_owned());
-    };
-    let numbers = numbers_of(numbers).map_err(|cause| format!("{FORM}: {cause}"))?;
-    let [x, y, z, qx, qy, qz, qw] = numbers;
-    let time_ns = ns_of(time).ok_or_else(|| format!("\"{time}\" is no time in seconds"))?;
-    Ok((time_ns, checked([x, y, z], [qx, qy, qz, qw])?))
-}
-
-fn euroc_row(line: &str) -> Result<(u64, Pose), String> {
-    const FORM: &str = "write timestamp [ns], x, y, z, qw, qx, qy, qz";
-    let columns: Vec<&str> = line.split(',').map(str::trim).collect();
-    let [time, numbers @ ..] = &columns[..] else {
-        return Err(FORM.to_owned());
-    };
-    let time_ns = time
-        .parse()
-        .map_err(|cause: std::num::ParseIntError| format!("{FORM}: {cause}"))?;
-    let numbers = numbers_of(&numbers[..numbers.len().min(7)]);
-    let [x, y, z, qw, qx, qy, qz] = numbers.map_err(|cause| format!("{FORM}: {cause}"))?;
-    Ok((time_ns, checked([x, y, z], [qx, qy, qz, qw])?))
-}
-
-fn numbers_of(columns: &[&str]) -> Result<[f64; 7], String> {
-    let numbers = columns.iter().map(|column| column.parse::<f64>());
-    let numbers: Vec<f64> = numbers
-        .collect::<Result<_, _>>()
-        .map_err(|cause| format!("not a number: {cause}"))?;
-    let n_columns = numbers.len();
-    numbers
-        .try_into()
-        .map_err(|_| format!("{n_columns} numbers behind the time instead of 7"))
-}
-
-/// Seconds with up to nine digits behind the point, exactly.
-fn ns_of(seconds: &str) -> Option<u64> {
-    let (whole, fraction) = seconds.split_once('.').unwrap_or((seconds, ""));
-    if !fraction.bytes().all(|byte| byte.is_ascii_digit()) {
-        return None;
-    }
-    let nanoseconds = format!("{fraction:0<9}");
-    let ns: u64 = nanoseconds[..9].parse().ok()?;
-    let whole: u64 = whole.parse().ok()?;
-    whole.checked_mul(1_000_000_000)?.checked_add(ns)
 }
 
 fn checked(position: [f64; 3], orientation: [f64; 4]) -> Result<Pose, String> {
@@ -281,7 +260,6 @@ fn pose_of(position: [f64; 3], [x, y, z, w]: [f64; 4]) -> Pose {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::Vector3;
 
     #[test]
     fn a_pose_lies_between_its_neighbours_unless_they_are_far_apart() {
@@ -295,23 +273,42 @@ mod tests {
     }
 
     #[test]
-    fn rows_of_both_tables_are_read_to_the_nanosecond() {
-        let (t_ns, pose) = tum_row("1800000000.000000005 1 2 3 0 0 0 1").unwrap();
-        assert_eq!(t_ns, 1_800_000_000_000_000_005);
-        assert_eq!(pose.translation.vector, Vector3::new(1.0, 2.0, 3.0));
-        assert_eq!(tum_row("5.5 1 2 3 0 0 0 1").unwrap().0, 5_500_000_000);
-        let euroc = "1403636580838555648,4.6,-1.7,0.8,0.5,0.5,-0.5,-0.5,0,0,0,0,0,0,0,0,0";
-        let (t_ns, pose) = euroc_row(euroc).unwrap();
-        assert_eq!(t_ns, 1_403_636_580_838_555_648);
-        assert_eq!(pose.rotation.quaternion().w, 0.5);
-        for row in [
-            "",
-            "x 1 2 3 0 0 0 1",
-            "1 1 2 3 0 0 1",
-            "1 1 2 3 0 0 0 0",
-            "1.5e3 1 2 3 0 0 0 1",
+    fn a_table_is_read_by_its_header() {
+        let folder = tempfile::tempdir().unwrap();
+        let objects = [ObjectId::new("cube").unwrap()].into();
+        let read_text = |name: &str, text: &str| {
+            let file = folder.path().join(name);
+            std::fs::write(&file, text).unwrap();
+            read(&[file], &objects).map(|mut read| read.pop_first().unwrap().1)
+        };
+        let expected =
+            Trajectory([(1_700_000_000_000_000_000, Pose::translation(1.0, 2.0, 3.0))].into());
+        for (name, text) in [
+            (
+                "a.csv",
+                "#timestamp [ns],tx,ty,tz,qx,qy,qz,qw\n1700000000000000000,1,2,3,0,0,0,1\n",
+            ),
+            (
+                "a.csv",
+                "\u{feff}time [s],x [mm],y [mm],z [mm],qw,qx,qy,qz\r\n1700000000.0,1000,2000,3000,1,0,0,0\r\n",
+            ),
+            ("a.csv", "# EuRoC\n1700000000000000000,1,2,3,1,0,0,0\n"),
+            (
+                "a.tum",
+                "1.700000000000000000e+09 1.0e+00 2.0e+00 3.0e+00 0.0e+00 0.0e+00 0.0e+00 1.0e+00\n",
+            ),
+            ("a.txt", "# of the lab\n1700000000.0 1 2 3 0 0 0 1\n"),
         ] {
-            assert!(tum_row(row).is_err(), "{row}");
+            assert_eq!(read_text(name, text).unwrap(), expected, "{text}");
         }
+        let error = read_text("a.csv", "t,x,y,z,qx,qy,qz\n1,1,2,3,0,0,0\n").unwrap_err();
+        assert!(
+            error
+                .to_string()
+                .ends_with("a.csv:1: the header names no column qw"),
+            "{error}"
+        );
+        let error = read_text("a.tum", "1 1 2 3 0 0 1\n").unwrap_err();
+        assert!(error.to_string().contains("write seconds x y z"), "{error}");
     }
 }

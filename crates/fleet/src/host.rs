@@ -6,17 +6,17 @@ use crate::facts::HostFacts;
 use crate::health::Health;
 use crate::packages::PackageFolder;
 use crate::plan::Plan;
-use crate::ssh::{Ssh, SshError, rest_of};
+use crate::ssh::{Ssh, SshError, lines_of, rest_of};
 use crate::target::Target;
 use serde::Serialize;
 use sextant_process::Shutdown;
 use sextant_process::shutdown::SHUTDOWN_POLL;
 use sextant_process::terminal::plain;
 use sextant_proto::CameraStatus;
-use std::io::{BufRead, BufReader, Write};
+use std::io::Write;
 use std::path::Path;
 use std::process::{ChildStdin, Command};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::time::{Duration, Instant};
 
 const SCRIPT: &str = include_str!("host.sh");
@@ -24,6 +24,8 @@ const SCRIPT: &str = include_str!("host.sh");
 const BASE: &str = "/var/lib/sextant-deploy";
 /// The host waits so much longer for our word than we for its health, s.
 const GRACE_S: u64 = 30;
+/// Time for a step on the host, such as the installation of a package.
+const SILENCE: Duration = Duration::from_secs(600);
 /// Lines of logs that are handed on.
 const MOST_LOG_LINES: usize = 40;
 
@@ -225,11 +227,14 @@ impl Deployment<'_> {
         else {
             return Err("ssh has no standard streams".to_owned().into());
         };
-        let (sender, lines) = channel();
+        let (sender, lines) = sync_channel(MOST_LOG_LINES);
         let heard = std::thread::scope(|scope| {
             scope.spawn(move || {
-                let lines = BufReader::new(output).lines().map_while(Result::ok);
-                lines.for_each(|line| drop(sender.send(line)));
+                for line in lines_of(output) {
+                    if sender.send(line).is_err() {
+                        return;
+                    }
+                }
             });
             let said = scope.spawn(move || rest_of(errors));
             let mut dialogue = Dialogue {
@@ -241,7 +246,11 @@ impl Deployment<'_> {
                 started: None,
                 outcome: None,
             };
-            dialogue.follow(&lines, report);
+            if !dialogue.follow(&lines, report) {
+                // Ends the threads that read what it says, too.
+                let _ = child.kill();
+            }
+            drop(lines);
             (dialogue.outcome, said.join().unwrap_or_default())
         });
         let status = child.wait().ok().and_then(|status| status.code());
@@ -272,14 +281,24 @@ struct Dialogue<'a> {
 }
 
 impl Dialogue<'_> {
-    fn follow(&mut self, lines: &Receiver<String>, report: &mut Report) {
-        loop {
+    /// Whether the host came to its end; a host that says nothing for too long is given up.
+    fn follow(&mut self, lines: &Receiver<String>, report: &mut Report) -> bool {
+        let patience = self.deployment.timeout + Duration::from_secs(GRACE_S) + SILENCE;
+        let mut heard = Instant::now();
+        while heard.elapsed() < patience {
             match lines.recv_timeout(SHUTDOWN_POLL) {
-                Ok(line) => self.hear(&line, report),
+                Ok(line) => {
+                    heard = Instant::now();
+                    self.hear(&line, report);
+                }
                 Err(RecvTimeoutError::Timeout) => self.decide(report),
-                Err(RecvTimeoutError::Disconnected) => return,
+                Err(RecvTimeoutError::Disconnected) => return true,
             }
         }
+        report.cause.get_or_insert_with(|| {
+            format!("the host has said nothing for {} s", patience.as_secs())
+        });
+        false
     }
 
     fn hear(&mut self, line: &str, report: &mut Report) {

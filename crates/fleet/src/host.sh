@@ -290,12 +290,18 @@ quietly() { "$@" >>"$LOG" 2>&1 3<&- 9>&- </dev/null; }
 
 apply() {
     FOLDER=$1
+    echo "$$" >"$FOLDER/process"
     exec 3<&0 9>"$BASE/lock"
     if has flock && ! flock -n 9; then
         say step waiting for another deployment to this host
         flock 9
     fi
     : >"$LOG"
+    if [ ! -f "$FOLDER/camera.toml" ] || { [ "$KEYS" != - ] && [ ! -d "$FOLDER/keys" ]; }; then
+        say cause "what was copied is gone or not whole: run the deployment again"
+        say outcome untouched
+        return
+    fi
     if [ -d "$FORMER" ]; then
         step restoring "an earlier deployment was cut off and cannot be undone" restore || {
             say cause "$CAUSE"
@@ -330,6 +336,14 @@ keep() {
     say outcome new
 }
 
+# Removes our own stage, and those of deployments that ended without it; others may wait for the lock.
+clean() {
+    rm -rf "$FOLDER" "$OWN"/answer*
+    for stage in "$OWN"/stage.*; do
+        [ -f "$stage/process" ] && ! kill -0 "$(cat "$stage/process")" 2>/dev/null && rm -rf "$stage"
+    done
+}
+
 # A lost connection or Ctrl-C at the other end must not cut this short. Not ignored: what is started would ignore them as well, for good.
 trap : HUP INT TERM PIPE
 case $ACTION in
@@ -337,6 +351,6 @@ look) look "$3" ;;
 apply)
     KEYS=$3
     apply "$4" "$5"
-    rm -rf "$OWN"/stage.* "$OWN"/answer*
+    clean
     ;;
 esac

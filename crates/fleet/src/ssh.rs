@@ -1,11 +1,24 @@
 //! The system's ssh: commands on a host, and what its complaints mean.
 
-use std::io::{Read, Write};
+use sextant_process::terminal::plain;
+use std::io::{BufRead, BufReader, Read, Write};
 use std::path::PathBuf;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
 
 /// What the host's `host.sh` is started with: root, at once or by sudo without a password. The words after it are safe in a shell.
 const AS_ROOT: &str = "if [ \"$(id -u)\" = 0 ]; then exec sh -s";
+/// Longest answer of a host, and what is kept of its complaints.
+const MOST_BYTES: usize = 64 << 10;
+/// Time for a question.
+const ANSWER: Duration = Duration::from_secs(60);
+/// Time for copying a package.
+const COPY: Duration = Duration::from_secs(600);
+/// Time for what an ended command has said.
+const LAST_WORDS: Duration = Duration::from_secs(2);
+/// Between two looks at whether a command has ended.
+const POLL: Duration = Duration::from_millis(20);
 /// `ssh` itself failed.
 const SSH_FAILED: i32 = 255;
 
@@ -35,9 +48,8 @@ impl Ssh {
     /// # Errors
     /// No connection, no root, a command that failed.
     pub fn run(&self, script: &str, arguments: &str) -> Result<String, SshError> {
-        let mut child = self.spawn(&as_root(arguments))?;
-        feed(&mut child, script.as_bytes());
-        self.output(child)
+        let child = self.spawn(&as_root(arguments))?;
+        self.output(child, script.as_bytes(), ANSWER)
     }
 
     /// Unpacks a tar archive as root into a new private folder below `parent` and returns the folder's name.
@@ -48,9 +60,8 @@ impl Ssh {
         let command = format!(
             "sh -c 'umask 077; mkdir -p {parent} && folder=$(mktemp -d {parent}/stage.XXXXXX) && tar -x -f - -C \"$folder\" && echo \"$folder\"'"
         );
-        let mut child = self.spawn(&with_root(&command))?;
-        feed(&mut child, archive);
-        Ok(self.output(child)?.trim().to_owned())
+        let child = self.spawn(&with_root(&command))?;
+        Ok(self.output(child, archive, COPY)?.trim().to_owned())
     }
 
     /// Starts a command as root whose standard streams the caller takes. Ctrl-C at this terminal does not reach it.
@@ -82,14 +93,28 @@ impl Ssh {
         ssh
     }
 
-    fn output(&self, child: Child) -> Result<String, SshError> {
-        let output = child.wait_with_output();
-        let output = output.map_err(|cause| SshError::Unreachable(cause.to_string()))?;
-        let said = String::from_utf8_lossy(&output.stderr);
-        if output.status.success() {
-            return Ok(String::from_utf8_lossy(&output.stdout).into_owned());
+    /// Gives a command its standard input, and takes what it says, within a bound and a time.
+    fn output(&self, mut child: Child, input: &[u8], limit: Duration) -> Result<String, SshError> {
+        let broken = |cause: std::io::Error| SshError::Unreachable(cause.to_string());
+        let (stdin, input) = (child.stdin.take(), input.to_vec());
+        std::thread::spawn(move || feed(stdin, &input));
+        let (answer, said) = (listen(child.stdout.take()), listen(child.stderr.take()));
+        let Some(status) = ended(&mut child, limit).map_err(broken)? else {
+            let (host, limit_s) = (&self.host, limit.as_secs());
+            let cause = format!("{host} did not answer within {limit_s} s");
+            return Err(SshError::Unreachable(cause));
+        };
+        // A program that ssh left behind may hold the streams open.
+        let heard = |stream: Receiver<Vec<u8>>| stream.recv_timeout(LAST_WORDS).unwrap_or_default();
+        let (answer, said) = (heard(answer), heard(said));
+        if answer.len() > MOST_BYTES {
+            let cause = format!("its answer is longer than {} KiB", MOST_BYTES >> 10);
+            return Err(SshError::Refused(cause));
         }
-        Err(self.error(output.status.code(), &said))
+        match status.success() {
+            true => Ok(plain_lines(&answer)),
+            false => Err(self.error(status.code(), &plain_lines(&said))),
+        }
     }
 
     /// What an end of ssh with this code and these words on standard error means.
@@ -98,8 +123,7 @@ impl Ssh {
         let last = said
             .lines()
             .rfind(|line| !line.trim().is_empty())
-            .unwrap_or("no word of why")
-            .trim();
+            .map_or_else(|| "no word of why".to_owned(), |line| plain(line.trim()));
         let known = [
             (
                 "REMOTE HOST IDENTIFICATION HAS CHANGED",
@@ -146,7 +170,7 @@ impl Ssh {
             (None, Some(SSH_FAILED) | None) => {
                 SshError::Unreachable(format!("no connection to {host}: {last}"))
             }
-            (None, Some(_)) => SshError::Refused(last.to_owned()),
+            (None, Some(_)) => SshError::Refused(last),
         }
     }
 }
@@ -167,22 +191,111 @@ fn with_root(command: &str) -> String {
 }
 
 /// Writes standard input and closes it. A command that ends before it has read all says why itself.
-fn feed(child: &mut Child, bytes: &[u8]) {
-    if let Some(mut input) = child.stdin.take() {
+fn feed(stdin: Option<ChildStdin>, bytes: &[u8]) {
+    if let Some(mut input) = stdin {
         let _ = input.write_all(bytes);
     }
 }
 
-/// Everything that a started command says on standard error.
+/// Waits for the end of a command, which is killed after a time.
+fn ended(child: &mut Child, limit: Duration) -> std::io::Result<Option<ExitStatus>> {
+    let begun = Instant::now();
+    loop {
+        if let Some(status) = child.try_wait()? {
+            return Ok(Some(status));
+        }
+        if begun.elapsed() >= limit {
+            child.kill()?;
+            child.wait()?;
+            return Ok(None);
+        }
+        std::thread::sleep(POLL);
+    }
+}
+
+/// Reads a stream in a thread.
+fn listen(stream: Option<impl Read + Send + 'static>) -> Receiver<Vec<u8>> {
+    let (sender, heard) = channel();
+    std::thread::spawn(move || drop(sender.send(bounded(stream))));
+    heard
+}
+
+/// What a stream says, up to a byte more than the bound. Then it is closed, which ends the one that writes.
+fn bounded(stream: Option<impl Read>) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    if let Some(stream) = stream {
+        let _ = stream.take(MOST_BYTES as u64 + 1).read_to_end(&mut bytes);
+    }
+    bytes
+}
+
+/// Text of a host without what a terminal obeys.
+fn plain_lines(bytes: &[u8]) -> String {
+    let text = String::from_utf8_lossy(bytes);
+    let lines = text.lines().map(|line| plain(line) + "\n");
+    lines.collect()
+}
+
+/// What a started command says on standard error; beyond the bound it is read and left out.
 pub fn rest_of(mut stream: impl Read) -> String {
-    let mut text = Vec::new();
-    let _ = stream.read_to_end(&mut text);
-    String::from_utf8_lossy(&text).into_owned()
+    let said = bounded(Some(&mut stream));
+    let _ = std::io::copy(&mut stream, &mut std::io::sink());
+    plain_lines(&said)
+}
+
+/// The lines that a started command says on standard output, each cut at the bound.
+pub fn lines_of(stream: impl Read) -> impl Iterator<Item = String> {
+    let mut stream = BufReader::new(stream);
+    std::iter::from_fn(move || {
+        let mut line = Vec::new();
+        let read = (&mut stream)
+            .take(MOST_BYTES as u64)
+            .read_until(b'\n', &mut line);
+        let is_line = read.is_ok_and(|n_bytes| n_bytes > 0);
+        is_line.then(|| plain(String::from_utf8_lossy(&line).trim_end()))
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn ask(script: &str, limit: Duration) -> Result<String, SshError> {
+        let mut shell = Command::new("sh");
+        shell.args(["-c", script]);
+        shell
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped());
+        let ssh = Ssh {
+            config: None,
+            host: "north".into(),
+        };
+        ssh.output(shell.spawn().unwrap(), b"input", limit)
+    }
+
+    #[test]
+    fn a_host_is_neither_believed_nor_awaited_for_ever() {
+        let soon = Duration::from_secs(20);
+        assert_eq!(
+            ask("cat; printf 'a\\033[2Jb\\n'", soon).unwrap(),
+            "inputa [2Jb\n"
+        );
+        let error = ask("printf 'x\\033]0;owned\\007y\\n' >&2; exit 1", soon).unwrap_err();
+        assert!(
+            !error.to_string().contains(|c: char| c.is_control()),
+            "{error:?}"
+        );
+        let error = ask("yes", soon).unwrap_err();
+        assert_eq!(error.to_string(), "its answer is longer than 64 KiB");
+        let error = ask("sleep 1000", Duration::from_millis(50)).unwrap_err();
+        assert!(
+            error.to_string().starts_with("north did not answer within"),
+            "{error}"
+        );
+        let endless = std::io::repeat(b'x');
+        assert_eq!(lines_of(endless).next().unwrap().len(), MOST_BYTES);
+    }
 
     #[test]
     fn each_refusal_of_ssh_and_sudo_has_a_remedy() {

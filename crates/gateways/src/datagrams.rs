@@ -5,6 +5,10 @@ use crate::report::{Notice, Reporter};
 use serde::Serialize;
 use std::io::{self, ErrorKind};
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, ToSocketAddrs, UdpSocket};
+use std::time::Duration;
+
+/// Longest wait for room in the system's buffer.
+const LONGEST_SEND: Duration = Duration::from_millis(1);
 
 /// One machine's port, and what was sent there.
 #[derive(Debug)]
@@ -86,7 +90,9 @@ impl DatagramTarget {
                 ErrorKind::PermissionDenied => TargetError::Address(BROADCAST),
                 _ => TargetError::Unreachable(cause),
             })?;
-        socket.set_nonblocking(true).map_err(TargetError::Socket)?;
+        socket
+            .set_write_timeout(Some(LONGEST_SEND))
+            .map_err(TargetError::Socket)?;
         Ok(Self {
             socket,
             address,
@@ -95,7 +101,15 @@ impl DatagramTarget {
         })
     }
 
-    /// Sends a datagram, or counts that it was not sent. Never waits.
+    /// The same socket, for what the machine sends back.
+    ///
+    /// # Errors
+    /// The system gives no handle.
+    pub fn receiver(&self) -> io::Result<UdpSocket> {
+        self.socket.try_clone()
+    }
+
+    /// Sends a datagram, or counts that it was not sent. Waits for a millisecond at most.
     pub fn send(&mut self, datagram: &[u8]) {
         let mut result = self.socket.send(datagram);
         if result

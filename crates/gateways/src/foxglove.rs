@@ -34,13 +34,19 @@ pub struct FoxgloveServer {
 }
 
 impl FoxgloveServer {
-    /// Serves at a listener that does not block; `site` names the server.
+    /// Serves at a listener that does not block; `site` names the server. With a token, those who connect have to have it in the address:
+    /// `ws://HOST:PORT/?token=TOKEN`. Any web page can have its visitor's browser connect to this machine.
     ///
     /// # Errors
     /// The system refuses threads or the listener.
-    pub fn start(listener: TcpListener, site: &SiteId, reporter: Reporter) -> io::Result<Self> {
+    pub fn start(
+        listener: TcpListener,
+        site: &SiteId,
+        token: Option<String>,
+        reporter: Reporter,
+    ) -> io::Result<Self> {
         let hub = Arc::new(Hub::new(site));
-        let runtime = server::start(listener, Arc::clone(&hub), reporter.clone())?;
+        let runtime = server::start(listener, Arc::clone(&hub), token, reporter.clone())?;
         Ok(Self {
             hub,
             runtime,

@@ -15,7 +15,7 @@ mod vrpn;
 pub use axes::{Axes, euler_zxy_deg};
 pub use mavlink::odometry::LocalFrame;
 pub use mavlink::reset_counter::ResetCounter;
-pub use mavlink::{MavlinkSender, Sender};
+pub use mavlink::{MavlinkSender, Sender, timesync_requests};
 pub use osc::layouts::{
     AddressError, AddressTemplate, MAX_VMT_TRACKERS, MAX_VRCHAT_TRACKERS, OscLayout,
 };

@@ -27,6 +27,17 @@ const ODOMETRY: Kind = Kind {
     crc_extra: 91,
 };
 
+const TIMESYNC: Kind = Kind {
+    id: 111,
+    crc_extra: 34,
+};
+/// Bytes of a frame beside its payload, and where its fields begin.
+const FRAME_BYTES: usize = 12;
+const HEADER_BYTES: usize = 10;
+/// A frame with a signature is longer.
+const SIGNED: u8 = 1;
+const SIGNATURE_BYTES: usize = 13;
+
 /// Who sends: ids of the vehicle's network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sender {
@@ -81,6 +92,14 @@ impl MavlinkSender {
         self.frame(&ODOMETRY, &odometry::payload(pose, frame, reset_counter))
     }
 
+    /// The answer to a `TIMESYNC` that asks for our time: ours in ns, and theirs as they sent it. Ours is that of `time_usec` in
+    /// `ODOMETRY`.
+    pub fn timesync(&mut self, now_ns: u64, theirs: i64) -> Vec<u8> {
+        let ours = i64::try_from(now_ns).unwrap_or(i64::MAX);
+        let payload = [ours.to_le_bytes(), theirs.to_le_bytes()].concat();
+        self.frame(&TIMESYNC, &payload)
+    }
+
     fn frame(&mut self, kind: &Kind, payload: &[u8]) -> Vec<u8> {
         let zeros = payload.iter().rev().take_while(|byte| **byte == 0).count();
         // One byte stays, also of a payload of zeros.
@@ -110,6 +129,42 @@ impl MavlinkSender {
     }
 }
 
+/// Their times in the `TIMESYNC` requests of a datagram with frames of MAVLink 2; anything else is passed over.
+#[must_use]
+pub fn timesync_requests(datagram: &[u8]) -> Vec<i64> {
+    let mut requests = Vec::new();
+    let mut rest = datagram;
+    while let [MAGIC, length, incompatible, ..] = *rest {
+        let signature = usize::from(incompatible & SIGNED) * SIGNATURE_BYTES;
+        let bytes = FRAME_BYTES + usize::from(length) + signature;
+        let Some((frame, after)) = rest.split_at_checked(bytes) else {
+            break;
+        };
+        requests.extend(request_of(&frame[..bytes - signature]));
+        rest = after;
+    }
+    requests
+}
+
+/// Their time, of a frame without its signature.
+fn request_of(frame: &[u8]) -> Option<i64> {
+    let (body, checksum) = frame.split_last_chunk()?;
+    let (header, payload) = body.split_at_checked(HEADER_BYTES)?;
+    let [low, middle, high, _] = TIMESYNC.id.to_le_bytes();
+    let is_timesync = header.ends_with(&[low, middle, high]);
+    let expected = crc(body[1..].iter().chain([&TIMESYNC.crc_extra]));
+    if !is_timesync || u16::from_le_bytes(*checksum) != expected {
+        return None;
+    }
+    // Zeros at the end are left out.
+    let mut fields = [0; 16];
+    let n_bytes = payload.len().min(fields.len());
+    fields[..n_bytes].copy_from_slice(&payload[..n_bytes]);
+    let (ours, theirs) = fields.split_first_chunk::<8>()?;
+    let theirs = theirs.first_chunk::<8>()?;
+    (i64::from_le_bytes(*ours) == 0).then(|| i64::from_le_bytes(*theirs))
+}
+
 /// CRC-16/MCRF4XX: polynomial 0x1021 reflected, initial value 0xffff.
 fn crc<'a>(bytes: impl Iterator<Item = &'a u8>) -> u16 {
     bytes.fold(0xffff, |crc, byte| {
@@ -123,6 +178,40 @@ fn crc<'a>(bytes: impl Iterator<Item = &'a u8>) -> u16 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Bytes of pymavlink's `timesync_send(0, 123456789012)`, MAVLink 2, system 1, component 1, first frame.
+    #[test]
+    fn a_request_for_our_time_is_answered() {
+        let sender = Sender {
+            system: 1,
+            component: 1,
+        };
+        let request = MavlinkSender::new(sender).frame(
+            &TIMESYNC,
+            &[0_i64.to_le_bytes(), 123_456_789_012_i64.to_le_bytes()].concat(),
+        );
+        assert_eq!(timesync_requests(&request), [123_456_789_012]);
+        let heartbeat = MavlinkSender::new(sender).heartbeat();
+        let several = [&heartbeat[..], &request, &request].concat();
+        assert_eq!(timesync_requests(&several).len(), 2);
+        let mut answers = MavlinkSender::new(sender);
+        let answer = answers.timesync(1_800_000_000_000_000_000, 123_456_789_012);
+        assert_eq!(answer[10..18], 1_800_000_000_000_000_000_i64.to_le_bytes());
+        assert_eq!(answer[18..23], 123_456_789_012_i64.to_le_bytes()[..5]);
+        // An answer is no request.
+        assert!(timesync_requests(&answer).is_empty());
+        let mut damaged = request.clone();
+        damaged[12] ^= 1;
+        for bytes in [
+            &damaged[..],
+            &request[..request.len() - 1],
+            b"",
+            b"\xfd",
+            &[0xfd; 300],
+        ] {
+            assert!(timesync_requests(bytes).is_empty());
+        }
+    }
 
     /// Check value of the catalogue of parametrised CRC algorithms (Cook).
     #[test]

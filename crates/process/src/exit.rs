@@ -69,15 +69,39 @@ impl<T, E: Into<anyhow::Error>> WithExit<T> for Result<T, E> {
     }
 }
 
-/// Exit code of an error: that of the outermost [`Failure`] in its chain, else [`Exit::Fault`].
+/// Exit code of an error: that of the outermost [`Failure`] in its chain, else [`Exit::Fault`]. A file that could not be read for want
+/// of handles or memory, or by a fault of the disk, is not a wrong file: units start their node again after [`Exit::Fault`], not after
+/// [`Exit::Input`].
 pub fn exit_of(error: &anyhow::Error) -> Exit {
-    if let Some(failure) = error.downcast_ref::<Failure>() {
-        return failure.exit;
+    let direct = error.downcast_ref::<Failure>();
+    let within = || error.chain().find_map(|cause| cause.downcast_ref());
+    match direct.or_else(within) {
+        None => Exit::Fault,
+        Some(Failure {
+            exit: Exit::Input,
+            error: cause,
+        }) if cause.chain().any(passes) => Exit::Fault,
+        Some(failure) => failure.exit,
     }
-    error
-        .chain()
-        .find_map(|cause| cause.downcast_ref::<Failure>())
-        .map_or(Exit::Fault, |failure| failure.exit)
+}
+
+/// Whether a cause is an error of the system that may be gone at the next try.
+fn passes(cause: &(dyn std::error::Error + 'static)) -> bool {
+    const PASSING: [i32; 6] = [
+        libc::EMFILE,
+        libc::ENFILE,
+        libc::ENOMEM,
+        libc::EIO,
+        libc::ESTALE,
+        libc::ENOLCK,
+    ];
+    let system = cause.downcast_ref::<std::io::Error>();
+    system.is_some_and(|error| {
+        error.kind() == std::io::ErrorKind::OutOfMemory
+            || error
+                .raw_os_error()
+                .is_some_and(|code| PASSING.contains(&code))
+    })
 }
 
 /// The end of `main`: prints the chain of an error once, on stderr, and returns the exit code.
@@ -113,6 +137,23 @@ mod tests {
             .unwrap_err();
         assert_eq!(exit_of(&error), Exit::Input);
         assert_eq!(format!("{error:#}"), "reading the rig: entity not found");
+    }
+
+    #[test]
+    fn what_may_be_gone_at_the_next_try_is_no_wrong_file() {
+        let of = |code| std::io::Error::from_raw_os_error(code);
+        for code in [libc::EMFILE, libc::ENOMEM, libc::EIO] {
+            let error = Err::<(), _>(of(code)).context("reading f.toml");
+            let error = error
+                .exit_with(Exit::Input)
+                .context("starting")
+                .unwrap_err();
+            assert_eq!(exit_of(&error), Exit::Fault, "{code}");
+        }
+        for code in [libc::ENOENT, libc::EACCES, libc::EISDIR] {
+            let error = Err::<(), _>(of(code)).exit_with(Exit::Input).unwrap_err();
+            assert_eq!(exit_of(&error), Exit::Input, "{code}");
+        }
     }
 
     #[test]

@@ -18,9 +18,17 @@ pub fn end_the_process() {
     std::panic::set_hook(Box::new(move |info| {
         print(info);
         if !IS_CONTAINED.get() {
-            eprintln!("error: {}", last_words(info));
+            let lack = lack_of(&message(info.payload())).or_else(lack_now);
+            let (exit, words) = match lack {
+                Some(lack) => (
+                    Exit::Fault,
+                    format!("this process ends, as the system refuses it {lack}"),
+                ),
+                None => (Exit::Panic, last_words(info)),
+            };
+            eprintln!("error: {words}");
             // SAFETY: _exit ends the process at once and touches no memory of ours.
-            unsafe { libc::_exit(Exit::Panic as i32) };
+            unsafe { libc::_exit(exit as i32) };
         }
     }));
 }
@@ -32,6 +40,43 @@ fn last_words(info: &PanicHookInfo<'_>) -> String {
         thread.name().unwrap_or("without a name"),
         message(info.payload())
     )
+}
+
+/// What the system lacked, where a library panics for want of it.
+fn lack_of(message: &str) -> Option<&'static str> {
+    const LACKS: [(&str, i32, &str); 4] = [
+        (
+            "Too many open files",
+            libc::EMFILE,
+            "more files and connections: raise the limit (`ulimit -n`, LimitNOFILE= of its unit)",
+        ),
+        (
+            "Too many open files in system",
+            libc::ENFILE,
+            "more files and connections: the system's limit is reached (fs.file-max)",
+        ),
+        (
+            "Cannot allocate memory",
+            libc::ENOMEM,
+            "more memory: end other programs, or raise the limit (`ulimit -v`, MemoryMax= of its unit)",
+        ),
+        (
+            "Resource temporarily unavailable",
+            libc::EAGAIN,
+            "more threads: raise the limit (`ulimit -u`, TasksMax= of its unit)",
+        ),
+    ];
+    let found = LACKS.into_iter().find(|(text, code, _)| {
+        message.contains(&format!("code: {code},"))
+            || message.contains(&format!("{text} (os error"))
+    });
+    found.map(|(_, _, lack)| lack)
+}
+
+/// The same, where the panic does not say it: nothing was closed since.
+fn lack_now() -> Option<&'static str> {
+    let refusal = std::fs::File::open("/dev/null").err()?;
+    lack_of(&refusal.to_string())
 }
 
 /// Runs work whose panic does not end the process: long calculations on recorded data. Shared state must remain
@@ -70,6 +115,21 @@ macro_rules! fail_point {
 mod tests {
     use super::*;
     use std::process::{Command, Output};
+
+    #[test]
+    fn what_the_system_lacks_is_no_defect() {
+        let lack = |text| lack_of(text).unwrap_or("a defect");
+        let zenohs = "called `Result::unwrap()` on an `Err` value: Os { code: 24, kind: Uncategorized, message: \"Too many open files\" }";
+        assert!(lack(zenohs).contains("LimitNOFILE"));
+        assert!(
+            lack("failed to spawn thread: Resource temporarily unavailable (os error 11)")
+                .contains("TasksMax")
+        );
+        assert_eq!(
+            lack("index out of bounds: the len is 24 but the index is 24"),
+            "a defect"
+        );
+    }
 
     const CHILD: &str = "SEXTANT_TEST_PANICKING";
 

@@ -3,10 +3,11 @@
 use crate::data_csv::read_data_csv;
 use crate::detections::{DetectedTag, DetectionsLine};
 use crate::error::RecordingError;
+use crate::lines::bounded_lines;
 use crate::picture::is_picture;
 use sextant_site_model::CameraId;
 use std::fs;
-use std::io::{BufRead, BufReader};
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 /// The recordings of all cameras of a folder.
@@ -201,10 +202,14 @@ fn lists_pictures(csv: &Path) -> bool {
     let Ok(file) = fs::File::open(csv) else {
         return false;
     };
-    let mut first = String::new();
-    let read = BufReader::new(file).read_line(&mut first);
-    let header = first.trim_start().starts_with('#');
-    read.is_ok() && (!header || first.contains("filename"))
+    let Some(Ok(first)) = bounded_lines(BufReader::new(file)).next() else {
+        return false;
+    };
+    let header = first
+        .trim_start_matches('\u{feff}')
+        .trim_start()
+        .starts_with('#');
+    !header || first.contains("filename")
 }
 
 fn no_camera(folder: &Path) -> RecordingError {

@@ -59,6 +59,7 @@ impl DetectionsLine {
             lines.push(line);
             Ok(())
         })?;
+        ascending.finish(path)?;
         Ok(lines)
     }
 

@@ -10,6 +10,11 @@
 //! Records, chunks and indexes are the crate `mcap`'s. Ours is what it has no word for: where a record begins, how long it may be, and what
 //! a cut or damaged file lost.
 
+use ::mcap::MAGIC;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
 pub mod reader;
 pub mod site_recording;
 pub mod writer;
@@ -18,6 +23,14 @@ pub mod writer;
 pub const WIRE_ENCODING: &str = "sextant";
 /// Name of the metadata record about the recording.
 const METADATA: &str = "sextant";
+
+/// Whether a file is an MCAP file, by its first bytes.
+#[must_use]
+pub fn is_mcap_file(path: &Path) -> bool {
+    let mut first = [0; MAGIC.len()];
+    let read = File::open(path).and_then(|mut file| file.read_exact(&mut first));
+    read.is_ok() && first == *MAGIC
+}
 
 /// What a recording says about itself.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

@@ -21,8 +21,8 @@ pub enum ObservationError {
     Picture(#[from] RecordingError),
     /// The picture has another size than the camera's.
     #[error(
-        "{}: {}x{} pixels, but {}x{} are those of camera \"{camera}\"; give the rig of these images, or take this one away",
-        path.display(), size[0], size[1], expected[0], expected[1]
+        "{}: {}x{} pixels, but {}x{} are those of camera \"{camera}\"; {}",
+        path.display(), size[0], size[1], expected[0], expected[1], remedy(*size, *expected)
     )]
     Size {
         /// The picture.
@@ -75,6 +75,16 @@ pub fn observation(
         resolution: None,
         tags: tags.iter().map(corners_of).collect(),
     })
+}
+
+/// What to do about a picture of another size.
+fn remedy([width, height]: [usize; 2], expected: [usize; 2]) -> &'static str {
+    match [height, width] == expected {
+        true => {
+            "it was taken upright and others across: hold the camera one way for all, or take this one away"
+        }
+        false => "give the rig of these images, or take this one away",
+    }
 }
 
 fn detect(

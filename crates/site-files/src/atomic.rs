@@ -1,8 +1,9 @@
 //! Atomic writing: a file is the old one or the new one at every moment, also after a power cut.
 
 use crate::error::FileError;
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Write};
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 /// Writes a file atomically: writes a temporary file beside it, flushes it to disk, and renames it. A symbolic link remains a link, and
@@ -11,18 +12,131 @@ use std::path::{Path, PathBuf};
 /// # Errors
 /// An I/O error; the old file is then unchanged and the temporary one removed.
 pub fn write_atomically(path: &Path, content: &[u8]) -> Result<(), FileError> {
-    let unwritable = |source| FileError::Unwritable {
+    let written = written(path, content).and_then(Replacement::commit);
+    written.map_err(|source| FileError::Unwritable {
         path: path.to_owned(),
         source,
-    };
-    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-    let temporary = beside(&target).map_err(unwritable)?;
-    let written = replace(&temporary, &target, content);
-    if written.is_err() {
-        // Best effort: the error that matters is the first one.
-        let _ = fs::remove_file(&temporary);
+    })?;
+    Ok(())
+}
+
+/// A new file beside the one that it is to replace, `.NAME.tmp`. It is locked: of two processes that replace one file the second
+/// waits, and a file that one left behind is removed by the next. Dropped without [`Self::commit`], it is removed.
+#[derive(Debug)]
+pub struct Replacement {
+    /// Nothing once it was committed.
+    file: Option<File>,
+    temporary: PathBuf,
+    target: PathBuf,
+}
+
+impl Replacement {
+    /// Creates the new file, with the permissions of the old one.
+    ///
+    /// # Errors
+    /// An I/O error, as for a folder in place of the file.
+    pub fn begin(path: &Path) -> io::Result<Self> {
+        let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        if target.is_dir() {
+            return Err(io::ErrorKind::IsADirectory.into());
+        }
+        let temporary = beside(&target)?;
+        let file = locked(&temporary)?;
+        let replacement = Self {
+            file: Some(file),
+            temporary,
+            target,
+        };
+        if let Ok(old) = fs::metadata(&replacement.target) {
+            replacement.file().set_permissions(old.permissions())?;
+        }
+        Ok(replacement)
     }
-    written.map_err(unwritable)
+
+    /// The new file.
+    pub fn file(&self) -> &File {
+        // Only `commit` takes it, together with the whole.
+        self.file.as_ref().unwrap_or_else(|| unreachable!())
+    }
+
+    /// Puts the new file in the place of the old one; both are on disk afterwards. Returns it, still open and locked.
+    ///
+    /// # Errors
+    /// An I/O error; the old file is then unchanged.
+    pub fn commit(mut self) -> io::Result<File> {
+        self.file().sync_all()?;
+        fs::rename(&self.temporary, &self.target)?;
+        let file = self.file.take().unwrap_or_else(|| unreachable!());
+        File::open(folder_of(&self.target))?.sync_all()?;
+        Ok(file)
+    }
+}
+
+impl Drop for Replacement {
+    fn drop(&mut self) {
+        if self.file.is_some() {
+            // Best effort: the next one removes it as well.
+            let _ = fs::remove_file(&self.temporary);
+        }
+    }
+}
+
+/// A new file that no other process takes for a leftover, since this one holds its lock.
+fn locked(temporary: &Path) -> io::Result<File> {
+    loop {
+        let created = OpenOptions::new()
+            .write(true)
+            .create_new(true)
+            .open(temporary);
+        match created {
+            Ok(file) => {
+                // Some file systems have no locks.
+                let is_ours = !matches!(file.try_lock(), Err(TryLockError::WouldBlock));
+                if is_ours && is_at(&file, temporary) {
+                    return Ok(file);
+                }
+            }
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
+                remove_leftover(temporary)?;
+            }
+            Err(error) => return Err(error),
+        }
+    }
+}
+
+/// Removes a temporary file once nobody writes it any more.
+fn remove_leftover(temporary: &Path) -> io::Result<()> {
+    match fs::symlink_metadata(temporary) {
+        Ok(found) if !found.is_file() => return Err(io::ErrorKind::AlreadyExists.into()),
+        Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+        _ => {}
+    }
+    let file = match File::open(temporary) {
+        Ok(file) => file,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
+        Err(error) => return Err(error),
+    };
+    // Waits for a living writer, who then has renamed it.
+    let _ = file.lock();
+    match is_at(&file, temporary) {
+        true => fs::remove_file(temporary),
+        false => Ok(()),
+    }
+}
+
+/// Whether a path leads to an open file, and not to another one meanwhile.
+fn is_at(file: &File, path: &Path) -> bool {
+    let identity = |found: fs::Metadata| (found.dev(), found.ino());
+    let found = fs::symlink_metadata(path).map(identity);
+    let opened = file.metadata().map(identity);
+    matches!((found, opened), (Ok(found), Ok(opened)) if found == opened)
+}
+
+fn written(path: &Path, content: &[u8]) -> io::Result<Replacement> {
+    let replacement = Replacement::begin(path)?;
+    replacement.file().write_all(content)?;
+    replacement.file().sync_all()?;
+    Ok(replacement)
 }
 
 /// Former versions of a file that are kept beside it; older ones are removed.
@@ -38,16 +152,25 @@ pub fn write_keeping_former(path: &Path, content: &[u8]) -> Result<(), FileError
         path: path.to_owned(),
         source,
     };
-    match fs::read(path) {
+    let former = match fs::read(path) {
         Ok(former) if former == content => return Ok(()),
-        Ok(former) => {
-            make_room_for_former(path).map_err(unwritable)?;
-            write_atomically(&former_of(path), &former)?;
+        Ok(former) => former,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            return write_atomically(path, content);
         }
-        Err(error) if error.kind() == io::ErrorKind::NotFound => {}
         Err(error) => return Err(unwritable(error)),
-    }
-    write_atomically(path, content)
+    };
+    replace_keeping(path, content, &former).map_err(unwritable)
+}
+
+/// Whatever needs room on the disk is written before anything is renamed: a full disk must not cost former versions.
+fn replace_keeping(path: &Path, content: &[u8], former: &[u8]) -> io::Result<()> {
+    let new = written(path, content)?;
+    let kept = written(&former_of(path), former)?;
+    make_room_for_former(path)?;
+    kept.commit()?;
+    new.commit()?;
+    Ok(())
 }
 
 /// Removes a file, which becomes its newest former version.
@@ -92,29 +215,12 @@ fn make_room_for_former(path: &Path) -> io::Result<()> {
     Ok(())
 }
 
-fn replace(temporary: &Path, target: &Path, content: &[u8]) -> io::Result<()> {
-    if target.is_dir() {
-        return Err(io::ErrorKind::IsADirectory.into());
-    }
-    let mut file = OpenOptions::new()
-        .write(true)
-        .create_new(true)
-        .open(temporary)?;
-    if let Ok(old) = fs::metadata(target) {
-        file.set_permissions(old.permissions())?;
-    }
-    file.write_all(content)?;
-    file.sync_all()?;
-    fs::rename(temporary, target)?;
-    File::open(folder_of(target))?.sync_all()
-}
-
-/// A name in the same folder that no other process uses.
+/// The name of the temporary file, in the same folder.
 fn beside(target: &Path) -> io::Result<PathBuf> {
     let name = target
         .file_name()
         .ok_or_else(|| io::Error::from(io::ErrorKind::IsADirectory))?;
-    let temporary = format!(".{}.{}.tmp", name.to_string_lossy(), std::process::id());
+    let temporary = format!(".{}.tmp", name.to_string_lossy());
     Ok(folder_of(target).join(temporary))
 }
 
@@ -182,6 +288,71 @@ mod tests {
             let former = fs::read_to_string(former_version(&path, number)).unwrap();
             assert_eq!(former, (n - number).to_string());
         }
+    }
+
+    #[test]
+    fn what_cannot_be_written_costs_no_former_version() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rig.toml");
+        for content in ["first", "second", "third"] {
+            write_keeping_former(&path, content.as_bytes()).unwrap();
+        }
+        let before = names_in(folder.path());
+        // In the way of the new file, and then in the way of the former one.
+        for name in [".rig.toml.tmp", ".rig.toml.former.tmp"] {
+            let in_the_way = folder.path().join(name);
+            fs::create_dir(&in_the_way).unwrap();
+            for _ in 0..FORMER_VERSIONS {
+                assert!(write_keeping_former(&path, b"fourth").is_err());
+            }
+            fs::remove_dir(&in_the_way).unwrap();
+            assert_eq!(names_in(folder.path()), before);
+            let former = |number| fs::read(former_version(&path, number)).unwrap();
+            assert_eq!(
+                [former(1), former(2)],
+                [b"second".to_vec(), b"first".to_vec()]
+            );
+            assert_eq!(fs::read(&path).unwrap(), b"third");
+        }
+    }
+
+    #[test]
+    fn a_leftover_is_removed_and_a_living_writer_awaited() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rig.toml");
+        fs::write(folder.path().join(".rig.toml.tmp"), "half a").unwrap();
+        write_atomically(&path, b"whole").unwrap();
+        assert_eq!(names_in(folder.path()), ["rig.toml"]);
+        let first = written(&path, b"first").unwrap();
+        let second = std::thread::scope(|scope| {
+            let second = scope.spawn(|| write_atomically(&path, b"second"));
+            first.commit().unwrap();
+            second.join().unwrap()
+        });
+        second.unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"second");
+        drop(written(&path, b"never").unwrap());
+        assert_eq!(names_in(folder.path()), ["rig.toml"]);
+    }
+
+    #[test]
+    fn many_writers_at_once_leave_one_whole_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rig.toml");
+        let content = |writer: u8| vec![b'a' + writer; 10_000];
+        std::thread::scope(|scope| {
+            for writer in 0..8 {
+                let path = &path;
+                scope.spawn(move || {
+                    for _ in 0..10 {
+                        write_atomically(path, &content(writer)).unwrap();
+                    }
+                });
+            }
+        });
+        let written = fs::read(&path).unwrap();
+        assert!((0..8).any(|writer| written == content(writer)));
+        assert_eq!(names_in(folder.path()), ["rig.toml"]);
     }
 
     #[test]

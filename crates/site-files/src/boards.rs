@@ -6,6 +6,7 @@
 
 mod anipose;
 mod chessboard;
+mod layouts;
 mod marker_grid;
 mod reading;
 

@@ -1,20 +1,30 @@
-//! Calibrations of other tools: ROS `camera_info`, Kalibr `camchain`, OpenCV's YAML, read and written.
+//! Calibrations of other tools: ROS `camera_info`, Kalibr `camchain` and OpenCV's YAML, read and written; OpenCV's JSON and XML,
+//! PhotonVision, WPILib, anipose, caliscope, MATLAB, nerfstudio and camodocal, read. What a file is, its content says, not its name.
 //!
-//! All three count pixels from the centre of the top left one and look along z with y down, as here, so lens parameters and
+//! The three that are written count pixels from the centre of the top left one and look along z with y down, as here, so lens parameters and
 //! camera axes are unchanged. Kalibr's chain gives each camera relative to the previous one (`T_cn_cnm1`, a map of points of
 //! camera n-1 into camera n). Reading makes it `world_from_camera` with the first camera as the world; writing
-//! accepts any world frame. The other two formats describe one camera without a pose.
+//! accepts any world frame. The other two formats describe one camera without a pose. Formats that count pixels from elsewhere are
+//! converted ([`others`]).
 //!
-//! Features that the lens models here lack are refused with the cause: skew, rational and thin-prism terms, other models.
+//! Rational and thin-prism terms become the nearest lens that is known here ([`refit`]). What has no counterpart is refused with the
+//! cause: skew, other models.
 
+mod anipose;
 mod camera_info;
 mod distortion;
+mod document;
 mod kalibr;
 mod matrix;
 mod opencv;
+mod others;
+mod refit;
 
 use crate::error::{Complaint, FileError, InvalidFile};
 use crate::read::read_text;
+pub use document::has_foreign_name;
+pub(crate) use document::parse_document;
+use document::{Syntax, syntax_of};
 use sextant_site_model::{Camera, Rig, RigError};
 use std::fmt;
 use std::path::Path;
@@ -29,6 +39,16 @@ pub enum ForeignFormat {
     Kalibr,
     /// A file of OpenCV's FileStorage, as in its calibration sample.
     OpenCv,
+    /// A calibration of PhotonVision.
+    PhotonVision,
+    /// Cameras of anipose or caliscope.
+    Anipose,
+    /// MATLAB's `cameraParameters` as JSON.
+    Matlab,
+    /// nerfstudio's `transforms.json`.
+    Nerfstudio,
+    /// A camera file of camodocal, as VINS reads it.
+    Camodocal,
 }
 
 impl fmt::Display for ForeignFormat {
@@ -37,14 +57,22 @@ impl fmt::Display for ForeignFormat {
             Self::Ros => "ROS camera_info",
             Self::Kalibr => "Kalibr camchain",
             Self::OpenCv => "OpenCV YAML",
+            Self::PhotonVision => "PhotonVision JSON",
+            Self::Anipose => "anipose TOML",
+            Self::Matlab => "MATLAB JSON",
+            Self::Nerfstudio => "nerfstudio transforms.json",
+            Self::Camodocal => "camodocal YAML",
         })
     }
 }
 
-/// Whether the file name is that of another tool's format.
-pub fn is_foreign(path: &Path) -> bool {
-    let ending = path.extension().and_then(|ending| ending.to_str());
-    ending.is_some_and(|ending| matches!(ending, "yaml" | "yml"))
+/// Whether a text is written as files of other tools are, and no file of this project.
+pub fn is_foreign(path: &Path, text: &str) -> bool {
+    match syntax_of(path, text) {
+        Syntax::Yaml | Syntax::Xml => true,
+        // Cameras of anipose; boards of its projects are read with object files.
+        Syntax::Toml => toml::from_str(text).is_ok_and(|document| anipose::has_cameras(&document)),
+    }
 }
 
 /// The cameras of another tool's file, and its format.
@@ -60,36 +88,30 @@ pub fn read_foreign(path: &Path) -> Result<(ForeignFormat, Rig), FileError> {
 /// # Errors
 /// As [`read_foreign`].
 pub fn parse_foreign(path: &Path, text: &str) -> Result<(ForeignFormat, Rig), FileError> {
-    let document = parse_yaml(path, text)?;
+    let document = parse_document(path, text)?;
     let wrong = |complaint| InvalidFile::with_all(path, complaint);
     let format = format_of(&document, text).ok_or_else(|| {
         wrong(Complaint::new(
             "",
             "this is no calibration that is known",
-            "known are ROS camera_info (camera_matrix, distortion_model), Kalibr camchains (cam0: ...) and OpenCV's YAML",
+            "known are ROS camera_info (camera_matrix, distortion_model), Kalibr camchains (cam0: ...), OpenCV's YAML, JSON and XML, PhotonVision, anipose, caliscope, MATLAB as JSON and nerfstudio's transforms.json",
         ))
     })?;
+    let one = |read: fn(&Value, &str) -> Result<Camera, Complaint>| {
+        read(&document, stem_of(path)).map(|camera| vec![camera])
+    };
     let cameras = match format {
         ForeignFormat::Kalibr => kalibr::cameras(&document),
-        ForeignFormat::Ros | ForeignFormat::OpenCv => {
-            camera_info::camera(&document, stem_of(path)).map(|camera| vec![camera])
+        ForeignFormat::Anipose => anipose::cameras(&document),
+        ForeignFormat::Matlab => one(others::matlab),
+        ForeignFormat::Nerfstudio => one(others::nerfstudio),
+        ForeignFormat::Camodocal => one(others::camodocal),
+        ForeignFormat::Ros | ForeignFormat::OpenCv | ForeignFormat::PhotonVision => {
+            one(camera_info::camera)
         }
     };
     let rig = cameras.and_then(|cameras| Rig::new(cameras).map_err(|error| refused(&error)));
     Ok((format, rig.map_err(wrong)?))
-}
-
-/// The YAML of a text, including OpenCV's dialect.
-pub(crate) fn parse_yaml(path: &Path, text: &str) -> Result<Value, FileError> {
-    yaml_serde::from_str(&opencv::as_plain_yaml(text)).map_err(|error| {
-        let cause = format!("malformed YAML: {error}");
-        InvalidFile {
-            path: path.to_owned(),
-            place: error.location().map(|at| (at.line(), at.column())),
-            complaint: Complaint::new("", cause, "export it again from the tool that made it"),
-        }
-        .into()
-    })
 }
 
 /// The text of a camera in a format for one camera.
@@ -109,16 +131,31 @@ pub fn foreign_text(format: ForeignFormat, cameras: &[Camera]) -> Result<String,
         ForeignFormat::Ros => Ok(camera_info::text(one()?)),
         ForeignFormat::OpenCv => Ok(opencv::text(one()?)),
         ForeignFormat::Kalibr => kalibr::text(cameras),
+        other => Err(Complaint::new(
+            "",
+            format!("{other} is read, not written"),
+            "write ROS, Kalibr or OpenCV",
+        )),
     }
 }
 
 fn format_of(document: &Value, text: &str) -> Option<ForeignFormat> {
     let has = |key: &str| document.get(key).is_some();
-    if has("cam0") {
+    if kalibr::is_chain(document) {
         Some(ForeignFormat::Kalibr)
-    } else if text.starts_with("%YAML:1.0") || text.contains("!!opencv-matrix") {
+    } else if anipose::has_cameras(document) {
+        Some(ForeignFormat::Anipose)
+    } else if has("cameraIntrinsics") {
+        Some(ForeignFormat::PhotonVision)
+    } else if has("RadialDistortion") {
+        Some(ForeignFormat::Matlab)
+    } else if has("fl_x") {
+        Some(ForeignFormat::Nerfstudio)
+    } else if has("model_type") {
+        Some(ForeignFormat::Camodocal)
+    } else if text.starts_with("%YAML:1.0") || text.contains("opencv-matrix") {
         Some(ForeignFormat::OpenCv)
-    } else if ["camera_matrix", "K", "k"].into_iter().any(has) {
+    } else if camera_info::MATRIX.into_iter().any(has) {
         Some(ForeignFormat::Ros)
     } else {
         None

@@ -25,12 +25,11 @@ pub fn object_file(id: &ObjectId) -> PathBuf {
 /// [`FileError::Occupied`], or an I/O error; the old file is then unchanged.
 pub fn keep_rig(path: &Path, rig: &Rig) -> Result<(), FileError> {
     if exists(path)? {
-        let is_rig = match is_foreign(path) {
+        let text = read_text(path).map_err(|error| error.to_string());
+        let is_rig = text.and_then(|text| match is_foreign(path, &text) {
             true => Err("another program's file".to_owned()),
-            false => read_text(path)
-                .and_then(|text| parse_rig(path, &text))
-                .map_err(|error| error.to_string()),
-        };
+            false => parse_rig(path, &text).map_err(|error| error.to_string()),
+        });
         is_rig.map_err(|cause| occupied(path, "the rig".to_owned(), cause))?;
     }
     write_keeping_former(path, rig_toml(rig).as_bytes())

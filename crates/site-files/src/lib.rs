@@ -3,10 +3,10 @@
 //! - [`read_rig`], [`read_object`]: checked models from files.
 //! - [`write_rig`], [`write_object`]: models to files; numbers keep every digit.
 //! - [`AprilGrid`], [`CharucoBoard`], [`MarkerGrid`], [`Chessboard`]: calibration boards; [`read_object`] reads their files as well.
-//! - [`read_foreign`], [`foreign_text`]: calibrations of ROS, Kalibr and OpenCV; [`read_rig`] reads them as well.
+//! - [`read_foreign`], [`foreign_text`]: calibrations of other tools; [`read_rig`] reads them as well.
 //! - [`read_toml`], [`read_toml_checked`], [`write_toml`]: any other configuration, with the same kind of errors.
 //! - [`with_value`]: changes one value of a text and keeps comments.
-//! - [`write_atomically`]: replaces a file atomically.
+//! - [`write_atomically`], [`Replacement`]: replace a file atomically.
 //! - [`write_keeping_former`]: as well, and keeps former versions ([`former_of`]) in bounded number.
 //! - [`keep_rig`], [`keep_object`]: for programs that save automatically; they replace only another version of the same rig or object.
 //!
@@ -28,14 +28,16 @@ mod rig;
 mod values;
 
 pub use atomic::{
-    FORMER_VERSIONS, former_of, former_version, write_atomically, write_keeping_former,
+    FORMER_VERSIONS, Replacement, former_of, former_version, write_atomically, write_keeping_former,
 };
 pub use boards::{
     AprilGrid, BoardError, CharucoBoard, Chessboard, MarkerGrid, UpperLeft, read_board,
 };
 pub use edit::with_value;
 pub use error::{Complaint, FileError, InvalidFile};
-pub use foreign::{ForeignFormat, foreign_text, is_foreign, parse_foreign, read_foreign};
+pub use foreign::{
+    ForeignFormat, foreign_text, has_foreign_name, is_foreign, parse_foreign, read_foreign,
+};
 pub use keep::{keep_object, keep_rig, object_file, retire_object};
 pub use object::{object_toml, parse_object, read_object, write_object};
 pub use read::{parse_toml, read_text, read_toml, read_toml_checked, write_toml};

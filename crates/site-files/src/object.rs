@@ -80,18 +80,18 @@ struct TagTable {
     link_from_tag_sigma: Option<SigmaTable>,
 }
 
-/// The object of a file; for the board of another tool, in YAML or anipose's TOML, named after the file.
+/// The object of a file; for the board or the places of tags of another tool, named after the file.
 ///
 /// # Errors
 /// A file that is missing, malformed, or invalid; with line, column, key and remedy.
 pub fn read_object(path: &Path) -> Result<ObjectModel, FileError> {
     let text = read_text(path)?;
-    if !is_foreign(path) {
+    if !is_foreign(path, &text) {
         return parse_object(path, &text);
     }
     let board = parse_board(path, &text, &id_of(path)?)?;
     Ok(board.ok_or_else(|| {
-        let known = "known are Kalibr's target.yaml (target_type: aprilgrid or checkerboard), ChArUco boards (squaresX, squaresY, squareLength, markerLength, dictionary) and grids of markers (markersX, markersY, markerLength, markerSeparation, dictionary)";
+        let known = "known are Kalibr's target.yaml (target_type: aprilgrid or checkerboard), ChArUco boards (squaresX, squaresY, squareLength, markerLength, dictionary) grids of markers (markersX, markersY, markerLength, markerSeparation, dictionary), tag_bundles of apriltag_ros and fields of WPILib";
         let cause = "this is no board that is known";
         InvalidFile::with_all(path, Complaint::new("", cause, known))
     })?)

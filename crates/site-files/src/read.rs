@@ -5,19 +5,86 @@ use crate::document::Document;
 use crate::error::{Complaint, FileError};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use std::fs;
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::Path;
 
-/// The text of a file.
+/// Longest text file that is read, bytes.
+pub const MOST_TEXT_BYTES: u64 = 16 << 20;
+
+/// The text of a file, without a byte order mark; also UTF-16, which redirections of PowerShell write.
 ///
 /// # Errors
-/// A file that is missing, unreadable or not UTF-8.
+/// A file that is missing, unreadable, no text, or longer than [`MOST_TEXT_BYTES`].
 pub fn read_text(path: &Path) -> Result<String, FileError> {
-    fs::read_to_string(path).map_err(|source| FileError::Unreadable {
+    let unreadable = |source, remedy| FileError::Unreadable {
         path: path.to_owned(),
         source,
-        remedy: "check the path",
+        remedy,
+    };
+    let remedy = "check the path";
+    let file = File::open(path).map_err(|source| unreadable(source, remedy))?;
+    let mut bytes = Vec::new();
+    let read = file.take(MOST_TEXT_BYTES + 1).read_to_end(&mut bytes);
+    read.map_err(|source| unreadable(source, remedy))?;
+    if bytes.len() as u64 > MOST_TEXT_BYTES {
+        let cause = format!(
+            "more than {} MiB, too much for a text file of a site",
+            MOST_TEXT_BYTES >> 20
+        );
+        return Err(unreadable(io::Error::other(cause), remedy));
+    }
+    decoded(bytes).map_err(|bytes| match known_binary(&bytes) {
+        Some((cause, remedy)) => unreadable(io::Error::other(cause), remedy),
+        None => unreadable(io::ErrorKind::InvalidData.into(), remedy),
     })
+}
+
+fn decoded(bytes: Vec<u8>) -> Result<String, Vec<u8>> {
+    let utf_16 = |bytes: &[u8], unit: fn([u8; 2]) -> u16| {
+        let (units, _) = bytes.as_chunks();
+        String::from_utf16(&units.iter().map(|pair| unit(*pair)).collect::<Vec<_>>())
+    };
+    let text = match &bytes[..] {
+        [0xff, 0xfe, rest @ ..] => utf_16(rest, u16::from_le_bytes).ok(),
+        [0xfe, 0xff, rest @ ..] => utf_16(rest, u16::from_be_bytes).ok(),
+        _ => None,
+    };
+    let text = match text {
+        Some(text) => text,
+        None => String::from_utf8(bytes).map_err(|error| error.into_bytes())?,
+    };
+    Ok(match text.strip_prefix('\u{feff}') {
+        Some(text) => text.to_owned(),
+        None => text,
+    })
+}
+
+/// Formats of other tools that are no text: what they are, and what to write in their place.
+fn known_binary(bytes: &[u8]) -> Option<(&'static str, &'static str)> {
+    const NUMPY: &str = "write it as YAML: cv2.FileStorage(\"lens.yaml\", cv2.FILE_STORAGE_WRITE)";
+    let known: [(&[u8], _, _); 4] = [
+        (
+            b"MATLAB",
+            "this is a binary file of MATLAB",
+            "write it as JSON: fprintf(f, '%s', jsonencode(toStruct(cameraParameters)))",
+        ),
+        (b"\x93NUMPY", "this is a binary file of numpy", NUMPY),
+        (
+            b"PK\x03\x04",
+            "this is an archive or a binary file of numpy",
+            NUMPY,
+        ),
+        (
+            b"\x89MCAP",
+            "this is a recording, not a text file",
+            "give a rig, an object or a configuration",
+        ),
+    ];
+    let found = known
+        .into_iter()
+        .find(|(begin, ..)| bytes.starts_with(begin));
+    found.map(|(_, cause, remedy)| (cause, remedy))
 }
 
 /// A configuration file. Give `T` and its parts `#[serde(deny_unknown_fields)]`: then an unknown key is refused with the
@@ -62,7 +129,7 @@ pub fn parse_toml<T: DeserializeOwned>(
 pub fn write_toml<T: Serialize>(path: &Path, value: &T) -> Result<(), FileError> {
     let text = toml::to_string(value).map_err(|error| FileError::Unwritable {
         path: path.to_owned(),
-        source: std::io::Error::other(error),
+        source: io::Error::other(error),
     })?;
     write_atomically(path, text.as_bytes())
 }
@@ -176,6 +243,47 @@ mod tests {
         assert_eq!(
             error.to_string(),
             "f.toml:3:8: network.port: port 0; give another"
+        );
+    }
+
+    #[test]
+    fn a_text_is_read_without_its_byte_order_mark() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("f.toml");
+        let text = "site = \"ü\"\n";
+        let little = "\u{feff}site = \"ü\"\n"
+            .encode_utf16()
+            .flat_map(u16::to_le_bytes);
+        let big = "\u{feff}site = \"ü\"\n"
+            .encode_utf16()
+            .flat_map(u16::to_be_bytes);
+        for bytes in [
+            text.into(),
+            format!("\u{feff}{text}").into_bytes(),
+            little.collect(),
+            big.collect(),
+        ] {
+            std::fs::write(&path, bytes).unwrap();
+            assert_eq!(read_text(&path).unwrap(), text);
+        }
+    }
+
+    #[test]
+    fn what_is_no_text_or_endless_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("f.toml");
+        let refused = |bytes: &[u8]| {
+            std::fs::write(&path, bytes).unwrap();
+            let error = read_text(&path).unwrap_err().to_string();
+            error.replace(&path.display().to_string(), "f.toml")
+        };
+        assert!(refused(b"\xff\x00x").starts_with("f.toml: this is not UTF-8 text; check"));
+        assert!(refused(b"MATLAB 5.0 MAT-file\xff").contains("jsonencode"));
+        assert!(refused(b"\x93NUMPY\x01").contains("a binary file of numpy; write it as YAML"));
+        let endless = read_text(Path::new("/dev/zero")).unwrap_err().to_string();
+        assert_eq!(
+            endless,
+            "/dev/zero: more than 16 MiB, too much for a text file of a site; check the path"
         );
     }
 

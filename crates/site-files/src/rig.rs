@@ -3,7 +3,7 @@
 use crate::atomic::write_keeping_former;
 use crate::document::Document;
 use crate::error::{Complaint, FileError};
-use crate::foreign::{is_foreign, read_foreign};
+use crate::foreign::{is_foreign, parse_foreign};
 use crate::pose::{SCALE_SIGMA_REMEDY, SigmaTable, pose_of, pose_toml, sigma_toml};
 use crate::read::read_text;
 use serde::Deserialize;
@@ -56,15 +56,16 @@ struct LensSigmaTable {
     distortion: f64,
 }
 
-/// The rig of a file: `rig.toml`, or a YAML file of ROS, Kalibr or OpenCV.
+/// The rig of a file: `rig.toml`, or a calibration of another tool, recognised by its content.
 ///
 /// # Errors
 /// A file that is missing, malformed, or invalid; with line, column, key and remedy.
 pub fn read_rig(path: &Path) -> Result<Rig, FileError> {
-    if is_foreign(path) {
-        return Ok(read_foreign(path)?.1);
+    let text = read_text(path)?;
+    if is_foreign(path, &text) {
+        return Ok(parse_foreign(path, &text)?.1);
     }
-    parse_rig(path, &read_text(path)?)
+    parse_rig(path, &text)
 }
 
 /// The rig of a text; `path` is for messages.

@@ -2,7 +2,7 @@
 
 use crate::KeysError;
 use crate::certificates::{self, Issuer, Subject};
-use crate::folder::{FolderFiles, in_place_of, remove_keys, write_secret};
+use crate::folder::{FolderFiles, in_place_of, remove_keys, remove_leftovers, write_secret};
 use crate::secrets::random_text;
 use sextant_process::host::host_name;
 use sextant_proto::{NodeId, SiteId};
@@ -78,6 +78,8 @@ impl Authority {
         if !dir.join("authority.key").is_file() {
             return Err(no_authority(dir, None));
         }
+        // The lock is ours: whatever is half made was left behind by a process that was killed.
+        remove_leftovers(dir)?;
         Ok(Self {
             dir: dir.to_owned(),
             members,

@@ -1,6 +1,7 @@
 //! Folders and files of keys: private from the start, and written whole or not at all.
 
 use crate::KeysError;
+use rustix::fs::{CWD, RenameFlags, renameat_with};
 use sextant_zenoh_bus::KeyFiles;
 use std::fs::{self, DirBuilder, File, OpenOptions};
 use std::io::Write;
@@ -70,15 +71,14 @@ pub fn in_place_of(
         .create(&temporary)
         .map_err(unwritable())?;
     let filled = fill(&temporary).and_then(|()| {
-        let former = beside(&temporary);
-        if folder.exists() {
-            fs::rename(folder, &former).map_err(unwritable())?;
+        if !folder.exists() {
+            return fs::rename(&temporary, folder).map_err(unwritable());
         }
-        fs::rename(&temporary, folder).map_err(unwritable())?;
-        if former.exists() {
-            remove_keys(&KeyFiles::within(&former))?;
-        }
-        Ok(())
+        // In one step, so that a kill leaves either.
+        renameat_with(CWD, &temporary, CWD, folder, RenameFlags::EXCHANGE)
+            .map_err(std::io::Error::from)
+            .map_err(unwritable())?;
+        remove_keys(&KeyFiles::within(&temporary))
     });
     if filled.is_err() {
         let _ = fs::remove_dir_all(&temporary);
@@ -103,6 +103,32 @@ pub fn remove_keys(files: &KeyFiles) -> Result<(), KeysError> {
         return Err(KeysError::NoKeys(folder.to_owned()));
     }
     fs::remove_dir_all(folder).map_err(KeysError::system(folder, ": cannot be removed"))
+}
+
+/// Removes half-made files and folders, which hold private keys, from an authority's folder and those of its members.
+///
+/// # Errors
+/// An error of the system.
+pub fn remove_leftovers(dir: &Path) -> Result<(), KeysError> {
+    let unreadable = || KeysError::system(dir, ": cannot be read");
+    for entry in fs::read_dir(dir).map_err(unreadable())? {
+        let entry = entry.map_err(unreadable())?;
+        let (path, name) = (entry.path(), entry.file_name());
+        let is_leftover =
+            name.as_encoded_bytes().starts_with(b".") && name.as_encoded_bytes().ends_with(b".tmp");
+        let is_folder = entry.file_type().map_err(unreadable())?.is_dir();
+        let done = match (is_leftover, is_folder) {
+            (true, true) => fs::remove_dir_all(&path),
+            (true, false) => fs::remove_file(&path),
+            (false, true) if KeyFiles::within(&path).node().is_file() => {
+                remove_leftovers(&path)?;
+                Ok(())
+            }
+            (false, _) => Ok(()),
+        };
+        done.map_err(KeysError::system(&path, ": cannot be removed"))?;
+    }
+    Ok(())
 }
 
 /// A name in the same folder that no other process uses.

@@ -31,6 +31,10 @@ pub const DISK_FULL: Guarded = Guarded {
     test: "a_recorder_whose_disk_is_full_says_so_and_keeps_what_it_has",
     needs: &[&NAME_SPACES],
 };
+pub const FORMER_VERSIONS: Guarded = Guarded {
+    test: "refused_changes_on_a_full_disk_cost_no_former_version",
+    needs: &[&NAME_SPACES],
+};
 pub const UNITS: Guarded = Guarded {
     test: "every_unit_does_its_work_within_its_sandbox",
     needs: &[&USER_NAME_SPACES],
@@ -63,6 +67,7 @@ pub const GUARDED: &[&Guarded] = &[
     &HOSTS,
     &NO_SHARED_MEMORY,
     &DISK_FULL,
+    &FORMER_VERSIONS,
     &UNITS,
     &PAGE,
     &PLAY,

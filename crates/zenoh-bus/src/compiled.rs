@@ -90,6 +90,13 @@ pub(crate) fn check_values(config: &zenoh::Config) -> Result<(), BusError> {
     Ok(())
 }
 
+/// The endpoints of a finished configuration, without keywords for choosing among several.
+pub(crate) fn endpoints(config: &zenoh::Config, key: &str) -> Vec<String> {
+    let mut endpoints = texts(&value(config, key));
+    endpoints.retain(|text| text.contains('/'));
+    endpoints
+}
+
 fn check_protocol(key: &str, whole: &str, protocol: &str) -> Result<(), BusError> {
     if PROTOCOLS.contains(&protocol) {
         return Ok(());

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use crate::compiled::{check_overrides, check_values};
+use crate::compiled::{check_overrides, check_values, endpoints};
 use crate::security::{self, Identity, Security, SecurityOptions};
 use crate::{BusError, BusOptions, Mode, Profile};
 
@@ -41,6 +41,10 @@ pub(crate) fn zenoh_config(
         inserted.map_err(|cause| refusal(key, &value, &cause.to_string()))?;
     }
     check_values(&config)?;
+    // Whatever the overrides made of them.
+    let [connect, listen] =
+        ["connect/endpoints", "listen/endpoints"].map(|key| endpoints(&config, key));
+    security::check_all(security.profile(), &connect, &listen)?;
     Ok(config)
 }
 
@@ -288,6 +292,29 @@ mod tests {
             .insert("transport/link/tx/lease".into(), "7000".into());
         let config = zenoh_config(&options, &Security::default(), &[]).unwrap();
         assert_eq!(config.get_json("transport/link/tx/lease").unwrap(), "7000");
+    }
+
+    #[test]
+    fn an_override_opens_no_door_of_a_demo() {
+        let demo = Security::none(Profile::Demo);
+        for (key, value) in [
+            ("listen/endpoints", "[\"tcp/0.0.0.0:7661\"]"),
+            ("listen", "{ endpoints: [\"tcp/0.0.0.0:7661\"] }"),
+            ("listen/endpoints", "{ router: [\"tcp/0.0.0.0:7661\"] }"),
+            ("/listen//endpoints", "[\"tcp/[::]:7661\"]"),
+        ] {
+            let mut options = BusOptions::router_on("tcp/127.0.0.1:7660");
+            options.overrides.insert(key.into(), value.into());
+            let opened = zenoh_config(&options, &demo, &options.listen);
+            let words = opened.unwrap_err().to_string();
+            assert!(words.contains("profile = \"open\""), "{words}");
+        }
+        let mut options = BusOptions::router_on("tcp/127.0.0.1:7660");
+        let local = "[\"tcp/127.0.0.1:7661\"]";
+        options
+            .overrides
+            .insert("listen/endpoints".into(), local.into());
+        zenoh_config(&options, &demo, &options.listen).unwrap();
     }
 
     #[test]

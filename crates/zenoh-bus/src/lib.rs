@@ -28,7 +28,7 @@ pub use history::{AttachedPublisher, Audience};
 pub use liveliness::{AliveToken, AliveWatch, Presence};
 pub use name::HeldName;
 pub use options::{BusOptions, Mode};
-pub use probe::why_no_router;
+pub use probe::{NO_SESSION, why_no_router};
 pub use publisher::{Latest, Publisher, RawLatest, RawPublisher};
 pub use qos::Qos;
 pub use security::{

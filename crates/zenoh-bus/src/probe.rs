@@ -7,7 +7,10 @@ use crate::{BusOptions, Security};
 
 const STEP: Duration = Duration::from_millis(500);
 
-/// What prevents a client from connecting to each of its routers, as far as it can tell; `None` if nothing seems to.
+/// A router, or another program, that is reached and does not admit this one.
+pub const NO_SESSION: &str = "something listens there and admits no session: a router whose links are all taken (`max_links` in [network] of its file), one that wants keys (--keys), or another program";
+
+/// What prevents a client from connecting to each of its routers, as far as it can tell; `None` without an endpoint.
 pub fn why_no_router(options: &BusOptions, security: &Security) -> Option<String> {
     let endpoints = options.connect_endpoints(security.profile());
     let causes = endpoints.iter().filter_map(|endpoint| {
@@ -37,10 +40,30 @@ fn try_endpoint(endpoint: &str, security: &Security) -> Result<(), String> {
                 .map_err(|cause| cause.to_string()),
         };
         if last.is_ok() {
-            break;
+            return Err(NO_SESSION.to_owned());
         }
     }
     last
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Profile;
+    use std::net::TcpListener;
+
+    #[test]
+    fn who_listens_without_a_session_is_told_apart_from_nobody() {
+        let silent = TcpListener::bind("127.0.0.1:0").unwrap();
+        let endpoint = format!("tcp/{}", silent.local_addr().unwrap());
+        let why = || {
+            let options = BusOptions::client_of(&endpoint);
+            why_no_router(&options, &Security::none(Profile::Demo)).unwrap()
+        };
+        assert!(why().contains("whose links are all taken"), "{}", why());
+        drop(silent);
+        assert!(!why().contains(NO_SESSION), "{}", why());
+    }
 }
 
 #[cfg(not(feature = "quic"))]

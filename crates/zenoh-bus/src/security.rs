@@ -19,6 +19,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::SecurityError;
+pub(crate) use endpoints::check_all;
 pub use members::{Member, Members, Role};
 pub use node_keys::{KeyFiles, NodeKeys};
 pub(crate) use settings::{check_overrides, settings};

@@ -6,6 +6,7 @@
 mod frames;
 mod jpeg_stream;
 pub(crate) mod program;
+mod row_length;
 #[cfg(test)]
 mod tests;
 
@@ -16,6 +17,8 @@ use sextant_process::{Exit, Shutdown, now_ns};
 
 use self::frames::FrameReader;
 use self::program::{Ended, Output, Program};
+use self::row_length::{ShearCheck, row_length};
+use super::backlog::{Backlog, LOOK};
 use super::host_clock::{HostClock, Stamped, Taken};
 use super::{ImageSource, Next, SourceError, checked_resolution};
 use crate::config::{CommandConfig, StreamFormat};
@@ -32,8 +35,9 @@ pub(super) struct ProgramImages {
     program: Option<Program>,
     reader: FrameReader,
     resolution: [u16; 2],
-    /// When the first bytes of the image came that is being read, ns since the Unix epoch.
-    begun_ns: u64,
+    /// When the first bytes of the image came that is being read, ns since the Unix epoch; none where it waited during a standstill.
+    begun_ns: Option<u64>,
+    backlog: Backlog,
     /// When the last bytes came.
     read_ns: u64,
 }
@@ -41,8 +45,8 @@ pub(super) struct ProgramImages {
 /// What came of a program.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Progress {
-    /// An image, whose first bytes came then.
-    Image(u64),
+    /// An image, whose first bytes came then; none for one that waited during a standstill of this process.
+    Image(Option<u64>),
     /// None yet.
     Nothing,
     /// It ended.
@@ -54,16 +58,17 @@ impl ProgramImages {
     pub(super) fn start(
         words: &[String],
         format: StreamFormat,
-        resolution: Option<[u32; 2]>,
+        (resolution, row_length): (Option<[u32; 2]>, usize),
         shutdown: &Shutdown,
         hear: &mut dyn FnMut(&str),
     ) -> Result<Self, SourceError> {
         let size = resolution.map(|size| size.map(|length| length as usize));
         let mut images = Self {
             program: Some(Program::start(words)?),
-            reader: FrameReader::new(format, size),
+            reader: FrameReader::new(format, size, row_length),
             resolution: [0; 2],
-            begun_ns: 0,
+            begun_ns: None,
+            backlog: Backlog::default(),
             read_ns: 0,
         };
         let deadline = Instant::now() + SIZE_WAIT;
@@ -107,8 +112,11 @@ impl ProgramImages {
             let begun_ns = self.begun_ns;
             match self.reader.complete(pixels) {
                 Some(Ok(())) => {
+                    self.backlog.image_ended();
                     // What is there of the next image came with the end of this one.
-                    self.begun_ns = self.read_ns;
+                    if self.reader.is_within_image() {
+                        self.begin_image();
+                    }
                     if let Some(program) = &mut self.program {
                         // What it says of an image comes before the image.
                         program.listen(hear);
@@ -147,7 +155,11 @@ impl ProgramImages {
         let failed = |cause: std::io::Error| {
             SourceError::new(Exit::Unavailable, format!("the program's output: {cause}"))
         };
-        let output = program.wait(shutdown, timeout, hear).map_err(failed)?;
+        let begun = Instant::now();
+        let output = program
+            .wait(shutdown, timeout.min(LOOK), hear)
+            .map_err(failed)?;
+        self.backlog.looked(begun, Instant::now());
         if output == Output::Nothing {
             return Ok(None);
         }
@@ -167,13 +179,21 @@ impl ProgramImages {
         };
         self.read_ns = now_ns();
         if !is_begun {
-            self.begun_ns = self.read_ns;
+            self.begin_image();
         }
         let filled = self.reader.filled(count);
         filled.map_err(|cause| {
             SourceError::new(Exit::Input, format!("the program writes {cause}"))
         })?;
         Ok(None)
+    }
+}
+
+impl ProgramImages {
+    /// The first bytes of an image were read.
+    fn begin_image(&mut self) {
+        let is_known = self.backlog.is_time_known(Instant::now());
+        self.begun_ns = is_known.then_some(self.read_ns);
     }
 }
 
@@ -184,6 +204,10 @@ pub(crate) struct CommandCamera {
     latency_ns: Option<u64>,
     sequence: u64,
     clock: HostClock,
+    /// None where rows are padded, or not raw.
+    shear: Option<ShearCheck>,
+    /// Images dropped in a row.
+    dropped: u64,
 }
 
 /// Starts the program.
@@ -192,8 +216,13 @@ pub(crate) fn open(
     shutdown: &Shutdown,
 ) -> Result<Box<dyn ImageSource>, SourceError> {
     let words = config.run.words().unwrap_or_default();
-    let resolution = config.resolution;
-    let images = ProgramImages::start(&words, config.format, resolution, shutdown, &mut log)?;
+    let stated_width = config.resolution.map_or(0, |[width, _]| width as usize);
+    let program = words.first().map_or("", String::as_str);
+    let row_length = row_length(program, config.format, stated_width, config.row_length);
+    let layout = (config.resolution, row_length);
+    let images = ProgramImages::start(&words, config.format, layout, shutdown, &mut log)?;
+    let is_raw = matches!(config.format, StreamFormat::Grey | StreamFormat::Yuv420);
+    let is_guessed = config.row_length.is_none() && row_length == stated_width;
     let [width, height] = images.resolution();
     tracing::info!(program = words.first(), width, height, "camera");
     Ok(Box::new(CommandCamera {
@@ -201,7 +230,27 @@ pub(crate) fn open(
         latency_ns: config.latency_ms.map(|ms| (ms * 1e6) as u64),
         sequence: 0,
         clock: HostClock::default(),
+        shear: (is_raw && is_guessed).then(ShearCheck::default),
+        dropped: 0,
     }))
+}
+
+impl CommandCamera {
+    /// Refuses a picture that is sheared.
+    fn check_rows(&mut self, pixels: &[u8]) -> Result<(), SourceError> {
+        let width = usize::from(self.images.resolution()[0]);
+        let Some(length) = self
+            .shear
+            .as_mut()
+            .and_then(|shear| shear.look(pixels, width))
+        else {
+            return Ok(());
+        };
+        let message = format!(
+            "the program's rows seem to be {length} bytes long, not {width}: write `row_length = {length}` in [source], or `row_length = {width}` if they are not"
+        );
+        Err(SourceError::new(Exit::Input, message))
+    }
 }
 
 fn log(line: &str) {
@@ -219,6 +268,22 @@ impl ImageSource for CommandCamera {
             Progress::Image(arrived_ns) => {
                 let sequence = self.sequence;
                 self.sequence += 1;
+                self.check_rows(pixels)?;
+                if self.shear.as_ref().is_some_and(ShearCheck::is_suspicious) {
+                    return Ok(Next::Nothing);
+                }
+                // A number that is left out counts as an image that was lost.
+                let Some(arrived_ns) = arrived_ns else {
+                    self.dropped += 1;
+                    return Ok(Next::Nothing);
+                };
+                if self.dropped > 0 {
+                    tracing::warn!(
+                        images = self.dropped,
+                        "images waited while this process stood still; nobody knows when they were taken, and they were dropped"
+                    );
+                    self.dropped = 0;
+                }
                 Ok(Next::Image(self.clock.capture(Taken {
                     sequence,
                     capture_ns: arrived_ns.saturating_sub(self.latency_ns.unwrap_or(0)),

@@ -20,7 +20,7 @@ mod tests;
 mod timing;
 
 use std::path::Path;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use sextant_process::clock::{monotonic_ns, wall_from_monotonic_ns};
 use sextant_process::{Exit, Shutdown};
@@ -31,6 +31,7 @@ use self::device::{Api, Device, Format, Identity, Wake};
 use self::kernel::KernelDevice;
 use self::stream::{Stream, StreamError};
 use self::timing::{SequenceCounter, Stamp};
+use super::backlog::{Backlog, LOOK};
 use super::host_clock::{HostClock, Stamped, Taken};
 use super::pixel_formats::{Coding, Geometry, GreyReader, PixelFormat};
 use super::{Capture, ImageSource, Next, Reconfigured, SourceError, checked_resolution};
@@ -56,6 +57,8 @@ struct V4l2Camera<D: Device> {
     rate_hz: Control,
     sequence: SequenceCounter,
     clock: HostClock,
+    /// Of drivers that do not say when an image was taken.
+    backlog: Backlog,
 }
 
 /// Opens a camera, sets it up as the file says and starts it.
@@ -163,6 +166,7 @@ impl<D: Device> V4l2Camera<D> {
             rate_hz,
             sequence: SequenceCounter::default(),
             clock: HostClock::default(),
+            backlog: Backlog::default(),
         })
     }
 
@@ -192,7 +196,9 @@ impl<D: Device> ImageSource for V4l2Camera<D> {
     }
 
     fn next(&mut self, pixels: &mut [u8], shutdown: &Shutdown) -> Result<Next, SourceError> {
-        let woken = self.stream.wait(shutdown, LONGEST_WAIT);
+        let begun = Instant::now();
+        let woken = self.stream.wait(shutdown, LONGEST_WAIT.min(LOOK));
+        self.backlog.looked(begun, Instant::now());
         match woken.map_err(|failure| self.failed(failure))? {
             Wake::Ready => {}
             Wake::Nothing => return Ok(Next::Nothing),
@@ -224,7 +230,16 @@ impl<D: Device> ImageSource for V4l2Camera<D> {
             tracing::warn!(%cause, "an image is damaged; it is passed over");
             return Ok(Next::Nothing);
         }
-        Ok(Next::Image(self.capture(sequence, Stamp::of(&buffer))))
+        let stamp = Stamp::of(&buffer);
+        let is_known = self.backlog.is_time_known(Instant::now());
+        self.backlog.image_ended();
+        if stamp == Stamp::None && !is_known {
+            tracing::warn!(
+                "an image waited while this process stood still; its driver does not say when it was taken, and it is dropped"
+            );
+            return Ok(Next::Nothing);
+        }
+        Ok(Next::Image(self.capture(sequence, stamp)))
     }
 
     fn controls(&self) -> Option<CameraControls> {

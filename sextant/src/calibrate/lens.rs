@@ -135,9 +135,9 @@ fn pictures_of(
     match images {
         Images::Live(live) => Ok((live.resolution_of(&arguments.camera)?, Selection::New)),
         Images::Recorded {
-            folder, dataset, ..
+            folder, recorded, ..
         } => {
-            let frames = frames(arguments, folder, dataset)?;
+            let frames = frames(arguments, folder, &recorded.dataset)?;
             let selection = if frames.len() > MANY {
                 Selection::New
             } else {

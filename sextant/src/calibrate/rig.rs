@@ -2,6 +2,7 @@
 
 use crate::output::{Format, print_line};
 use crate::procedure::{ImageArguments, ImageSelection, wrong};
+use crate::words;
 use anyhow::bail;
 use clap::Args;
 use sextant_calibrator::procedure::{Outcome, Plan, Procedure, Product, Report};
@@ -25,6 +26,8 @@ previous rig file is kept. Sigmas relative to the reference camera are written a
 With --live the images come from the running site: follow the instructions until there are enough images, or press Ctrl-C; then
 it is solved. With --json, progress is one line per second at most: {\"kind\",\"images\",\"fraction\",\"is_enough\",\"hint\",
 \"details\":{\"cameras\":[{\"camera\",\"images\",\"seeing\",\"fields\":[12],\"distances\",\"group\"}],\"together\":[[\"a\",\"b\",images]]}}.
+
+The column \"ahead ms\" says by how much a clock is ahead; clock_offset_ms in JSON is what has to be added to its timestamps.
 
 With --json, the result is one line on standard output: {\"reference\",\"images\",\"images_used\",\"instants\",\"synchronised\",\"rms_px\",\"noise_ratio\",
 \"cameras\":[{\"camera\",\"images\",\"tags\",\"left_out\",\"sigma_mm\",\"sigma_deg\",\"sigma_axes_mm\":[3],\"sigma_axes_deg\":[3],\"rms_px\",\"clock_offset_ms\",\"clock_sigma_ms\"}],
@@ -195,12 +198,13 @@ fn origin(arguments: &RigArguments, object: &ObjectModel) -> anyhow::Result<Orig
 
 fn text(report: &RigReport, arguments: &RigArguments) -> String {
     let mut lines = vec![
-        "camera            images   tags  left out  sigma mm    deg    rms px  clock ms".to_owned(),
+        "camera            images   tags  left out  sigma mm    deg    rms px  ahead ms".to_owned(),
     ];
     lines.extend(report.cameras.iter().map(|camera| {
+        // As fusion and replay say it: ahead of the others is positive.
         let clock = camera
             .clock_offset_ms
-            .map_or("-".to_owned(), |ms| format!("{ms:.2}"));
+            .map_or("-".to_owned(), |ms| format!("{:+.2}", -ms));
         format!(
             "{:<16} {:>7} {:>6} {:>9} {:>9.2} {:>6.3} {:>9.3} {:>9}",
             camera.camera,
@@ -214,7 +218,7 @@ fn text(report: &RigReport, arguments: &RigArguments) -> String {
         )
     }));
     lines.push(format!(
-        "Deviations are relative to camera {}; {}.",
+        "Deviations are relative to camera {}; ahead ms: by how much a clock is ahead of it, as fusion and replay have it; {}.",
         report.reference, report.scale
     ));
     lines.push(format!(
@@ -224,8 +228,9 @@ fn text(report: &RigReport, arguments: &RigArguments) -> String {
         report.images,
         report.instants,
         report.rms_px,
-        report.verdict
+        report.verdict.grade
     ));
+    lines.extend(words::reasons(&report.verdict));
     lines.extend(arguments.images.handing_over("rig", &arguments.rig));
     lines.join("\n")
 }

@@ -3,9 +3,12 @@
 use super::Found;
 use super::cross_checks::CrossChecks;
 use crate::progress;
+use anyhow::bail;
+use sextant_recordings::mcap::reader::Ending;
+use sextant_recordings::mcap::site_recording::SiteRecording;
 use sextant_recordings::{Dataset, Frame, Row, read_picture};
 use sextant_replay::in_order;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// Threads that decode pictures.
@@ -42,6 +45,35 @@ pub fn check(path: &Path, together: &mut CrossChecks) -> Found {
         "{images} images of {} cameras ({})",
         cameras.len(),
         cameras.join(", ")
+    );
+    Ok(("recording", summary))
+}
+
+/// Checks a recording in one MCAP file, pictures apart.
+///
+/// # Errors
+/// A file that cannot be read or is no recording of a site.
+pub fn check_mcap(path: &Path, together: &mut CrossChecks) -> Found {
+    let recording = SiteRecording::read(path)?;
+    if recording.ending != Ending::Closed {
+        bail!("{}: {}", path.display(), recording.ending);
+    }
+    let seen = recording
+        .observations
+        .iter()
+        .map(|timed| &timed.item.camera);
+    let cameras: BTreeSet<_> = recording.images.keys().chain(seen).collect();
+    for camera in &cameras {
+        together.recorded(path, camera);
+    }
+    let names: Vec<&str> = cameras.iter().map(|camera| camera.as_str()).collect();
+    let images: u64 = recording.images.values().sum();
+    let summary = format!(
+        "{images} images and detections of {} images of {} cameras ({}), {} poses",
+        recording.observations.len(),
+        names.len(),
+        names.join(", "),
+        recording.poses.len()
     );
     Ok(("recording", summary))
 }

@@ -2,6 +2,7 @@
 
 use super::Found;
 use super::cross_checks::CrossChecks;
+use super::dataset;
 use crate::config::ConfigKind;
 use crate::{simulate, words};
 use anyhow::{Context, bail};
@@ -12,7 +13,10 @@ use serde_json::Value;
 use sextant_process::now_ns;
 use sextant_proto::{ObjectConfig, RigConfig, encode};
 use sextant_recordings::DetectionsLine;
-use sextant_site_files::{read_object, read_rig, read_toml};
+use sextant_recordings::mcap::is_mcap_file;
+use sextant_sheets::length_text;
+use sextant_site_files::{is_foreign, read_board, read_object, read_rig, read_text, read_toml};
+use sextant_site_model::{ObjectId, ObjectModel};
 use sextant_zenoh_bus::{Profile, Security};
 use std::path::Path;
 
@@ -25,8 +29,17 @@ pub fn check(path: &Path, stated: Option<ConfigKind>, together: &mut CrossChecks
         let lines = DetectionsLine::read_file(path)?;
         return Ok(("detections", format!("{} images", lines.len())));
     }
+    if is_mcap_file(path) {
+        return dataset::check_mcap(path, together);
+    }
     let kind = match stated {
         Some(kind) => kind,
+        None if is_foreign(path, &read_text(path)?) => {
+            match read_board(path, &ObjectId::new("board")?)? {
+                Some(_) => ConfigKind::Object,
+                None => ConfigKind::Rig,
+            }
+        }
         None => {
             let content: Value = read_toml(path)?;
             if content.get("seed").is_some() {
@@ -108,13 +121,36 @@ fn object(path: &Path, together: &mut CrossChecks) -> anyhow::Result<String> {
         _ => "not learned: they take no part until `sextant learn` has placed them",
     };
     let summary = format!(
-        "\"{}\" with {}{}",
+        "\"{}\" with {}{}{}",
         object.id(),
         words::count(tags.len(), "tag"),
+        sizes(&object),
         missing(n_unlearned, remedy)
     );
     together.object(object);
     Ok(summary)
+}
+
+/// Edge from which a tag is large enough to ask about, m.
+const LARGE_M: f64 = 2.0;
+
+/// The sizes of tags, and a question where they are implausible.
+fn sizes(object: &ObjectModel) -> String {
+    let sizes = || object.tags().iter().map(|tag| tag.size_m);
+    let least = sizes().fold(f64::INFINITY, f64::min);
+    let most = sizes().fold(0.0, f64::max);
+    let range = match least == most {
+        true => format!(" of {}", length_text(most * 1e3)),
+        false => format!(
+            " of {} to {}",
+            length_text(least * 1e3),
+            length_text(most * 1e3)
+        ),
+    };
+    match most < LARGE_M {
+        true => range,
+        false => format!("{range} (tags of {most} m are unusual: sizes are metres)"),
+    }
 }
 
 fn uncalibrated_remedy(n_cameras: usize) -> &'static str {
@@ -231,6 +267,31 @@ mod tests {
         sextant_site_files::write_toml(&path, &Scenario::demo(2, 1, 1)).unwrap();
         let found = check(&path, None, &mut CrossChecks::default()).unwrap();
         assert_eq!(found, ("scenario", "2 cameras, 1 objects".to_owned()));
+    }
+
+    #[test]
+    fn files_of_other_tools_are_recognised_and_right() {
+        let folder = tempfile::tempdir().unwrap();
+        let ost = "image_width: 640\nimage_height: 480\ncamera_matrix: {rows: 3, cols: 3, data: [610.0, 0.0, 322.0, 0.0, 609.0, 241.0, 0.0, 0.0, 1.0]}\n";
+        let grid =
+            "target_type: 'aprilgrid'\ntagCols: 6\ntagRows: 6\ntagSize: 0.088\ntagSpacing: 0.3\n";
+        let giant = "id = \"giant\"\n[[tag]]\nfamily = \"tag36h11\"\nid = 0\nsize = 88.0\n";
+        let found = |name: &str, text: &str| {
+            let path = folder.path().join(name);
+            std::fs::write(&path, text).unwrap();
+            check(&path, None, &mut CrossChecks::default())
+        };
+        assert_eq!(found("ost.toml", ost).unwrap().0, "rig");
+        let (word, summary) = found("grid.yaml", grid).unwrap();
+        assert_eq!(
+            (word, &*summary),
+            ("object", "\"grid\" with 36 tags of 88 mm")
+        );
+        let (_, summary) = found("giant.toml", giant).unwrap();
+        assert!(summary.contains("sizes are metres"), "{summary}");
+        let millimetres = grid.replace("0.088", "88");
+        let error = found("grid.yaml", &millimetres).unwrap_err().to_string();
+        assert!(error.contains("are these millimetres?"), "{error}");
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use crate::config::change::change;
 use crate::config::get::nobody;
+use crate::config::order::in_order;
 use crate::output::{Format, print_line};
 use crate::site::SiteArguments;
 use crate::words;
@@ -12,6 +13,7 @@ use sextant_geometry::{Pose, se3};
 use sextant_process::{Exit, Failure};
 use sextant_proto::{NodeId, ObjectConfig, Proposal, RigConfig};
 use sextant_site_model::{Camera, ObjectId, ObjectModel, ObjectTag, Rig};
+use std::collections::BTreeMap;
 
 /// Whether a change is made, or only shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -173,13 +175,86 @@ impl Models {
         if run == Run::Dry {
             return Ok(());
         }
+        let former = Self::in_force(site)?;
+        let by_id = former
+            .objects
+            .iter()
+            .map(|object| (object.id.clone(), object.clone()));
+        let by_id: BTreeMap<ObjectId, ObjectConfig> = by_id.collect();
+        let mut changed = Self {
+            rig: None,
+            objects: Vec::new(),
+        };
+        let set = self.set_each(site, &by_id, &mut changed, format);
+        set.map_err(|refusal| {
+            match former.restore(site, &changed, &by_id, format) {
+                Ok(()) => refusal.context("what had been taken before was set back"),
+                Err(cause) => refusal.context(format!(
+                    "and what had been taken before could not be set back ({cause:#}): see `sextant config get`"
+                )),
+            }
+        })
+    }
+
+    /// The rig and the objects of the site.
+    fn in_force(site: &SiteSession) -> anyhow::Result<Self> {
+        let rigs: Vec<RigConfig> = site.latest(&site.keys.config_rig())?;
+        let objects: Vec<ObjectConfig> = site.latest(&site.keys.all_config_objects())?;
+        Ok(Self {
+            rig: rigs.into_iter().next(),
+            objects: objects
+                .into_iter()
+                .filter(|object| !object.is_removal())
+                .collect(),
+        })
+    }
+
+    fn set_each(
+        &self,
+        site: &SiteSession,
+        in_force: &BTreeMap<ObjectId, ObjectConfig>,
+        changed: &mut Self,
+        format: Format,
+    ) -> anyhow::Result<()> {
         if let Some(rig) = &self.rig {
             change(site, &site.keys.config_rig(), rig, format)?;
+            changed.rig = Some(rig.clone());
         }
-        for object in &self.objects {
-            change(site, &site.keys.config_object(&object.id), object, format)?;
+        for object in in_order(in_force, &self.objects) {
+            change(site, &site.keys.config_object(&object.id), &object, format)?;
+            changed.objects.retain(|other| other.id != object.id);
+            changed.objects.push(object);
         }
         Ok(())
+    }
+
+    /// Sets back what was changed before a refusal.
+    fn restore(
+        &self,
+        site: &SiteSession,
+        changed: &Self,
+        in_force: &BTreeMap<ObjectId, ObjectConfig>,
+        format: Format,
+    ) -> anyhow::Result<()> {
+        let mut now = in_force.clone();
+        let mut wanted = Vec::new();
+        for object in &changed.objects {
+            let removal = || ObjectConfig::removal(object.id.clone());
+            wanted.push(in_force.get(&object.id).cloned().unwrap_or_else(removal));
+            match object.is_removal() {
+                true => drop(now.remove(&object.id)),
+                false => drop(now.insert(object.id.clone(), object.clone())),
+            }
+        }
+        let former = Self {
+            rig: changed.rig.as_ref().and(self.rig.clone()),
+            objects: wanted,
+        };
+        let mut set_back = Self {
+            rig: None,
+            objects: Vec::new(),
+        };
+        former.set_each(site, &now, &mut set_back, format)
     }
 }
 

@@ -11,10 +11,10 @@ use sextant_proto::{
     Timing, encode, limits,
 };
 use sextant_recordings::compressed_image::{self as image, RecordedImage};
-use sextant_recordings::mcap::RecordingInfo;
 use sextant_recordings::mcap::reader::{Ending, McapReader};
 use sextant_recordings::mcap::site_recording::{Model, SiteRecording};
 use sextant_recordings::mcap::writer::McapWriter;
+use sextant_recordings::mcap::{RecordingInfo, is_mcap_file};
 use sextant_recordings::{
     Dataset, DetectedTag, DetectionsLine, Frame, Row, grey_png, is_grey_png, read_picture,
 };
@@ -42,16 +42,24 @@ pub struct RecordingConversion<'a> {
 
 /// What was converted.
 #[derive(Debug, Default)]
-struct Counts {
+pub struct Counts {
     images: usize,
     detections: usize,
     /// Images of a camera with a capture time that an earlier one has.
     repeated: usize,
 }
 
+impl Counts {
+    /// Whether nothing was converted.
+    pub fn is_empty(&self) -> bool {
+        self.images + self.detections == 0
+    }
+}
+
 /// Whether a path is one of a recording.
 pub fn is_recording(path: &Path) -> bool {
     path.is_dir()
+        || is_mcap_file(path)
         || path
             .extension()
             .is_some_and(|extension| extension == "mcap")
@@ -90,7 +98,11 @@ impl RecordingConversion<'_> {
         Ok(print_line(&line)?)
     }
 
-    fn to_file(&self) -> anyhow::Result<Counts> {
+    /// Writes an MCAP file.
+    ///
+    /// # Errors
+    /// As [`Self::run`].
+    pub fn to_file(&self) -> anyhow::Result<Counts> {
         let dataset = Dataset::open(self.from).exit_with(Exit::Input)?;
         let rig = self.rig.map(read_rig).transpose().exit_with(Exit::Input)?;
         let objects = self.objects.iter().map(|file| read_object(file));
@@ -123,7 +135,11 @@ impl RecordingConversion<'_> {
         Ok(sink.counts)
     }
 
-    fn to_folder(&self) -> anyhow::Result<Counts> {
+    /// Writes a folder.
+    ///
+    /// # Errors
+    /// As [`Self::run`].
+    pub fn to_folder(&self) -> anyhow::Result<Counts> {
         // First, so that an invalid file leaves no folder behind.
         let recording = SiteRecording::read(self.from).exit_with(Exit::Input)?;
         if recording.ending != Ending::Closed {

@@ -2,10 +2,11 @@
 
 use super::detector;
 use crate::progress;
+use crate::recorded::{Preferred, Recorded};
 use anyhow::Context;
 use sextant_apriltag::{Detector, Options};
 use sextant_process::{Exit, WithExit};
-use sextant_recordings::{CameraRecording, Dataset, DetectionsLine, Frame, Row, read_picture};
+use sextant_recordings::{CameraRecording, DetectionsLine, Frame, Row, read_picture};
 use sextant_replay::{detected_tags, image_of, in_order};
 use sextant_site_files::write_atomically;
 use std::fs;
@@ -21,8 +22,8 @@ pub fn write_detections(
     threads: usize,
     options: &Options,
 ) -> anyhow::Result<()> {
-    let dataset = Dataset::open(dataset).exit_with(Exit::Input)?;
-    for recording in dataset.cameras() {
+    let recorded = Recorded::open(dataset, Preferred::Pictures, None)?;
+    for recording in recorded.dataset.cameras() {
         let text = lines_of(recording, threads, options).exit_with(Exit::Input)?;
         let folder = out.join(recording.camera.as_str());
         fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;

@@ -56,26 +56,39 @@ fn clock(now_ns: u64, clock: ClockQuality) -> Finding {
 
 /// Images are handed on in `/dev/shm`.
 fn shared_memory(folder: &Path) -> Finding {
-    let probe = folder.join(format!("sextant-doctor-{}", std::process::id()));
-    let written = OpenOptions::new().write(true).create_new(true).open(&probe);
-    let _ = fs::remove_file(&probe);
     let name = folder.display();
-    if let Err(cause) = written {
+    if let Err(cause) = try_to_write(folder) {
         return Finding::fault(
             "shared memory",
             format!("{name} can't be written: {cause}"),
             "mount a tmpfs there; in a container give it --shm-size",
         );
     }
-    if let Some(bytes) = host::free_bytes(folder).filter(|bytes| *bytes < IMAGES_BYTES) {
+    let mounts = fs::read_to_string("/proc/mounts").unwrap_or_default();
+    let size = size_of_mount(&mounts, folder);
+    room(&name.to_string(), size, host::free_bytes(folder))
+}
+
+/// What its size and its free bytes are enough for.
+fn room(name: &str, size: Option<u64>, free: Option<u64>) -> Finding {
+    if let Some(bytes) = size.filter(|bytes| *bytes < IMAGES_BYTES) {
+        return Finding::fault(
+            "shared memory",
+            format!(
+                "{name} holds {} MB, too little for the images of one camera of 2 megapixels",
+                bytes >> 20
+            ),
+            "enlarge it (`mount -o remount,size=128M`); in a container give it --shm-size",
+        );
+    }
+    if let Some(bytes) = free.filter(|bytes| *bytes < IMAGES_BYTES) {
         return Finding::fault(
             "shared memory",
             format!("{name} is full: {} MB are free", bytes >> 20),
             "end what fills it (`ls -l /dev/shm`); a camera node removes what its dead predecessors left when it starts",
         );
     }
-    let mounts = fs::read_to_string("/proc/mounts").unwrap_or_default();
-    match size_of_mount(&mounts, folder) {
+    match size {
         Some(bytes) if bytes < ENOUGH_SHARED_BYTES => Finding::warning(
             "shared memory",
             format!("{name} holds {} MB", bytes >> 20),
@@ -84,6 +97,16 @@ fn shared_memory(folder: &Path) -> Finding {
         Some(bytes) => Finding::ok("shared memory", format!("{name} holds {} MB", bytes >> 20)),
         None => Finding::ok("shared memory", format!("{name} can be written")),
     }
+}
+
+/// Creates a file and removes it. Its name is nobody else's, and no link is followed: root runs this in folders of everybody.
+fn try_to_write(folder: &Path) -> std::io::Result<()> {
+    let probe = folder.join(format!(".sextant-doctor-{}", std::process::id()));
+    OpenOptions::new()
+        .write(true)
+        .create_new(true)
+        .open(&probe)?;
+    fs::remove_file(&probe)
 }
 
 /// The size that a tmpfs was mounted with, bytes.
@@ -110,13 +133,7 @@ fn bookkeeping(root: &Path) -> Finding {
         };
     }
     let existing = root.ancestors().find(|folder| folder.is_dir());
-    let probe =
-        existing.map(|folder| folder.join(format!(".sextant-doctor-{}", std::process::id())));
-    let result = probe.as_ref().map(|probe| fs::write(probe, ""));
-    if let Some(probe) = &probe {
-        let _ = fs::remove_file(probe);
-    }
-    match result {
+    match existing.map(try_to_write) {
         Some(Ok(())) => Finding::ok("folder", format!("{name} can be made")),
         Some(Err(cause)) => {
             Finding::fault("folder", format!("{name} can't be made: {cause}"), remedy)
@@ -195,6 +212,22 @@ mod tests {
         assert_eq!((size("/dev/shm"), size("/run")), (Some(64 << 20), None));
         let missing = shared_memory(Path::new("/nowhere"));
         assert_eq!(missing.verdict, Verdict::Fault);
+        let small = room("/dev/shm", Some(8 << 20), Some(8 << 20));
+        assert!(small.words.contains("holds 8 MB, too little"), "{small:?}");
+        let full = room("/dev/shm", Some(64 << 20), Some(8 << 20));
+        assert!(full.words.contains("is full: 8 MB are free"), "{full:?}");
+    }
+
+    #[test]
+    fn a_link_in_the_way_is_not_followed() {
+        let folder = tempfile::tempdir().unwrap();
+        let victim = folder.path().join("victim");
+        fs::write(&victim, "content").unwrap();
+        let probe = format!(".sextant-doctor-{}", std::process::id());
+        std::os::unix::fs::symlink(&victim, folder.path().join(probe)).unwrap();
+        let found = bookkeeping(&folder.path().join("sextant"));
+        assert_eq!(found.verdict, Verdict::Fault);
+        assert_eq!(fs::read(&victim).unwrap(), b"content");
     }
 
     #[test]

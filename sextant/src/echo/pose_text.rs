@@ -2,18 +2,19 @@
 
 use super::EchoArguments;
 use crate::output::print_line;
+use crate::output_file::OutputFile;
 use crate::pose_feed;
 use anyhow::{Context, anyhow, bail};
 use clap::ValueEnum;
 use sextant_gateways::pose_feed::{Next, PoseReceiver};
 use sextant_process::whole_lines::write_line;
-use sextant_process::{Exit, Failure, WithExit};
+use sextant_process::{Exit, Failure};
 use sextant_proto::ObjectPose;
 use sextant_recordings::{csv_header, pose_csv, pose_json, pose_tum};
 use sextant_site_model::ObjectId;
 use sextant_site_report::ObjectEstimate;
 use std::fs::File;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// A text format for poses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -41,7 +42,7 @@ pub fn run(arguments: &EchoArguments, format: PoseFormat) -> anyhow::Result<()> 
     }
     let mut lines = PoseLines {
         format,
-        output: Output::open(arguments.out.as_deref())?,
+        output: Output::open(arguments)?,
         left: arguments.count.unwrap_or(u64::MAX),
     };
     if format == PoseFormat::Csv {
@@ -88,21 +89,21 @@ enum Output {
     Standard,
     File {
         file: File,
+        output: OutputFile,
         path: PathBuf,
         lines: u64,
     },
 }
 
 impl Output {
-    fn open(path: Option<&Path>) -> anyhow::Result<Self> {
-        let Some(path) = path else {
+    fn open(arguments: &EchoArguments) -> anyhow::Result<Self> {
+        let Some(path) = &arguments.out else {
             return Ok(Self::Standard);
         };
-        let file = File::create(path)
-            .with_context(|| format!("--out {} cannot be written", path.display()))
-            .exit_with(Exit::Input)?;
+        let output = OutputFile::create(path, arguments.force).context("--out")?;
         Ok(Self::File {
-            file,
+            file: output.writer()?,
+            output,
             path: path.to_owned(),
             lines: 0,
         })
@@ -112,8 +113,14 @@ impl Output {
     fn line(&mut self, line: &str) -> anyhow::Result<()> {
         match self {
             Self::Standard => print_line(line).context("standard output"),
-            Self::File { file, path, lines } => {
+            Self::File {
+                file,
+                output,
+                path,
+                lines,
+            } => {
                 let written = write_line(file, format!("{line}\n").as_bytes());
+                let written = written.and_then(|()| output.keep());
                 written.with_context(|| {
                     format!(
                         "{}: cannot write on; the {lines} lines before are complete",

@@ -74,6 +74,11 @@ impl ImageReaders {
         Ok(true)
     }
 
+    /// Cameras that are read.
+    pub fn cameras(&self) -> Vec<String> {
+        self.threads.keys().map(ToString::to_string).collect()
+    }
+
     /// The counts.
     pub fn counts(&self) -> &ImageCounts {
         &self.counts

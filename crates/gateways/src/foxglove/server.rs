@@ -30,7 +30,12 @@ const MAX_REQUEST_BYTES: usize = 256 << 10;
 const PROTOCOL_HEADER: &str = "sec-websocket-protocol";
 
 /// Serves until the runtime ends.
-pub fn start(listener: TcpListener, hub: Arc<Hub>, reporter: Reporter) -> io::Result<Runtime> {
+pub fn start(
+    listener: TcpListener,
+    hub: Arc<Hub>,
+    token: Option<String>,
+    reporter: Reporter,
+) -> io::Result<Runtime> {
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(1)
         .thread_name("foxglove")
@@ -40,11 +45,17 @@ pub fn start(listener: TcpListener, hub: Arc<Hub>, reporter: Reporter) -> io::Re
         let _entered = runtime.enter();
         tokio::net::TcpListener::from_std(listener)?
     };
-    runtime.spawn(accept(listener, hub, reporter));
+    let token = token.map(Arc::from);
+    runtime.spawn(accept(listener, hub, token, reporter));
     Ok(runtime)
 }
 
-async fn accept(listener: tokio::net::TcpListener, hub: Arc<Hub>, reporter: Reporter) {
+async fn accept(
+    listener: tokio::net::TcpListener,
+    hub: Arc<Hub>,
+    token: Option<Arc<str>>,
+    reporter: Reporter,
+) {
     // Those who are about to become clients count, too.
     let places = Arc::new(Semaphore::new(MAX_CLIENTS));
     loop {
@@ -57,21 +68,35 @@ async fn accept(listener: tokio::net::TcpListener, hub: Arc<Hub>, reporter: Repo
             turn_away(&hub, &reporter, peer, "there are too many clients");
             continue;
         };
-        let (hub, reporter) = (Arc::clone(&hub), reporter.clone());
+        let (hub, token, reporter) = (Arc::clone(&hub), token.clone(), reporter.clone());
         tokio::spawn(async move {
-            serve(stream, peer, &hub, &reporter).await;
+            serve((stream, peer), &hub, token.as_deref(), &reporter).await;
             drop(place);
         });
     }
 }
 
-async fn serve(stream: TcpStream, peer: SocketAddr, hub: &Hub, reporter: &Reporter) {
+async fn serve(
+    (stream, peer): (TcpStream, SocketAddr),
+    hub: &Hub,
+    token: Option<&str>,
+    reporter: &Reporter,
+) {
     let config = WebSocketConfig::default()
         .max_message_size(Some(MAX_REQUEST_BYTES))
         .max_frame_size(Some(MAX_REQUEST_BYTES));
     let _ = stream.set_nodelay(true);
-    let handshake =
-        tokio_tungstenite::accept_hdr_async_with_config(stream, choose_protocol, Some(config));
+    #[allow(clippy::result_large_err, reason = "the type is tungstenite's")]
+    let admit = |request: &Request, response| match token
+        .is_none_or(|token| has_token(request, token))
+    {
+        true => choose_protocol(request, response),
+        false => Err(refusal(
+            StatusCode::FORBIDDEN,
+            "the token of this protected site is wanted: ws://HOST:PORT/?token=TOKEN, as `sextant foxglove` prints it",
+        )),
+    };
+    let handshake = tokio_tungstenite::accept_hdr_async_with_config(stream, admit, Some(config));
     let socket = match timeout(GREETING, handshake).await {
         Ok(Ok(socket)) => socket,
         Ok(Err(cause)) => return turn_away(hub, reporter, peer, &cause.to_string()),
@@ -99,6 +124,23 @@ fn turn_away(hub: &Hub, reporter: &Reporter, peer: SocketAddr, cause: &str) {
     }
 }
 
+/// Whether the address that is asked for has the token.
+fn has_token(request: &Request, token: &str) -> bool {
+    let mut parts = request.uri().query().unwrap_or_default().split('&');
+    let given = parts.find_map(|part| part.strip_prefix("token="));
+    // Takes the same time wherever they differ.
+    given.is_some_and(|given| {
+        let pairs = given.bytes().zip(token.bytes());
+        given.len() == token.len() && pairs.fold(0, |off, (a, b)| off | (a ^ b)) == 0
+    })
+}
+
+fn refusal(status: StatusCode, words: &str) -> ErrorResponse {
+    let mut refusal = ErrorResponse::new(Some(words.to_owned()));
+    *refusal.status_mut() = status;
+    refusal
+}
+
 #[allow(clippy::result_large_err, reason = "the type is tungstenite's")]
 fn choose_protocol(request: &Request, mut response: Response) -> Result<Response, ErrorResponse> {
     let offers = request.headers().get_all(PROTOCOL_HEADER);
@@ -110,9 +152,7 @@ fn choose_protocol(request: &Request, mut response: Response) -> Result<Response
     let chosen = SUBPROTOCOLS.iter().find(|ours| offers.contains(ours));
     let Some(chosen) = chosen else {
         let words = format!("the subprotocol {} is wanted", SUBPROTOCOLS[0]);
-        let mut refusal = ErrorResponse::new(Some(words));
-        *refusal.status_mut() = StatusCode::BAD_REQUEST;
-        return Err(refusal);
+        return Err(refusal(StatusCode::BAD_REQUEST, &words));
     };
     let chosen = HeaderValue::from_static(chosen);
     response.headers_mut().insert(PROTOCOL_HEADER, chosen);
@@ -164,4 +204,27 @@ async fn next_frame(hub: &Hub, id: ClientId, ready: &Notify) -> Frame {
 
 async fn send(socket: &mut WebSocketStream<TcpStream>, message: Message) -> bool {
     matches!(timeout(READING, socket.send(message)).await, Ok(Ok(())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_token_is_wanted_whole_and_in_the_query() {
+        let asks = |address: &str| {
+            let request = Request::builder().uri(address).body(()).unwrap();
+            has_token(&request, "secret")
+        };
+        assert!(asks("/?token=secret") && asks("/?a=b&token=secret"));
+        for address in [
+            "/",
+            "/?token=",
+            "/?token=secre",
+            "/?token=secret2",
+            "/token=secret",
+        ] {
+            assert!(!asks(address), "{address}");
+        }
+    }
 }

@@ -2,15 +2,17 @@
 //! handshake, or at a low level.
 
 use std::fmt::{self, Write};
-use tracing::Event;
 use tracing::field::{Field, Visit};
+use tracing::{Event, Level};
 
 /// Zenoh's targets that are enabled only for these messages.
 pub(super) const FILTER: &str = "zenoh_link_commons::quic=warn,zenoh_transport::unicast::establishment::accept=debug,\
+                                 zenoh_transport::unicast::manager=trace,\
                                  zenoh::net::routing::interceptor::access_control=trace";
 
 const QUIC: &str = "zenoh_link_commons::quic";
 const HANDSHAKE: &str = "zenoh_transport::unicast::establishment::accept";
+const MANAGER: &str = "zenoh_transport::unicast::manager";
 const ACCESS: &str = "zenoh::net::routing::interceptor::access_control";
 
 /// How an event is logged.
@@ -26,10 +28,13 @@ pub(super) enum Wording {
 
 pub(super) fn wording(event: &Event<'_>) -> Wording {
     let target = event.metadata().target();
-    if ![QUIC, HANDSHAKE, ACCESS]
+    if ![QUIC, HANDSHAKE, MANAGER, ACCESS]
         .iter()
         .any(|place| target.starts_with(place))
     {
+        return Wording::Own;
+    }
+    if target.starts_with(MANAGER) && *event.metadata().level() == Level::ERROR {
         return Wording::Own;
     }
     let mut message = Message::default();
@@ -64,6 +69,15 @@ fn wording_of(target: &str, message: &str) -> Wording {
             Some(_) => Wording::Instead("connection refused: no user name and password".into()),
             None => Wording::Beside,
         };
+    }
+    if target.starts_with(MANAGER) {
+        let most = message.strip_prefix("Max transports reached (");
+        let most = most.and_then(|rest| rest.split_once(')'));
+        return most.map_or(Wording::Beside, |(most, _)| {
+            Wording::Instead(format!(
+                "connection refused: all {most} links are taken; raise max_links in [network], or end what needs none"
+            ))
+        });
     }
     wording_of_access(message).map_or(Wording::Beside, Wording::Instead)
 }
@@ -136,6 +150,11 @@ mod tests {
                 "connection refused: no user name and password",
             ),
             (
+                MANAGER,
+                "Max transports reached (2). Denying new transport with peer: 1f at manager.rs:628.",
+                "connection refused: all 2 links are taken; raise max_links in [network], or end what needs none",
+            ),
+            (
                 ACCESS,
                 "1f did not match any configured ACL subject. Default permission `Deny` will be applied on all messages",
                 "process 1f connected with keys of no member, perhaps revoked ones: it reads and writes nothing",
@@ -159,6 +178,7 @@ mod tests {
         assert_eq!(wording_of(QUIC, full), Wording::Own);
         for (target, message) in [
             (HANDSHAKE, "New transport link"),
+            (MANAGER, "New transport opened"),
             (ACCESS, "1f on a is authorized to Put (ingress) on a/b"),
             (
                 ACCESS,

@@ -1,11 +1,11 @@
 //! Descriptions of boards as other tools write them: Kalibr's `target.yaml`, multical's `boards`, and the arguments of OpenCV's
-//! `CharucoBoard` and `GridBoard` in a YAML or JSON file.
+//! `CharucoBoard` and `GridBoard` in a YAML or JSON file; and places of tags ([`layouts`]).
 //!
 //! Keys count as OpenCV, Python and C++ spell them: `squareLength`, `square_length` and `squarelength` are one.
 
-use super::{AprilGrid, BoardError, CharucoBoard, Chessboard, MarkerGrid, UpperLeft};
+use super::{AprilGrid, BoardError, CharucoBoard, Chessboard, MarkerGrid, UpperLeft, layouts};
 use crate::error::{Complaint, FileError, InvalidFile};
-use crate::foreign::parse_yaml;
+use crate::foreign::parse_document;
 use crate::read::read_text;
 use sextant_site_model::{ObjectId, ObjectModel};
 use sextant_tag_families::Family;
@@ -26,14 +26,29 @@ pub(crate) fn parse_board(
     text: &str,
     id: &ObjectId,
 ) -> Result<Option<ObjectModel>, FileError> {
-    let document = parse_yaml(path, text)?;
-    let Some(description) = description(&document) else {
+    let document = parse_document(path, text)?;
+    let described =
+        || description(&document).map(|description| BoardMapping(description).board(id));
+    let Some(board) = layouts::object(&document, id).or_else(described) else {
         return Ok(None);
     };
-    let board = BoardMapping(description).board(id);
-    Ok(Some(board.map_err(|complaint| {
-        InvalidFile::with_all(path, complaint)
-    })?))
+    let board = board.map_err(|complaint| InvalidFile::with_all(path, complaint))?;
+    Ok(Some(board))
+}
+
+/// Edge from which the tags of a board are no metres, m.
+const IMPLAUSIBLE_M: f64 = 1.0;
+
+/// Refuses a board of giants: its lengths are in another unit.
+fn plausible(board: ObjectModel) -> Result<ObjectModel, Complaint> {
+    let sizes = board.tags().iter().map(|tag| tag.size_m);
+    let largest = sizes.fold(0.0, f64::max);
+    if largest < IMPLAUSIBLE_M {
+        return Ok(board);
+    }
+    let cause = format!("tags with an edge of {largest} m: are these millimetres?");
+    let remedy = format!("write metres, such as {} for {largest} mm", largest * 1e-3);
+    Err(Complaint::new("", cause, remedy))
 }
 
 /// What describes a board: all of the document, or one of multical's `boards`.
@@ -89,7 +104,7 @@ impl<'a> BoardMapping<'a> {
                 ));
             }
         };
-        board.map_err(|error| complaint(&error))
+        board.map_err(|error| complaint(&error)).and_then(plausible)
     }
 
     fn april_grid(&self) -> Result<AprilGrid, Complaint> {

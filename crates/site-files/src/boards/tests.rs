@@ -253,3 +253,53 @@ fn what_is_no_board_is_refused_with_what_would_be_one() {
     assert!(refused(&wide).contains("markers of 0.96 of a square are outside"));
     assert!(refused(&MULTICAL.replace("0.025", "25")).contains("markers of 0.00"));
 }
+
+#[test]
+fn a_board_in_millimetres_is_a_question() {
+    let refused = |text: &str| read("b.yaml", text).unwrap_err();
+    let millimetres = TARGET.replace("0.088 ", "88 ");
+    assert_eq!(
+        refused(&millimetres),
+        "b.yaml: tags with an edge of 88 m: are these millimetres?; write metres, such as 0.088 for 88 mm"
+    );
+    let chessboard = CHECKERBOARD.replace("0.06 ", "60 ");
+    assert!(refused(&chessboard).contains("an edge of 60 m: are these millimetres?"));
+}
+
+#[test]
+fn a_bundle_of_apriltag_ros_is_an_object() {
+    let tags = "standalone_tags: [{id: 10, size: 0.15}]\ntag_bundles:\n  [{name: 'plate', layout: [
+        {id: 0, size: 0.05, x: 0.0, y: 0.0, z: 0.0, qw: 1.0, qx: 0.0, qy: 0.0, qz: 0.0},
+        {id: 4, size: 0.05, x: 0.06, y: -0.06, z: 0.0, qw: 1.0, qx: 0.0, qy: 0.0, qz: 0.0}]}]\n";
+    let object = read("tags.yaml", tags).unwrap();
+    assert_eq!(object.tags().len(), 2);
+    assert_near(corners(&object, 4)[0], [0.035, -0.035, 0.0]);
+    let two = tags.replace("}]}]\n", "}]}, {name: wand, layout: []}]\n");
+    let error = read("tags.yaml", &two).unwrap_err();
+    assert!(
+        error.contains("it describes 2 objects: plate, wand; leave one bundle"),
+        "{error}"
+    );
+    let turned = tags.replacen("qw: 1.0", "qw: 2.0", 1);
+    let error = read("tags.yaml", &turned).unwrap_err();
+    assert!(error.contains("layout[0].qw: the quaternion"), "{error}");
+}
+
+/// A tag with WPILib's x out of its face, here towards +x of the field: its right edge lies towards +y, its upper edge towards +z.
+#[test]
+fn a_field_of_wpilib_is_an_object() {
+    let field = r#"{"tags": [{"ID": 1, "pose": {"translation": {"x": 4.0, "y": 0.24, "z": 1.35},
+        "rotation": {"quaternion": {"W": 1.0, "X": 0.0, "Y": 0.0, "Z": 0.0}}}}], "field": {"length": 10.0, "width": 6.0}}"#;
+    let object = read("field.json", field).unwrap();
+    let half = 0.1651 / 2.0;
+    let [upper_left, upper_right, ..] = corners(&object, 1);
+    assert_near(upper_left, [4.0, 0.24 - half, 1.35 + half]);
+    assert_near(upper_right, [4.0, 0.24 + half, 1.35 + half]);
+    let normal = object.tags()[0].object_from_tag.unwrap() * nalgebra::Vector3::z();
+    assert!((normal - nalgebra::Vector3::x()).norm() < 1e-12);
+    let error = read("field.json", &field.replace("\"ID\": 1", "\"ID\": 9999")).unwrap_err();
+    assert!(
+        error.contains("tags[0].ID: tag36h11 has no such tag"),
+        "{error}"
+    );
+}

@@ -1,4 +1,4 @@
-//! One camera: ROS `camera_info`, and OpenCV's calibration files, which have nearly the same keys.
+//! One camera: ROS `camera_info`, and the calibration files of OpenCV, PhotonVision and WPILib, which have nearly the same keys.
 
 use super::distortion::{Keys, lens_of, ros_distortion};
 use super::matrix::{first, intrinsics, missing, numbers, pixels};
@@ -10,7 +10,7 @@ use yaml_serde::Value;
 
 const WIDTH: [&str; 3] = ["image_width", "width", "image_Width"];
 const HEIGHT: [&str; 3] = ["image_height", "height", "image_Height"];
-const MATRIX: [&str; 7] = [
+pub(super) const MATRIX: [&str; 10] = [
     "camera_matrix",
     "K",
     "k",
@@ -18,8 +18,11 @@ const MATRIX: [&str; 7] = [
     "cameraMatrix",
     "M",
     "M1",
+    "mtx",
+    "cameraIntrinsics",
+    "intrinsic_matrix",
 ];
-const COEFFICIENTS: [&str; 9] = [
+const COEFFICIENTS: [&str; 10] = [
     "distortion_coefficients",
     "D",
     "d",
@@ -28,6 +31,7 @@ const COEFFICIENTS: [&str; 9] = [
     "dist_coeffs",
     "dist_coeff",
     "D1",
+    "dist",
     "distortion",
 ];
 
@@ -44,21 +48,33 @@ pub(super) fn camera(document: &Value, stem: &str) -> Result<Camera, Complaint> 
         model: "distortion_model",
         coefficients: coefficients.0,
     };
-    let lens = lens_of(&keys, model(document), intrinsics, &coefficients.1)?;
+    let size = [size(document, 0)?, size(document, 1)?];
+    let lens = lens_of(&keys, model(document), intrinsics, &coefficients.1, size)?;
     let name = document.get("camera_name").and_then(Value::as_str);
     let id = CameraId::new(&name_of(name.unwrap_or(stem)))
         .map_err(|error| Complaint::new("camera_name", error.to_string(), ""))?;
-    Ok(Camera::new(
-        id,
-        [size(document, &WIDTH)?, size(document, &HEIGHT)?],
-        lens,
-        None,
-    ))
+    Ok(Camera::new(id, size, lens, None))
 }
 
-fn size(document: &Value, keys: &[&'static str; 3]) -> Result<u32, Complaint> {
-    let (key, value) = first(document, keys).ok_or_else(|| missing(keys[0]))?;
-    pixels(key, value)
+/// Width (0) or height (1): a key of its own, or a part of PhotonVision's `resolution` or of a list of both.
+fn size(document: &Value, axis: usize) -> Result<u32, Complaint> {
+    let keys = [&WIDTH, &HEIGHT][axis];
+    if let Some((key, value)) = first(document, keys) {
+        return pixels(key, value);
+    }
+    let both = first(document, &["resolution", "image_size", "img_size"]);
+    let part = both.and_then(|(key, both)| {
+        let part = both
+            .get(["width", "height"][axis])
+            .or_else(|| both.get(axis))?;
+        Some(pixels(key, part))
+    });
+    part.unwrap_or_else(|| {
+        let cause = "the file does not say the size of the images";
+        let remedy =
+            "add `image_width: ...` and `image_height: ...`, those with which it was calibrated";
+        Err(Complaint::new(keys[0], cause, remedy))
+    })
 }
 
 /// ROS names the model; OpenCV's sample writes `fisheye_model: 1`, and nothing for its polynomial.

@@ -1,7 +1,8 @@
 //! Distortion models of other tools and the corresponding lenses.
 
+use super::refit::{MOST_PX, Rational};
 use crate::error::Complaint;
-use sextant_geometry::{Intrinsics, Lens, LensModel};
+use sextant_geometry::{Intrinsics, Lens, LensError, LensModel};
 
 /// Location of a lens's parameters in the file, for messages.
 pub(super) struct Keys {
@@ -15,10 +16,11 @@ pub(super) fn lens_of(
     model: &str,
     intrinsics: Intrinsics,
     coefficients: &[f64],
+    size: [u32; 2],
 ) -> Result<Lens, Complaint> {
     let lens = match model {
         "plumb_bob" | "radtan" | "rational_polynomial" => {
-            polynomial(keys, intrinsics, coefficients)?
+            polynomial(keys, intrinsics, coefficients, size)?
         }
         "equidistant" | "fisheye" => {
             let coefficients = four(keys, model, coefficients)?;
@@ -26,7 +28,7 @@ pub(super) fn lens_of(
         }
         "none" | "" => match coefficients.iter().all(|&k| k == 0.0) {
             true => Lens::pinhole(intrinsics),
-            false => polynomial(keys, intrinsics, coefficients)?,
+            false => polynomial(keys, intrinsics, coefficients, size)?,
         },
         other => {
             return Err(Complaint::new(
@@ -39,25 +41,25 @@ pub(super) fn lens_of(
     lens.map_err(|error| Complaint::new(keys.coefficients, error.to_string(), ""))
 }
 
-/// k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4 [tx ty]]]] in OpenCV's order; everything from k4 on must be zero.
+/// k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4 [tx ty]]]] in OpenCV's order. With terms from k4 on, the nearest lens without them.
 fn polynomial(
     keys: &Keys,
     intrinsics: Intrinsics,
     coefficients: &[f64],
-) -> Result<Result<Lens, sextant_geometry::LensError>, Complaint> {
+    size: [u32; 2],
+) -> Result<Result<Lens, LensError>, Complaint> {
     if ![0, 4, 5, 8, 12, 14].contains(&coefficients.len()) {
         return Err(count(keys, coefficients, "0, 4, 5, 8, 12 or 14"));
     }
-    let mut five = [0.0; 5];
-    for (ours, theirs) in five.iter_mut().zip(coefficients) {
-        *ours = *theirs;
+    let mut all = [0.0; 14];
+    all[..coefficients.len()].copy_from_slice(coefficients);
+    let [five @ .., _, _, _, _, _, _, _, _, _] = all;
+    if all[12..] != [0.0; 2] {
+        let cause = "a tilted sensor (tx, ty), which our lenses lack";
+        return Err(Complaint::new(keys.coefficients, cause, FEWER));
     }
-    if coefficients.iter().skip(5).any(|&k| k != 0.0) {
-        return Err(Complaint::new(
-            keys.coefficients,
-            "rational or thin-prism terms (k4 and beyond) are not zero, and our lenses have none",
-            "calibrate with five coefficients (plumb_bob), or as equidistant where the lens is wide",
-        ));
+    if all[5..] != [0.0; 9] {
+        return nearest(keys, intrinsics, &all, size).map(Ok);
     }
     Ok(match five == [0.0; 5] {
         true => Lens::pinhole(intrinsics),
@@ -65,10 +67,35 @@ fn polynomial(
     })
 }
 
+const FEWER: &str =
+    "calibrate with five coefficients (plumb_bob), or as equidistant where the lens is wide";
+
+fn nearest(
+    keys: &Keys,
+    intrinsics: Intrinsics,
+    all: &[f64; 14],
+    size: [u32; 2],
+) -> Result<Lens, Complaint> {
+    let [coefficients @ .., _, _] = *all;
+    let rational = Rational {
+        intrinsics,
+        coefficients,
+    };
+    let terms = "rational or thin-prism terms (k4 and beyond)";
+    let cause = match rational.nearest(size) {
+        Some((lens, off)) if off <= MOST_PX => return Ok(lens),
+        Some((_, off)) => format!("{terms} that no lens here follows better than to {off:.1} px"),
+        None => format!("{terms} that no lens here follows"),
+    };
+    Err(Complaint::new(keys.coefficients, cause, FEWER))
+}
+
+/// Four, and any number of zeros behind them.
 fn four(keys: &Keys, model: &str, coefficients: &[f64]) -> Result<[f64; 4], Complaint> {
-    coefficients
-        .try_into()
-        .map_err(|_| count(keys, coefficients, &format!("4 of {model}")))
+    match coefficients.split_first_chunk() {
+        Some((four, rest)) if rest.iter().all(|&k| k == 0.0) => Ok(*four),
+        _ => Err(count(keys, coefficients, &format!("4 of {model}"))),
+    }
 }
 
 fn count(keys: &Keys, coefficients: &[f64], expected: &str) -> Complaint {

@@ -16,28 +16,50 @@ const KEYS: Keys = Keys {
 
 /// The cameras of a chain. With more than one, the first is the world frame.
 pub(super) fn cameras(document: &Value) -> Result<Vec<Camera>, Complaint> {
-    let links = (0..).map_while(|index| document.get(format!("cam{index}")));
-    let links: Vec<&Value> = links.collect();
+    let links = links_of(document);
     let mut cameras: Vec<Camera> = Vec::new();
     let mut world_from_former = Pose::identity();
-    for (index, link) in links.iter().enumerate() {
-        let within = |complaint| inside(index, complaint);
-        let former = index.checked_sub(1).map(|former| links[former]);
+    for (index, (name, link)) in links.iter().enumerate() {
+        let within = |complaint| inside(name, complaint);
+        let former = index.checked_sub(1).map(|former| links[former].1);
         let world_from_camera = match former {
             Some(former) => world_from_former * former_from(former, link).map_err(within)?,
             None => Pose::identity(),
         };
         world_from_former = world_from_camera;
-        let mut camera = camera(index, link).map_err(within)?;
+        let mut camera = camera(name, link).map_err(within)?;
         camera.world_from_camera = (links.len() > 1).then_some(world_from_camera);
         cameras.push(camera);
     }
     Ok(cameras)
 }
 
-fn inside(index: usize, complaint: Complaint) -> Complaint {
+/// `cam0`, `cam1`, ... in this order; else every mapping that has a camera model, as the file orders them.
+fn links_of(document: &Value) -> Vec<(String, &Value)> {
+    let numbered = (0..).map_while(|index| {
+        let name = format!("cam{index}");
+        document.get(&name).map(|link| (name, link))
+    });
+    let numbered: Vec<_> = numbered.collect();
+    if !numbered.is_empty() {
+        return numbered;
+    }
+    let entries = document.as_mapping().into_iter().flatten();
+    let cameras = entries.filter(|(_, value)| {
+        value.get("camera_model").is_some() && value.get("intrinsics").is_some()
+    });
+    let named = cameras.filter_map(|(name, link)| Some((name.as_str()?.to_owned(), link)));
+    named.collect()
+}
+
+/// Whether a document is a chain.
+pub(super) fn is_chain(document: &Value) -> bool {
+    !links_of(document).is_empty()
+}
+
+fn inside(name: &str, complaint: Complaint) -> Complaint {
     Complaint {
-        key: format!("cam{index}.{}", complaint.key),
+        key: format!("{name}.{}", complaint.key),
         ..complaint
     }
 }
@@ -58,7 +80,7 @@ fn former_from(former: &Value, link: &Value) -> Result<Pose, Complaint> {
     }
 }
 
-fn camera(index: usize, link: &Value) -> Result<Camera, Complaint> {
+fn camera(name: &str, link: &Value) -> Result<Camera, Complaint> {
     let text = |key: &str| link.get(key).and_then(Value::as_str);
     if let Some(model) = text("camera_model").filter(|&model| model != "pinhole") {
         let cause = format!("the camera model `{model}` has no counterpart here");
@@ -75,11 +97,18 @@ fn camera(index: usize, link: &Value) -> Result<Camera, Complaint> {
         "none" => Vec::new(),
         _ => list(KEYS.coefficients)?,
     };
-    let lens = lens_of(&KEYS, model, Intrinsics { fx, fy, cx, cy }, &coefficients)?;
+    let size = resolution(link)?;
+    let lens = lens_of(
+        &KEYS,
+        model,
+        Intrinsics { fx, fy, cx, cy },
+        &coefficients,
+        size,
+    )?;
     Ok(Camera::new(
-        CameraId::new(&name_in(index, text("rostopic")))
+        CameraId::new(&name_in(name, text("rostopic")))
             .map_err(|error| Complaint::new("rostopic", error.to_string(), ""))?,
-        resolution(link)?,
+        size,
         lens,
         None,
     ))
@@ -93,8 +122,8 @@ fn resolution(link: &Value) -> Result<[u32; 2], Complaint> {
     }
 }
 
-/// `/north/image_raw` becomes the camera `north`; without such a topic the name is `cam0`.
-fn name_in(index: usize, topic: Option<&str>) -> String {
+/// `/north/image_raw` becomes the camera `north`; without such a topic the name is that of the entry.
+fn name_in(name: &str, topic: Option<&str>) -> String {
     let parts: Vec<&str> = topic
         .unwrap_or("")
         .split('/')
@@ -102,7 +131,7 @@ fn name_in(index: usize, topic: Option<&str>) -> String {
         .collect();
     match parts.as_slice() {
         [.., camera, _image] => name_of(camera),
-        _ => format!("cam{index}"),
+        _ => name_of(name),
     }
 }
 

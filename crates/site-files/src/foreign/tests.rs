@@ -172,15 +172,9 @@ fn opencvs_own_dialect_is_read() {
 
 #[test]
 fn what_our_lenses_cannot_say_is_refused_with_its_cause() {
-    let rational = ROS
+    let harmless = ROS
         .replace("plumb_bob", "rational_polynomial")
-        .replace("0.000505, 0.000000]", "0.000505, 0.0, 0.0, 0.1, 0.0]");
-    assert!(
-        parsed(&rational)
-            .unwrap_err()
-            .contains("rational or thin-prism terms (k4 and beyond) are not zero")
-    );
-    let harmless = rational.replace("0.0, 0.1, 0.0]", "0.0, 0.0, 0.0]");
+        .replace("0.000505, 0.000000]", "0.000505, 0.0, 0.0, 0.0, 0.0]");
     assert_eq!(
         parsed(&harmless).unwrap().1.cameras()[0].lens.model(),
         LensModel::BrownConrady
@@ -201,6 +195,18 @@ fn what_our_lenses_cannot_say_is_refused_with_its_cause() {
         (
             ROS,
             "0.000505, 0.000000]",
+            "0.000505, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.1, 0.0]",
+            "a tilted sensor (tx, ty)",
+        ),
+        (
+            ROS,
+            "0.000505, 0.000000]",
+            "0.000505, 0.0, 9.0, 0.0, 80.0]",
+            "rational or thin-prism terms (k4 and beyond) that no lens here follows",
+        ),
+        (
+            ROS,
+            "0.000505, 0.000000]",
             "0.000505, 0.0, 1.0]",
             "6 coefficients where",
         ),
@@ -217,7 +223,12 @@ fn what_our_lenses_cannot_say_is_refused_with_its_cause() {
             "image_width: 0",
             "image_width: this is no number of pixels",
         ),
-        (ROS, "image_width: 640\n", "", "image_width: it is missing"),
+        (
+            ROS,
+            "image_width: 640\n",
+            "",
+            "image_width: the file does not say the size of the images; add `image_width: ...`",
+        ),
         (ROS, "rows: 3", "rows: [", "malformed YAML"),
         (
             KALIBR,
@@ -244,12 +255,6 @@ fn what_our_lenses_cannot_say_is_refused_with_its_cause() {
             "cam1.T_cn_cnm1: this is no rotation",
         ),
         (KALIBR, "/right/", "/left/", "camera left is there twice"),
-        (
-            KALIBR,
-            "cam0",
-            "cam7",
-            "this is no calibration that is known",
-        ),
     ] {
         let message = refused(text, from, to);
         assert!(message.contains(expected), "{from} -> {to}: {message}");
@@ -343,5 +348,155 @@ fn what_a_format_lacks_is_said() {
     assert!(
         refused(ForeignFormat::Ros, &[camera.clone(), camera])
             .contains("holds one camera, there are 2")
+    );
+}
+
+/// Numbers of OpenCV's `projectPoints`.
+#[test]
+fn a_rational_lens_becomes_the_nearest_one() {
+    let photon = r#"{"resolution": {"width": 1600.0, "height": 1200.0}, "cameraIntrinsics": {"rows": 3, "cols": 3, "type": 6,
+        "data": [905.5, 0.0, 801.0, 0.0, 905.75, 604.0, 0.0, 0.0, 1.0]}, "distCoeffs": {"rows": 1, "cols": 8, "type": 6,
+        "data": [-0.0403, -0.036, -0.00163, -0.00066, 0.1477, -0.0943, 0.0575, 0.1157]}, "calobjectWarp": [0.0006, 6e-05]}"#;
+    let (format, rig) = parsed(photon).unwrap();
+    assert_eq!(format, ForeignFormat::PhotonVision);
+    let camera = &rig.cameras()[0];
+    assert_eq!(camera.resolution, [1600, 1200]);
+    let seen = camera.lens.distort(&[0.5, -0.4].into()).unwrap();
+    let expected = nalgebra::Point2::new(1257.786812742934, 237.66826869994753);
+    assert!((seen - expected).norm() < 0.1, "{seen}");
+    // One of those of Luxonis, whose terms above and below the line cancel for the most part.
+    let oak = MESSAGE
+        .replace("equidistant", "rational_polynomial")
+        .replace("width: 640", "width: 1280")
+        .replace("height: 480", "height: 800")
+        .replace("- 300.0", "- 640.25")
+        .replace("- 319.5", "- 638.5")
+        .replace("- 301.0", "- 640.5")
+        .replace("- 239.5", "- 398.25")
+        .replace(
+            "- 0.1\n- 0.01\n- 0.001\n- 0.0001\n",
+            "- 7.1\n- -1.4\n- 0.00041\n- -0.00022\n- 1.2011\n- 7.05\n- -1.25\n- 1.1001\n",
+        );
+    let (_, rig) = parsed(&oak).unwrap();
+    let seen = rig.cameras()[0].lens.distort(&[0.5, -0.4].into()).unwrap();
+    let expected = nalgebra::Point2::new(958.5832400520799, 142.14487057322407);
+    assert!((seen - expected).norm() < 0.5, "{seen}");
+}
+
+#[test]
+fn an_equidistant_lens_may_have_zeros_behind_its_four_numbers() {
+    let five = MESSAGE.replace("- 0.0001\nk:", "- 0.0001\n- 0.0\nk:");
+    let (_, rig) = parsed(&five).unwrap();
+    assert_eq!(
+        rig.cameras()[0].lens.distortion(),
+        [0.1, 0.01, 0.001, 0.0001]
+    );
+    let error = parsed(&five.replace("- 0.0\nk:", "- 0.5\nk:")).unwrap_err();
+    assert!(error.contains("5 coefficients where 4 of equidistant belong"));
+}
+
+#[test]
+fn messages_of_ros_end_with_a_separator() {
+    assert!(MESSAGE.ends_with("---\n"));
+    let (_, one) = parsed(MESSAGE).unwrap();
+    let (_, of_several) = parsed(&MESSAGE.repeat(3)).unwrap();
+    assert_eq!(one, of_several);
+}
+
+/// The numbers of [`OPENCV`] in the other formats.
+#[test]
+fn files_are_recognised_by_their_content() {
+    let json = r#"{"image_width": 640, "image_height": 480,
+        "camera_matrix": {"type_id": "opencv-matrix", "rows": 3, "cols": 3, "dt": "d", "data": [650.0, 0.0, 319.5, 0.0, 660.0, 239.5, 0.0, 0.0, 1.0]},
+        "distortion_coefficients": {"type_id": "opencv-matrix", "rows": 5, "cols": 1, "dt": "d", "data": [-0.41, 0.57, 0.0, 0.001, -2.2]}}"#;
+    let xml = "<?xml version=\"1.0\"?>\n<opencv_storage>\n<image_width>640</image_width>\n<image_height>480</image_height>
+<camera_matrix type_id=\"opencv-matrix\"><rows>3</rows><cols>3</cols><dt>d</dt><data>\n    650. 0. 319.5 0. 660. 239.5 0. 0. 1.</data></camera_matrix>
+<distortion_coefficients type_id=\"opencv-matrix\"><rows>5</rows><cols>1</cols><dt>d</dt><data>-0.41 0.57 0. 0.001 -2.2</data></distortion_coefficients>
+</opencv_storage>\n";
+    let wpical = r#"{"camera_matrix": [650.0, 0.0, 319.5, 0.0, 660.0, 239.5, 0.0, 0.0, 1.0], "img_size": [640, 480],
+        "distortion_coefficients": [-0.41, 0.57, 0.0, 0.001, -2.2], "avg_reprojection_error": 0.3}"#;
+    let matlab = r#"{"RadialDistortion": [-0.41, 0.57, -2.2], "TangentialDistortion": [0.0, 0.001], "ImageSize": [480, 640],
+        "IntrinsicMatrix": [[650.0, 0, 0], [0, 660.0, 0], [320.5, 240.5, 1]], "EstimateSkew": false}"#;
+    let matlabs_k = r#"{"RadialDistortion": [-0.41, 0.57, -2.2], "TangentialDistortion": [0.0, 0.001], "ImageSize": [480, 640],
+        "K": [[650.0, 0, 320.5], [0, 660.0, 240.5], [0, 0, 1]]}"#;
+    let nerfstudio = r#"{"camera_model": "OPENCV", "fl_x": 650.0, "fl_y": 660.0, "cx": 320.0, "cy": 240.0, "w": 640, "h": 480,
+        "k1": -0.41, "k2": 0.57, "k3": -2.2, "p2": 0.001, "frames": []}"#;
+    let anipose = "[cam_0]\nname = \"north\"\nsize = [640, 480]\nmatrix = [[650.0, 0.0, 319.5], [0.0, 660.0, 239.5], [0.0, 0.0, 1.0]]
+distortions = [-0.41, 0.57, 0.0, 0.001, -2.2]\n\n[metadata]\nadjusted = false\n";
+    let caliscope = anipose
+        .replace("[cam_0]", "[cameras.0]")
+        .replace("name = \"north\"\n", "port = 0\n");
+    let expected = parsed(OPENCV).unwrap().1.cameras()[0].lens;
+    for (text, format) in [
+        (json, ForeignFormat::OpenCv),
+        (xml, ForeignFormat::OpenCv),
+        (wpical, ForeignFormat::Ros),
+        (matlab, ForeignFormat::Matlab),
+        (matlabs_k, ForeignFormat::Matlab),
+        (nerfstudio, ForeignFormat::Nerfstudio),
+        (anipose, ForeignFormat::Anipose),
+        (&caliscope, ForeignFormat::Anipose),
+    ] {
+        let (found, rig) = parsed(text).unwrap();
+        assert_eq!(found, format);
+        let camera = &rig.cameras()[0];
+        assert_eq!(
+            (camera.lens, camera.resolution),
+            (expected, [640, 480]),
+            "{found}"
+        );
+        // Whatever the file is called.
+        assert!(is_foreign(Path::new("rig.toml"), text), "{found}");
+        assert!(
+            foreign_text(found, rig.cameras()).is_ok()
+                == matches!(found, ForeignFormat::Ros | ForeignFormat::OpenCv)
+        );
+    }
+}
+
+#[test]
+fn poses_of_anipose_are_inverted_and_in_the_unit_that_makes_sense() {
+    let camera = "size = [640, 480]\nmatrix = [[650.0, 0.0, 319.5], [0.0, 660.0, 239.5], [0.0, 0.0, 1.0]]\ndistortions = [0.0, 0.0, 0.0, 0.0, 0.0]\n";
+    let of = |unit: f64| {
+        let half = std::f64::consts::PI;
+        let text = format!(
+            "[cam_0]\n{camera}rotation = [0.0, 0.0, 0.0]\ntranslation = [0.0, 0.0, 0.0]\n[cam_1]\n{camera}rotation = [0.0, {half}, 0.0]\ntranslation = [{}, 0.0, {}]\n",
+            0.5 * unit,
+            2.0 * unit
+        );
+        parsed(&text).unwrap().1.cameras()[1]
+            .world_from_camera
+            .unwrap()
+    };
+    for pose in [of(1.0), of(1000.0)] {
+        // Turned by half a turn about y: what lies at +x and +z of the camera is at -x and -z of the world.
+        let centre = pose.translation.vector;
+        assert!(
+            (centre - nalgebra::Vector3::new(0.5, 0.0, 2.0)).norm() < 1e-9,
+            "{centre}"
+        );
+    }
+}
+
+#[test]
+fn models_without_a_counterpart_are_named() {
+    let omni = "front:\n  camera_model: omni\n  distortion_coeffs: [-0.04, 0.12, 0.0, 0.0]\n  distortion_model: radtan\n  intrinsics: [1.6, 2010.5, 2011.0, 1220.0, 1021.0]\n  resolution: [2448, 2048]\n  rostopic: /front\n";
+    assert!(
+        parsed(omni)
+            .unwrap_err()
+            .contains("front.camera_model: the camera model `omni` has no counterpart")
+    );
+    let mei = "%YAML:1.0\n---\nmodel_type: MEI\ncamera_name: camera\nimage_width: 752\nimage_height: 480\nmirror_parameters:\n   xi: 1.2\n";
+    assert!(
+        parsed(mei)
+            .unwrap_err()
+            .contains("the camera model `MEI` has no counterpart")
+    );
+    let vins = "%YAML:1.0\n---\nmodel_type: PINHOLE\ncamera_name: camera\nimage_width: 752\nimage_height: 480\ndistortion_parameters:\n   k1: -0.1\n   k2: 0.02\n   p1: 0.001\n   p2: -0.001\nprojection_parameters:\n   fx: 460.0\n   fy: 461.0\n   cx: 367.0\n   cy: 248.0\n";
+    let (format, rig) = parsed(vins).unwrap();
+    assert_eq!(format, ForeignFormat::Camodocal);
+    assert_eq!(
+        rig.cameras()[0].lens.distortion(),
+        [-0.1, 0.02, 0.001, -0.001, 0.0]
     );
 }

@@ -24,12 +24,21 @@ pub(super) fn check(
     network: &BusOptions,
     listen: &[String],
 ) -> Result<(), SecurityError> {
+    check_all(profile, &network.connect_endpoints(profile), listen)
+}
+
+/// As [`check`], for the endpoints of a finished configuration.
+pub(crate) fn check_all(
+    profile: Profile,
+    connect: &[String],
+    listen: &[String],
+) -> Result<(), SecurityError> {
     match profile {
         Profile::Open => Ok(()),
         Profile::Demo => listen.iter().try_for_each(|endpoint| check_local(endpoint)),
         Profile::Lab | Profile::Site => listen
             .iter()
-            .chain(&network.connect_endpoints(profile))
+            .chain(connect)
             .try_for_each(|endpoint| check_protocol(profile, endpoint)),
     }
 }

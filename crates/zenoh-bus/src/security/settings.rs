@@ -11,7 +11,13 @@ use crate::compiled::segments;
 use crate::{BusError, BusOptions, SecurityError};
 
 /// Sections of zenoh's configuration that a profile sets.
-const SET_BY_PROFILE: [&str; 3] = ["access_control", "transport/auth", "transport/link/tls"];
+const SET_BY_PROFILE: [&str; 5] = [
+    "access_control",
+    "connect/endpoints",
+    "listen/endpoints",
+    "transport/auth",
+    "transport/link/tls",
+];
 
 /// Refuses overrides that would silently weaken the profile.
 pub(crate) fn check_overrides(options: &BusOptions, security: &Security) -> Result<(), BusError> {
@@ -20,7 +26,10 @@ pub(crate) fn check_overrides(options: &BusOptions, security: &Security) -> Resu
     }
     let set_by_profile = |key: &&String| {
         let (path, mut sections) = (segments(key), SET_BY_PROFILE.iter());
-        sections.any(|section| path.starts_with(&segments(section)))
+        sections.any(|section| {
+            let section = segments(section);
+            path.starts_with(&section) || section.starts_with(&path)
+        })
     };
     match options.overrides.keys().find(set_by_profile) {
         None => Ok(()),
@@ -121,6 +130,8 @@ mod tests {
             "/access_control",
             "transport//auth/usrpwd",
             "transport/link/tls/enable_mtls",
+            "listen/endpoints",
+            "connect",
         ] {
             let mut options = BusOptions::default();
             options.overrides.insert(key.into(), "false".into());

@@ -43,9 +43,10 @@ struct Jpegs {
 pub(super) struct NotThatFormat(String);
 
 impl FrameReader {
-    /// A reader of a format; a size that is given holds.
-    pub(super) fn new(format: StreamFormat, size: Option<[usize; 2]>) -> Self {
-        let planes = |chroma| Kind::Planes(Planes::new(size.unwrap_or_default(), chroma));
+    /// A reader of a format; a size that is given holds. Rows of raw planes have the length, bytes.
+    pub(super) fn new(format: StreamFormat, size: Option<[usize; 2]>, row_length: usize) -> Self {
+        let size_of_planes = size.unwrap_or_default();
+        let planes = |chroma| Kind::Planes(Planes::new(size_of_planes, row_length, chroma));
         let kind = match format {
             StreamFormat::Grey => planes(Chroma::None),
             StreamFormat::Yuv420 => planes(Chroma::Quarter),
@@ -198,6 +199,8 @@ fn jpeg_decoder(size: [usize; 2]) -> (GreyReader, [usize; 2]) {
 #[derive(Debug)]
 struct Planes {
     size: [usize; 2],
+    /// Bytes from one row of the luma to the next, at least its width.
+    row_length: usize,
     image_bytes: usize,
     at: usize,
 }
@@ -215,16 +218,18 @@ enum Chroma {
 }
 
 impl Planes {
-    fn new([width, height]: [usize; 2], chroma: Chroma) -> Self {
-        let luma = width * height;
+    fn new([width, height]: [usize; 2], row_length: usize, chroma: Chroma) -> Self {
+        let row_length = row_length.max(width);
+        let luma = row_length * height;
         let two = match chroma {
             Chroma::None => 0,
-            Chroma::Quarter => 2 * width.div_ceil(2) * height.div_ceil(2),
-            Chroma::Half => 2 * width.div_ceil(2) * height,
+            Chroma::Quarter => 2 * row_length.div_ceil(2) * height.div_ceil(2),
+            Chroma::Half => 2 * row_length.div_ceil(2) * height,
             Chroma::Full => 2 * luma,
         };
         Self {
             size: [width, height],
+            row_length,
             image_bytes: luma + two,
             at: 0,
         }
@@ -248,7 +253,9 @@ impl Planes {
             }
         }
         match (width, height) {
-            (Some(width @ 1..), Some(height @ 1..)) => Ok(Self::new([width, height], chroma)),
+            (Some(width @ 1..), Some(height @ 1..)) => {
+                Ok(Self::new([width, height], width, chroma))
+            }
             _ => Err(NotThatFormat(
                 "a YUV4MPEG2 stream without a size".to_owned(),
             )),
@@ -257,10 +264,26 @@ impl Planes {
 
     fn room<'a>(&self, pixels: &'a mut [u8], chunk: &'a mut [u8]) -> &'a mut [u8] {
         let [width, height] = self.size;
-        match pixels.get_mut(self.at..width * height) {
-            Some(room) if !room.is_empty() => room,
-            _ => {
-                let left = self.image_bytes.saturating_sub(self.at);
+        let (row, column) = (
+            self.at / self.row_length.max(1),
+            self.at % self.row_length.max(1),
+        );
+        let is_luma = row < height;
+        // Rows without padding are one.
+        let (from, to) = match self.row_length == width {
+            true => (self.at, width * height),
+            false => (row * width + column, (row + 1) * width),
+        };
+        let room = pixels
+            .get_mut(from..to)
+            .filter(|room| is_luma && !room.is_empty());
+        match room {
+            Some(room) => room,
+            None => {
+                let left = match is_luma {
+                    true => self.row_length - column,
+                    false => self.image_bytes.saturating_sub(self.at),
+                };
                 &mut chunk[..left.min(CHUNK_BYTES)]
             }
         }
@@ -328,7 +351,7 @@ mod tests {
     fn grey_images_follow_one_another() {
         let stream = [image(1), image(2), image(3)].concat();
         for piece in [1, 2, 34, 35, 36, 1000] {
-            let reader = FrameReader::new(StreamFormat::Grey, Some(SIZE));
+            let reader = FrameReader::new(StreamFormat::Grey, Some(SIZE), 7);
             let found = images(reader, &stream, piece).unwrap();
             assert_eq!(found, [image(1), image(2), image(3)]);
         }
@@ -339,11 +362,28 @@ mod tests {
         let chroma = vec![99; 2 * 4 * 3];
         let stream = [image(1), chroma.clone(), image(2), chroma].concat();
         for piece in [1, 24, 1000] {
-            let reader = FrameReader::new(StreamFormat::Yuv420, Some(SIZE));
+            let reader = FrameReader::new(StreamFormat::Yuv420, Some(SIZE), 7);
             assert_eq!(
                 images(reader, &stream, piece).unwrap(),
                 [image(1), image(2)]
             );
+        }
+    }
+
+    #[test]
+    fn padding_of_rows_is_passed_over() {
+        let padded = |seed| {
+            let rows: Vec<u8> = image(seed)
+                .chunks(7)
+                .flat_map(|row| [row, &[77; 9]].concat())
+                .collect();
+            [rows, vec![99; 2 * 8 * 3]].concat()
+        };
+        let stream = [padded(1), padded(2)].concat();
+        for piece in [1, 5, 7, 16, 1000] {
+            let reader = FrameReader::new(StreamFormat::Yuv420, Some(SIZE), 16);
+            let found = images(reader, &stream, piece).unwrap();
+            assert_eq!(found, [image(1), image(2)], "{piece}");
         }
     }
 
@@ -357,7 +397,7 @@ mod tests {
                 stream.extend(vec![99; bytes]);
             }
             for piece in [1, 50, 1000] {
-                let reader = FrameReader::new(StreamFormat::Y4m, None);
+                let reader = FrameReader::new(StreamFormat::Y4m, None, 0);
                 assert_eq!(
                     images(reader, &stream, piece).unwrap(),
                     [image(1), image(2)]
@@ -375,12 +415,12 @@ mod tests {
             (b"YUV4MPEG2 W7 H5 C420p10\n", "of the kind 420p10"),
             (b"YUV4MPEG2 W7 H5 Cmono\nFRANK\n", "lost its frames"),
         ] {
-            let reader = FrameReader::new(StreamFormat::Y4m, None);
+            let reader = FrameReader::new(StreamFormat::Y4m, None, 0);
             let error = images(reader, stream, 1).unwrap_err().to_string();
             assert!(error.contains(expected), "{error}");
         }
         let endless = vec![b'x'; 5000];
-        let reader = FrameReader::new(StreamFormat::Y4m, None);
+        let reader = FrameReader::new(StreamFormat::Y4m, None, 0);
         assert!(images(reader, &endless, 100).is_err());
     }
 
@@ -395,7 +435,7 @@ mod tests {
         }
         for size in [None, Some(SIZE)] {
             for piece in [1, 100, 100_000] {
-                let reader = FrameReader::new(StreamFormat::Mjpeg, size);
+                let reader = FrameReader::new(StreamFormat::Mjpeg, size, 0);
                 let found = images(reader, &stream, piece).unwrap();
                 assert_eq!(found.len(), 2);
                 for (image, grey) in found.iter().zip([40_u8, 200]) {

@@ -14,6 +14,7 @@ fn config(script: &str, format: StreamFormat) -> CommandConfig {
         run: CommandLine::Words(["sh", "-c", script].map(str::to_owned).into()),
         format,
         resolution: Some([16, 16]),
+        row_length: None,
         latency_ms: None,
     }
 }
@@ -54,6 +55,35 @@ fn a_programs_images_arrive_and_its_end_is_told_with_its_last_words() {
         "{words}"
     );
     assert_eq!(end.exit, Exit::Unavailable);
+}
+
+#[test]
+fn images_that_waited_while_this_process_stood_still_are_dropped_and_counted() {
+    let shutdown = Shutdown::manual().unwrap();
+    let script = "for i in $(seq 400); do head -c 256 /dev/zero; sleep 0.04; done";
+    let mut camera = open(&config(script, StreamFormat::Grey), &shutdown).unwrap();
+    let mut next = || loop {
+        if let Next::Image(capture) = camera.next(&mut [1; 256], &shutdown).unwrap() {
+            return (capture, now_ns());
+        }
+    };
+    let (mut before, _) = next();
+    for _ in 0..20 {
+        (before, _) = next();
+    }
+    std::thread::sleep(Duration::from_secs(1));
+    let resumed_ns = now_ns();
+    let (after, _) = next();
+    // About 25 images waited in the pipe; the next one to be had is one that was waited for.
+    assert!(after.sequence > before.sequence + 5, "{before:?} {after:?}");
+    assert!(after.capture_ns > resumed_ns);
+    let distances = (0..5).map(|_| next().0.capture_ns).collect::<Vec<_>>();
+    assert!(
+        distances
+            .windows(2)
+            .all(|pair| pair[1] - pair[0] > 20_000_000),
+        "{distances:?}"
+    );
 }
 
 #[test]

@@ -1,0 +1,151 @@
+//! A recording of pictures or detections, whichever way it is kept: a folder, or an MCAP file, which is unpacked for as long as it is used.
+
+use crate::convert::RecordingConversion;
+use anyhow::{Context, bail};
+use sextant_process::{Exit, Failure, WithExit};
+use sextant_recordings::Dataset;
+use sextant_recordings::mcap::is_mcap_file;
+use sextant_site_model::CameraId;
+use std::fs;
+use std::path::Path;
+use tempfile::TempDir;
+
+/// An opened recording.
+pub struct Recorded {
+    /// What is in it.
+    pub dataset: Dataset,
+    /// Files of an MCAP file; removed with this.
+    _unpacked: Option<TempDir>,
+}
+
+/// What is used of images of an MCAP file that has both. Of a folder that has both, detections are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Preferred {
+    /// What the cameras found while it was recorded.
+    Detections,
+    /// The pictures, in which tags are sought anew.
+    Pictures,
+}
+
+impl Recorded {
+    /// Opens a folder or an MCAP file. `untimed` is the camera of a folder that may have pictures alone.
+    ///
+    /// # Errors
+    /// [`Exit::Input`] for a recording that cannot be used, and for a file that is none.
+    pub fn open(
+        path: &Path,
+        preferred: Preferred,
+        untimed: Option<&CameraId>,
+    ) -> anyhow::Result<Self> {
+        let unpacked = match path.is_file() {
+            true => Some(unpack(path, preferred)?),
+            false => None,
+        };
+        let folder = unpacked.as_ref().map_or(path, TempDir::path);
+        let dataset = match untimed {
+            Some(camera) => Dataset::open_untimed(folder, camera),
+            None => Dataset::open(folder),
+        };
+        Ok(Self {
+            dataset: dataset.exit_with(Exit::Input)?,
+            _unpacked: unpacked,
+        })
+    }
+}
+
+/// The files of a recording in a new folder for temporary files.
+fn unpack(file: &Path, preferred: Preferred) -> anyhow::Result<TempDir> {
+    let path = file.display();
+    if !is_mcap_file(file) {
+        let cause = anyhow::anyhow!(
+            "{path}: this file is no recording; give an MCAP file of `sextant record` or a folder with one folder a camera"
+        );
+        bail!(Failure::new(Exit::Input, cause));
+    }
+    let folder = TempDir::new().context("a folder for the recording's files; TMPDIR says where")?;
+    let counts = RecordingConversion {
+        from: file,
+        to: folder.path(),
+        rig: None,
+        objects: &[],
+    }
+    .to_folder()
+    .context("unpacking the recording")?;
+    if counts.is_empty() {
+        let cause = anyhow::anyhow!(
+            "{path}: there are neither images nor detections in it; record while cameras run, with `--images` for their pictures"
+        );
+        bail!(Failure::new(Exit::Input, cause));
+    }
+    if preferred == Preferred::Pictures {
+        remove_detections_beside_pictures(folder.path())?;
+    }
+    Ok(folder)
+}
+
+fn remove_detections_beside_pictures(folder: &Path) -> anyhow::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let camera = entry?.path();
+        let detections = camera.join("detections.jsonl");
+        if camera.join("data.csv").is_file() && detections.is_file() {
+            fs::remove_file(detections)?;
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sextant_recordings::{Frame, GreyImage, write_grey_png};
+
+    #[test]
+    fn an_mcap_file_is_opened_like_its_folder_and_leaves_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let [from, file] = ["from", "a.bag"].map(|name| folder.path().join(name));
+        fs::create_dir_all(from.join("north/data")).unwrap();
+        fs::write(
+            from.join("north/data.csv"),
+            "#timestamp [ns],filename\n5,5.png\n",
+        )
+        .unwrap();
+        let image = GreyImage {
+            width: 4,
+            height: 3,
+            pixels: vec![7; 12],
+        };
+        write_grey_png(&from.join("north/data/5.png"), &image).unwrap();
+        let to_file = RecordingConversion {
+            from: &from,
+            to: &file,
+            rig: None,
+            objects: &[],
+        };
+        to_file.to_file().unwrap();
+        let recorded = Recorded::open(&file, Preferred::Pictures, None).unwrap();
+        let row = &recorded.dataset.cameras()[0].rows[0];
+        assert_eq!((row.camera.as_str(), row.capture_ns), ("north", 5));
+        let Frame::Picture(picture) = row.frame.clone() else {
+            panic!("a picture");
+        };
+        assert!(picture.is_file());
+        drop(recorded);
+        assert!(!picture.exists());
+    }
+
+    #[test]
+    fn a_file_that_is_no_recording_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("notes.mcap");
+        fs::write(&file, "notes").unwrap();
+        let error = Recorded::open(&file, Preferred::Pictures, None)
+            .err()
+            .unwrap();
+        assert!(
+            error
+                .to_string()
+                .contains("this file is no recording; give an MCAP file"),
+            "{error}"
+        );
+    }
+}
