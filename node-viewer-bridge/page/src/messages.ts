@@ -389,6 +389,12 @@ export const isFault = variants({
   object_unplaced: record({
     object: isText,
   }),
+  /** its images are of another size than the rig says and are left out: let it take images of the rig's size, or calibrate the lens at the other one */
+  image_size: record({
+    camera: isText,
+    size: arrayOf(isNumber, 2),
+    of_rig: arrayOf(isNumber, 2),
+  }),
 });
 export type Fault = Checked<typeof isFault>;
 

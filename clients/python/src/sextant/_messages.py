@@ -527,8 +527,13 @@ class InputSourceTick(VariantRecord, variant="tick", form="unit"):
     """InputSourceTick."""
 
 
+@dataclass(frozen=True)
+class InputSourceAdjusted(VariantRecord, variant="adjusted", form="unit"):
+    """The adjustment of the files that was due."""
+
+
 #: The first two inputs of a run are the rig and the objects before its first image.
-InputSource = Union[InputSourceImage, InputSourceRig, InputSourceObjects, InputSourceClockStep, InputSourceTick]
+InputSource = Union[InputSourceImage, InputSourceRig, InputSourceObjects, InputSourceClockStep, InputSourceTick, InputSourceAdjusted]
 
 
 @dataclass(frozen=True)
@@ -942,8 +947,17 @@ class FaultObjectUnplaced(VariantRecord, variant="object_unplaced", form="fields
     object: str
 
 
+@dataclass(frozen=True)
+class FaultImageSize(VariantRecord, variant="image_size", form="fields"):
+    """Its images are of another size than the rig says and are left out: let it take images of the rig's size, or calibrate the lens at the other one."""
+
+    camera: str
+    size: Annotated[tuple[U32, ...], Length(2)]
+    of_rig: Annotated[tuple[U32, ...], Length(2)]
+
+
 #: Fault.
-Fault = Union[FaultCameraMoved, FaultCamerasDisagree, FaultTagMisplaced, FaultTagSize, FaultTagElsewhere, FaultClockOff, FaultUntimely, FaultDuplicateTag, FaultHostClockOff, FaultCameraFrozen, FaultLensOff, FaultObjectScaled, FaultObjectContradicted, FaultObjectUnplaced]
+Fault = Union[FaultCameraMoved, FaultCamerasDisagree, FaultTagMisplaced, FaultTagSize, FaultTagElsewhere, FaultClockOff, FaultUntimely, FaultDuplicateTag, FaultHostClockOff, FaultCameraFrozen, FaultLensOff, FaultObjectScaled, FaultObjectContradicted, FaultObjectUnplaced, FaultImageSize]
 
 
 @dataclass(frozen=True)
@@ -1246,6 +1260,7 @@ __all__ = [
     "InputSourceObjects",
     "InputSourceClockStep",
     "InputSourceTick",
+    "InputSourceAdjusted",
     "Heartbeat",
     "HeartbeatHeard",
     "HeartbeatSharing",
@@ -1293,6 +1308,7 @@ __all__ = [
     "FaultObjectScaled",
     "FaultObjectContradicted",
     "FaultObjectUnplaced",
+    "FaultImageSize",
     "Imperfection",
     "ImperfectionCamerasDisagree",
     "ImperfectionTagOff",
