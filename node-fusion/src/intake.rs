@@ -191,11 +191,12 @@ impl Intake {
         notices.collect()
     }
 
-    /// The status lines of every camera, with rates over the `elapsed_s` since the last call.
-    pub fn cameras(&mut self, elapsed_s: f64) -> Vec<CameraIntake> {
+    /// The status lines of every camera, with rates over the `elapsed_s` since the last call, in `listened_s` of which nothing was dropped
+    /// unread.
+    pub fn cameras(&mut self, elapsed_s: f64, listened_s: f64) -> Vec<CameraIntake> {
         self.cameras
             .iter_mut()
-            .map(|(camera, counts)| counts.status(camera, elapsed_s))
+            .map(|(camera, counts)| counts.status(camera, elapsed_s, listened_s))
             .collect()
     }
 }
@@ -213,14 +214,14 @@ impl Counts {
         is_too_old
     }
 
-    fn status(&mut self, camera: &CameraId, elapsed_s: f64) -> CameraIntake {
+    fn status(&mut self, camera: &CameraId, elapsed_s: f64, listened_s: f64) -> CameraIntake {
         let new = self.received - self.at_last_status;
         self.at_last_status = self.received;
         self.too_old_before = self.too_old;
         self.silent_s = if new > 0 {
             0.0
         } else {
-            self.silent_s + elapsed_s
+            self.silent_s + listened_s
         };
         CameraIntake {
             camera: camera.clone(),
@@ -281,7 +282,7 @@ mod tests {
     fn a_good_message_is_received() {
         let (mut intake, key) = intake();
         assert!(intake.take(&key, &message("north"), after(0)).is_some());
-        let status = &intake.cameras(2.0)[0];
+        let status = &intake.cameras(2.0, 2.0)[0];
         assert_eq!((status.received, status.rate_hz), (1, 0.5));
     }
 
@@ -297,7 +298,7 @@ mod tests {
             total: 1,
         };
         assert_eq!(intake.late_cameras(), [late]);
-        let status = &intake.cameras(1.0)[0];
+        let status = &intake.cameras(1.0, 1.0)[0];
         assert_eq!((status.received, status.late), (3, 1));
         assert_eq!(intake.late_cameras(), []);
         // By another clock the same age is usual.
@@ -327,7 +328,21 @@ mod tests {
     fn a_message_on_another_cameras_key_is_refused() {
         let (mut intake, key) = intake();
         assert!(intake.take(&key, &message("south"), after(0)).is_none());
-        assert_eq!(intake.cameras(1.0)[0].rejected.wrong_camera, 1);
+        assert_eq!(intake.cameras(1.0, 1.0)[0].rejected.wrong_camera, 1);
+    }
+
+    #[test]
+    fn nobody_is_silent_whose_images_were_dropped_unread() {
+        let keys = Keys::new("site").unwrap();
+        let ids = ["north", "south"].map(|id| CameraId::new(id).unwrap());
+        let [north, south] = ids.each_ref().map(|id| keys.observations(id));
+        let mut intake = Intake::new(keys, ids, 0.5);
+        intake.take(&south, &message("south"), after(0));
+        for _ in 0..10 {
+            intake.take(&north, &message("north"), after(0));
+            intake.cameras(2.0, 0.0);
+        }
+        assert_eq!(intake.silent_cameras(), []);
     }
 
     #[test]
@@ -340,7 +355,7 @@ mod tests {
         intake.take(&south, &message("south"), after(0));
         for _ in 0..3 {
             intake.take(&north, &message("north"), after(0));
-            intake.cameras(2.0);
+            intake.cameras(2.0, 2.0);
         }
         let silent = Notice::CameraSilent {
             camera: CameraId::new("south").unwrap(),
@@ -348,11 +363,11 @@ mod tests {
         };
         assert_eq!(intake.silent_cameras(), [silent]);
         // Where nobody sends the network is at fault.
-        intake.cameras(2.0);
+        intake.cameras(2.0, 2.0);
         assert!(intake.silent_cameras().is_empty());
         intake.take(&south, &message("south"), after(0));
         intake.take(&north, &message("north"), after(0));
-        intake.cameras(2.0);
+        intake.cameras(2.0, 2.0);
         assert!(intake.silent_cameras().is_empty());
     }
 
@@ -364,7 +379,7 @@ mod tests {
         intake.take_rig(ids.clone());
         let received = |intake: &mut Intake| -> Vec<u64> {
             intake
-                .cameras(1.0)
+                .cameras(1.0, 1.0)
                 .iter()
                 .map(|camera| camera.received)
                 .collect()

@@ -106,7 +106,8 @@ fn cameras_whose_clocks_are_all_set_are_named_and_go_on() {
             at_most: 5000.0,
         }
         .keep();
-        let used = witness.used_since(back);
+        // Images that were under way when the clocks were set right have the stamps, and their poses the time, of the clocks before.
+        let used = witness.used_since(back + Duration::from_millis(100));
         assert_true(&house, &cameras, &used);
     }
 }
