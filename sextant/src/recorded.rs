@@ -46,8 +46,13 @@ impl Recorded {
             Some(camera) => Dataset::open_untimed(folder, camera),
             None => Dataset::open(folder),
         };
+        let dataset = dataset.exit_with(Exit::Input)?;
+        // Of one camera every image stands for itself.
+        if dataset.cameras().len() > 1 {
+            dataset.check_times().exit_with(Exit::Input)?;
+        }
         Ok(Self {
-            dataset: dataset.exit_with(Exit::Input)?,
+            dataset,
             _unpacked: unpacked,
         })
     }

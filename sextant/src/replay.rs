@@ -168,6 +168,7 @@ fn folder_replayed(
     };
     let models = Models::read(rig, &arguments.objects).exit_with(Exit::Input)?;
     let dataset = Dataset::open(&arguments.recording).exit_with(Exit::Input)?;
+    dataset.check_times().exit_with(Exit::Input)?;
     models
         .check_cameras(&dataset, &arguments.recording)
         .exit_with(Exit::Input)?;

@@ -213,7 +213,7 @@ impl LearnSession {
     fn camera_of(&self, image: &ImageObservation) -> Option<usize> {
         let counts = self.counts(&image.camera);
         let mut cameras = self.rig.cameras().iter();
-        cameras.position(|c| counts && c.id == image.camera && image.is_of(c))
+        cameras.position(|c| counts && c.id == image.camera && c.fits(image))
     }
 }
 

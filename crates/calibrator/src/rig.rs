@@ -202,7 +202,7 @@ impl RigSession {
 
     fn camera_of(&self, image: &ImageObservation) -> Option<usize> {
         let mut cameras = self.rig.cameras().iter();
-        cameras.position(|camera| camera.id == image.camera && image.is_of(camera))
+        cameras.position(|camera| camera.id == image.camera && camera.fits(image))
     }
 
     /// How many of the wanted tags belong to the carried object; the others lie on the floor.

@@ -90,7 +90,8 @@ impl SelfCalibration {
     /// Whether contradictions are most likely imperfections of the site: little is known of it, or most of what is waits for the next
     /// adjustment.
     pub fn is_young(&self) -> bool {
-        self.n_adjusted < YOUNG || 2 * self.n_adjusted < self.keyframes.len()
+        let n_keyframes = self.keyframes.len();
+        self.n_adjusted.min(n_keyframes) < YOUNG || 2 * self.n_adjusted < n_keyframes
     }
 
     /// Whether the adjustment that is due is so small that an image may wait for it.
@@ -196,11 +197,13 @@ impl SelfCalibration {
         }
         self.applied = Some(corrections.clone());
         site.correct(corrections);
-        for keyframe in self
-            .keyframes
-            .iter_mut()
-            .filter(|one| since.contains(&one.key()))
-        {
+        let since = |one: &&mut Keyframe| since.contains(&one.key());
+        for keyframe in self.keyframes.iter_mut().filter(since) {
+            for one in &mut keyframe.views {
+                if let Some(place) = site.placement(&one.view.tag) {
+                    one.view.set_model(&place.tag);
+                }
+            }
             self.adjustment.align(keyframe, site);
         }
         true

@@ -76,7 +76,7 @@ pub(crate) struct TagPlacement {
     pub prior: PoseSigma,
     pub size_prior: f64,
     /// As it is worked with: the file's with the errors that are known taken off, and how well its place is known.
-    tag: ObjectTag,
+    pub tag: ObjectTag,
     pub sigma: Option<PoseSigma>,
     chain_link: Option<ChainLink>,
 }

@@ -88,6 +88,12 @@ impl PoseColumns {
         })
     }
 
+    /// The unit that a row's time seems to have, where the header names none.
+    pub(crate) fn guessed_unit(&self, line: &str) -> Option<i32> {
+        let time = split(line).get(self.time.0).copied()?;
+        self.time.1.is_none().then(|| probable_unit(time))
+    }
+
     /// Time, ns, and pose of a row.
     ///
     /// # Errors

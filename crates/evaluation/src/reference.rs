@@ -187,6 +187,7 @@ fn of_table(file: &Path, format: PoseColumns) -> Result<Trajectory, ReferenceErr
     let mut trajectory = Trajectory::default();
     let mut columns = format;
     let mut has_header = false;
+    let mut unit = None;
     each_line(file, |line| {
         let is_data =
             line.starts_with(|first: char| first.is_ascii_digit() || "+-.".contains(first));
@@ -203,6 +204,13 @@ fn of_table(file: &Path, format: PoseColumns) -> Result<Trajectory, ReferenceErr
         }
         if line.starts_with('#') {
             return Ok(());
+        }
+        let guessed = columns.guessed_unit(line);
+        if *unit.get_or_insert(guessed) != guessed {
+            return Err(
+                "the times of some rows seem to be in another unit: name it in the header, such as t [s]"
+                    .to_owned(),
+            );
         }
         let (t_ns, pose) = columns.row(line).map_err(|cause| match has_header {
             true => cause,

@@ -30,7 +30,6 @@ pub(crate) fn read_data_csv(folder: &Path) -> Result<Vec<ImageLine>, RecordingEr
         lines.push(image);
         Ok(())
     })?;
-    ascending.finish(&csv)?;
     Ok(lines)
 }
 

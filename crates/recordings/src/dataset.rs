@@ -3,7 +3,7 @@
 use crate::data_csv::read_data_csv;
 use crate::detections::{DetectedTag, DetectionsLine};
 use crate::error::RecordingError;
-use crate::lines::bounded_lines;
+use crate::lines::{bounded_lines, doubt};
 use crate::picture::is_picture;
 use sextant_site_model::CameraId;
 use std::fs;
@@ -96,6 +96,21 @@ impl Dataset {
         Ok(Self {
             cameras: vec![camera],
         })
+    }
+
+    /// Whether the times of each camera's images can be times: for work in which they matter.
+    ///
+    /// # Errors
+    /// For the first camera whose images are too close together, as in another unit or where they are counted.
+    pub fn check_times(&self) -> Result<(), RecordingError> {
+        for camera in &self.cameras {
+            let times_ns = camera.rows.iter().map(|row| row.capture_ns);
+            if let Some((cause, remedy)) = doubt(times_ns) {
+                let path = Path::new(camera.camera.as_str());
+                return Err(RecordingError::wrong(path, None, cause, remedy));
+            }
+        }
+        Ok(())
     }
 
     /// The cameras, ordered by id.

@@ -59,7 +59,6 @@ impl DetectionsLine {
             lines.push(line);
             Ok(())
         })?;
-        ascending.finish(path)?;
         Ok(lines)
     }
 

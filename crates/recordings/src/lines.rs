@@ -54,7 +54,6 @@ const ENOUGH_IMAGES: usize = 8;
 #[derive(Default)]
 pub(crate) struct TimeOrder {
     last: Option<(u64, usize)>,
-    spacings_ns: Vec<u64>,
 }
 
 impl TimeOrder {
@@ -75,7 +74,6 @@ impl TimeOrder {
             ));
         }
         if let Some((before, at)) = self.last.replace((time_ns, line)) {
-            self.spacings_ns.push(time_ns.saturating_sub(before));
             if time_ns == before {
                 let cause = format!("the timestamp {time_ns} is there already, on line {at}");
                 let remedy = "each image has its own timestamp: remove one of the lines";
@@ -90,49 +88,49 @@ impl TimeOrder {
         }
         Ok(())
     }
+}
 
-    /// Refuses times that are too close together for nanoseconds: those of another unit.
-    pub(crate) fn finish(mut self, path: &Path) -> Result<(), RecordingError> {
-        let n = self.spacings_ns.len();
-        if n + 1 < ENOUGH_IMAGES {
-            return Ok(());
-        }
-        let (_, median, _) = self.spacings_ns.select_nth_unstable(n / 2);
-        let (median, rate) = (*median, 1_000_000_000 / (*median).max(1));
-        let (unit, remedy) = match median {
-            SHORTEST_NS.. => return Ok(()),
-            500.. => (
-                "microseconds",
-                "write nanoseconds: multiply all times by 1000",
-            ),
-            _ => (
-                "milliseconds",
-                "write nanoseconds: multiply all times by 1000000",
-            ),
-        };
-        let cause = format!(
-            "the timestamps are {median} apart; in nanoseconds these are {rate} images a second: are they {unit}?"
-        );
-        Err(RecordingError::wrong(path, None, cause, remedy))
+/// What makes times of images doubtful, and the remedy: they are too close together for nanoseconds, so that they are in another unit or
+/// count the images.
+pub(crate) fn doubt(times_ns: impl Iterator<Item = u64>) -> Option<(String, &'static str)> {
+    let times_ns: Vec<u64> = times_ns.collect();
+    if times_ns.len() < ENOUGH_IMAGES {
+        return None;
     }
+    let pairs = times_ns.windows(2);
+    let mut spacings_ns: Vec<u64> = pairs.map(|pair| pair[1].saturating_sub(pair[0])).collect();
+    let middle = spacings_ns.len() / 2;
+    let (_, median, _) = spacings_ns.select_nth_unstable(middle);
+    let (median, rate) = (*median, 1_000_000_000 / (*median).max(1));
+    let (question, remedy) = match median {
+        SHORTEST_NS.. => return None,
+        500.. => (
+            "are they microseconds?",
+            "write nanoseconds: multiply all times by 1000",
+        ),
+        2.. => (
+            "are they milliseconds?",
+            "write nanoseconds: multiply all times by 1000000",
+        ),
+        _ => (
+            "do they count the images?",
+            "write when each image was taken, in nanoseconds",
+        ),
+    };
+    let cause = format!(
+        "the timestamps are {median} apart; in nanoseconds these are {rate} images a second: {question}"
+    );
+    Some((cause, remedy))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn finished(spacing: u64, n: u64) -> Result<(), String> {
-        let mut order = TimeOrder::default();
-        for number in 0..n {
-            // One long break.
-            let time = 1_700_000_000_000_000 + spacing * (number + 1_000_000 * (number / 5));
-            order
-                .check(Path::new("a"), number as usize + 1, time)
-                .unwrap();
-        }
-        order
-            .finish(Path::new("a"))
-            .map_err(|error| error.to_string())
+    fn doubted(spacing: u64, n: u64) -> Option<String> {
+        // One long break.
+        let times = (0..n).map(|k| 1_700_000_000_000_000 + spacing * (k + 1_000_000 * (k / 5)));
+        doubt(times).map(|(cause, _)| cause)
     }
 
     #[test]
@@ -146,13 +144,17 @@ mod tests {
 
     #[test]
     fn times_in_another_unit_are_a_question() {
-        let refused = |spacing| finished(spacing, 20).unwrap_err();
         assert_eq!(
-            refused(33_333),
-            "a: the timestamps are 33333 apart; in nanoseconds these are 30000 images a second: are they microseconds?; write nanoseconds: multiply all times by 1000"
+            doubted(33_333, 20).unwrap(),
+            "the timestamps are 33333 apart; in nanoseconds these are 30000 images a second: are they microseconds?"
         );
-        assert!(refused(33).contains("are they milliseconds?"));
-        assert_eq!(finished(33_333_333, 20), Ok(()));
-        assert_eq!(finished(1, 5), Ok(()));
+        assert!(doubted(33, 20).unwrap().contains("are they milliseconds?"));
+        assert!(
+            doubted(1, 20)
+                .unwrap()
+                .contains("do they count the images?")
+        );
+        assert_eq!(doubted(33_333_333, 20), None);
+        assert_eq!(doubted(1, 5), None);
     }
 }

@@ -35,6 +35,9 @@ pub struct Plan {
     pub order: Order,
     /// Inputs whose observations the recording lacks.
     pub missing: usize,
+    /// Whether the inputs say when each adjustment of the files applied: they are whole from the node's start on, with the models that it
+    /// had. Otherwise adjustments are solved as they come.
+    pub are_adjustments_known: bool,
 }
 
 /// One run of a fusion node.
@@ -184,6 +187,7 @@ impl<'a> Planner<'a> {
                 first: batches.first().map_or(0, |batch| batch.first),
             },
             missing: 0,
+            are_adjustments_known: false,
         };
         let mut next = None;
         for batch in batches {
@@ -204,6 +208,9 @@ impl<'a> Planner<'a> {
                 self.add(&mut plan, number, (input.now_ns, &input.source))?;
             }
         }
+        let is_replaced = self.replacement.rig.is_some() || self.replacement.objects.is_some();
+        let is_whole = batches.first().is_some_and(|batch| batch.first == 0);
+        plan.are_adjustments_known = is_whole && plan.missing == 0 && !is_replaced;
         Ok(plan.timed())
     }
 
@@ -317,6 +324,7 @@ impl<'a> Planner<'a> {
             }],
             order: Order::Arrival { cause },
             missing: 0,
+            are_adjustments_known: false,
         };
         Ok(plan.timed())
     }

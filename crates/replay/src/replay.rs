@@ -6,7 +6,7 @@ use crate::models::{Models, ModelsError};
 use crate::observation::{ObservationError, observation};
 use crate::ordered::in_order;
 use crate::pass::{Pass, ReplayObserver};
-use crate::plan::{Order, Plan, PlanError, Run};
+use crate::plan::{Plan, PlanError, Run};
 use sextant_estimator::{Fusion, FusionOptions, Input, ModelError};
 use sextant_proto::ObjectPose;
 use sextant_recordings::{Dataset, Row};
@@ -114,13 +114,12 @@ where
     let times_ns: Vec<u64> = plan.capture_times_ns().collect();
     let mut objects: BTreeSet<_> = live.iter().map(|pose| pose.object.clone()).collect();
     let mut live = LivePoses::new(live);
+    let are_adjustments_known = plan.are_adjustments_known;
     let mut runs = plan.runs.into_iter();
     let first = runs.next().ok_or(ReplayError::Plan(PlanError::Empty))?;
-    // The inputs of a node say when its adjustments applied.
-    let are_inputs = matches!(plan.order, Order::Inputs { .. });
     let of_run = |run: &Run| {
         let mut fusion = estimator(&run.rig, &run.objects)?;
-        if are_inputs {
+        if are_adjustments_known {
             fusion.adjust_apart();
         }
         Ok::<_, ReplayError>(fusion)

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix2, Point2, SMatrix};
 use sextant_geometry::CORNER_PAIRS;
 
-use crate::{Camera, CameraId, TagId};
+use crate::{CameraId, TagId};
 
 /// The corners of one tag in one image.
 #[derive(Debug, Clone, PartialEq)]
@@ -71,9 +71,4 @@ pub struct ImageObservation {
 impl ImageObservation {
     /// Clock error of a camera whose clock is not synchronised.
     pub const CLOCK_ERROR_UNKNOWN: u64 = u64::MAX;
-
-    /// Whether its size is that of the camera's lens, as far as it is known: of another one the lens tells nothing.
-    pub fn is_of(&self, camera: &Camera) -> bool {
-        self.resolution.is_none_or(|size| size == camera.resolution)
-    }
 }

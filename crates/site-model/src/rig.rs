@@ -6,7 +6,7 @@ use nalgebra::Vector6;
 use sextant_geometry::{Lens, Pose};
 use thiserror::Error;
 
-use crate::{CameraId, Deviation, Prior};
+use crate::{CameraId, Deviation, ImageObservation, Prior};
 
 mod exposure;
 
@@ -37,6 +37,11 @@ pub struct Camera {
 }
 
 impl Camera {
+    /// Whether an image has the size of the lens, as far as it is known: of another size the lens tells nothing.
+    pub fn fits(&self, image: &ImageObservation) -> bool {
+        image.resolution.is_none_or(|size| size == self.resolution)
+    }
+
     /// A camera with default priors and a global shutter, whose timestamps are capture times.
     pub fn new(
         id: CameraId,

@@ -21,6 +21,10 @@ const WEIGHT: f64 = 0.2;
 #[derive(Debug, Default)]
 pub(super) struct Backlog {
     looked_at: Option<Instant>,
+    /// Between the ends of the last two looks.
+    gap: Duration,
+    /// Time between two looks of a source that has been believed again: its loop is as slow as that.
+    usual_gap: Duration,
     /// A standstill ended then, and its pile has not.
     since: Option<Instant>,
     /// Waiting since the last image.
@@ -34,8 +38,10 @@ impl Backlog {
     /// A look for data from `begun` to `ended`.
     pub(super) fn looked(&mut self, begun: Instant, ended: Instant) {
         let before = self.looked_at.replace(ended).unwrap_or(begun);
-        if ended.duration_since(before) > STANDSTILL {
-            self.since = Some(ended);
+        self.gap = ended.duration_since(before);
+        if self.gap > STANDSTILL.max(3 * self.usual_gap) {
+            // A pile that goes on keeps its beginning, so that a source slower than its images is believed again.
+            self.since.get_or_insert(ended);
             self.waited = Duration::ZERO;
         } else {
             self.waited += ended.duration_since(begun);
@@ -61,8 +67,12 @@ impl Backlog {
         };
         let half = self.distance_s.map(|s| Duration::from_secs_f64(s / 2.0));
         let is_over = waited >= half.unwrap_or(SHORT_WAIT);
-        if is_over || now.duration_since(since) > PATIENCE {
+        let is_patient = now.duration_since(since) > PATIENCE;
+        if is_over || is_patient {
             self.since = None;
+        }
+        if is_patient && !is_over {
+            self.usual_gap = self.gap;
         }
         is_over || self.since.is_none()
     }
@@ -131,6 +141,19 @@ mod tests {
         source.now += Duration::from_secs(5);
         source.backlog.looked(begun, source.now);
         assert!(!source.backlog.is_time_known(source.now));
+    }
+
+    #[test]
+    fn a_loop_slower_than_its_images_is_believed() {
+        let mut source = Source::new();
+        (0..30).for_each(|_| assert!(source.image(PERIOD)));
+        let known = (0..200).map(|_| {
+            source.now += Duration::from_millis(150);
+            source.image(Duration::ZERO)
+        });
+        let known: Vec<bool> = known.collect();
+        assert!(!known[0]);
+        assert!(known[30..].iter().all(|is_known| *is_known));
     }
 
     #[test]

@@ -20,6 +20,7 @@ const THREADS: usize = 2;
 /// The first flaw.
 pub fn check(path: &Path, together: &mut CrossChecks) -> Found {
     let dataset = Dataset::open(path)?;
+    dataset.check_times()?;
     let rows = dataset.rows_by_arrival();
     let images = rows.len();
     in_order(

@@ -16,6 +16,8 @@ use std::ops::Range;
 
 /// Clusters of an adjustment.
 const CLUSTERS: usize = 40;
+/// Instants of a cluster at least, where they are tied.
+const TIED: usize = 10;
 /// Fewer of them say nothing.
 const LEAST_CLUSTERS: usize = 5;
 /// Steps of the fixed point x = A^-1 (g + I x), the estimate without the cluster.
@@ -34,10 +36,12 @@ pub(super) fn clusters<const D: usize>(
     kernel: &Kernel,
 ) -> impl Iterator<Item = Cluster> {
     let n = bundle.instants.len();
-    let n_clusters = if n < LEAST_CLUSTERS {
+    // Where instants are tied to one another, a cluster must have a motion of its own.
+    let most = if bundle.motion.is_some() { n / TIED } else { n };
+    let n_clusters = if most < LEAST_CLUSTERS {
         0
     } else {
-        n.min(CLUSTERS)
+        most.min(CLUSTERS)
     };
     let instants = (0..n_clusters).map(move |k| k * n / n_clusters..(k + 1) * n / n_clusters);
     instants.filter_map(|instants| {
@@ -72,12 +76,12 @@ fn part(bundle: &Bundle, instants: &Range<usize>) -> Bundle {
     }
 }
 
-/// The jackknife's factors on the standard deviations of the parameters, at least one: one factor for all camera poses, one for all poses
+/// The jackknife's factors on the variances that images leave, at least one: one factor for all camera poses, one for all poses
 /// and one for all sizes of tags, since each is known in relation to the others, and one for each lens and each clock. `covariance` is
-/// that of the images' noise, `displacements` the steps of the estimates without one cluster each.
+/// that of the images' noise, in units of `sigmas`; `displacements` are the steps of the estimates without one cluster each.
 pub(super) fn factors(
     parameters: &[KeptParameter],
-    covariance: &DMatrix<f64>,
+    (variances, sigmas): (&DVector<f64>, &DVector<f64>),
     displacements: &[DVector<f64>],
 ) -> DVector<f64> {
     let mut factors = DVector::from_element(parameters.len(), 1.0);
@@ -86,26 +90,21 @@ pub(super) fn factors(
     }
     let n = displacements.len() as f64;
     let mean: DVector<f64> = displacements.iter().sum::<DVector<f64>>() / n;
-    // By class: the sum over its blocks of the jackknife's squares in units of the covariance, and the number of parameters.
+    // By class: the sums of the jackknife's variances and of those of noise.
     let mut classes: BTreeMap<Class, (f64, f64)> = BTreeMap::new();
-    for block in blocks(parameters) {
-        let own = covariance.view((block.start, block.start), (block.len(), block.len()));
-        let Some(factor) = own.into_owned().cholesky() else {
-            continue;
-        };
-        let squares = displacements.iter().map(|step| {
-            let step = step.rows(block.start, block.len()) - mean.rows(block.start, block.len());
-            step.dot(&factor.solve(&step))
-        });
-        let sum = classes
-            .entry(Class::of(parameters[block.start]))
-            .or_default();
-        sum.0 += squares.sum::<f64>() * (n - 1.0) / n;
-        sum.1 += block.len() as f64;
-    }
     for (at, parameter) in parameters.iter().enumerate() {
-        if let Some((squares, n)) = classes.get(&Class::of(*parameter)) {
-            factors[at] = (squares / n).sqrt().max(1.0);
+        let squares = displacements
+            .iter()
+            .map(|step| (step[at] - mean[at]).powi(2));
+        let sum = classes.entry(Class::of(*parameter)).or_default();
+        sum.0 += squares.sum::<f64>() * (n - 1.0) / n / sigmas[at].powi(2);
+        sum.1 += variances[at] / sigmas[at].powi(2);
+    }
+    for (factor, parameter) in factors.iter_mut().zip(parameters) {
+        if let Some((found, of_noise)) = classes.get(&Class::of(*parameter))
+            && *of_noise > 0.0
+        {
+            *factor = (found / of_noise).max(1.0);
         }
     }
     factors
@@ -146,23 +145,4 @@ impl Class {
             KeptParameter::Clock { camera } => Self::Clock(camera),
         }
     }
-}
-
-/// Rows of one pose, of one lens, or of one number.
-fn blocks(parameters: &[KeptParameter]) -> Vec<Range<usize>> {
-    let owner = |parameter: &KeptParameter| match *parameter {
-        KeptParameter::CameraPosition { camera, .. }
-        | KeptParameter::CameraRotation { camera, .. } => (0, camera),
-        KeptParameter::TagPosition { tag, .. } | KeptParameter::TagRotation { tag, .. } => (1, tag),
-        KeptParameter::Lens { camera, .. } => (2, camera),
-        KeptParameter::Clock { camera } => (3, camera),
-        KeptParameter::TagSize { tag } => (4, tag),
-    };
-    let mut start = 0;
-    let runs = parameters.chunk_by(|a, b| owner(a) == owner(b));
-    runs.map(|run| {
-        start += run.len();
-        start - run.len()..start
-    })
-    .collect()
 }

@@ -8,11 +8,13 @@ use nalgebra::{DMatrix, DVector, Matrix6};
 use sextant_geometry::{Pose, so3};
 
 /// Covariance of the kept parameters by the noise of corners and by what clusters of images disagree by: poses over the step of FRAMES.md (position along the outer frame's axes, rotation about
-/// the inner frame's origin), lenses in their own units, clocks in seconds. Always finite: bounded by the prior.
+/// the inner frame's origin), lenses in their own units, clocks in seconds. Always finite.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KeptCovariance {
     parameters: Vec<KeptParameter>,
     matrix: DMatrix<f64>,
+    /// By the noise of corners alone.
+    of_noise: DMatrix<f64>,
     information: DMatrix<f64>,
 }
 
@@ -34,17 +36,26 @@ impl KeptCovariance {
             with_prior[(at, at)] += prior.sigma(bundle, parameter).powi(-2);
         }
         let of_noise = inverse(with_prior, |at| prior.sigma(bundle, &parameters[at]));
-        let displacements = clusters.map(|cluster| {
-            let gradient = steps.tr_mul(&cluster.gradient) / variance_factor;
-            displacement(&of_noise, &gradient, |step| {
-                steps.tr_mul(&(&cluster.information * (&steps * step))) / variance_factor
+        let mut of_images = DMatrix::zeros(parameters.len(), parameters.len());
+        let displacements: Vec<_> = clusters
+            .map(|cluster| {
+                of_images += &cluster.information / variance_factor;
+                let gradient = steps.tr_mul(&cluster.gradient) / variance_factor;
+                displacement(&of_noise, &gradient, |step| {
+                    steps.tr_mul(&(&cluster.information * (&steps * step))) / variance_factor
+                })
             })
-        });
-        let factors = factors(&parameters, &of_noise, &displacements.collect::<Vec<_>>());
-        let matrix = of_noise.component_mul(&(&factors * factors.transpose()));
+            .collect();
+        // The part that is due to images alone: what only priors determine, no image can disagree about.
+        let due_to_images = &of_noise * (steps.tr_mul(&of_images) * &steps) * &of_noise;
+        let (variances, sigmas) = (due_to_images.diagonal(), of_noise.diagonal().map(f64::sqrt));
+        let factors = factors(&parameters, (&variances, &sigmas), &displacements);
+        let more = factors.map(|factor| (factor - 1.0).sqrt());
+        let matrix = &of_noise + due_to_images.component_mul(&(&more * more.transpose()));
         Self {
             parameters,
             matrix,
+            of_noise,
             information,
         }
     }
@@ -66,6 +77,11 @@ impl KeptCovariance {
             matrix: known,
             ..self.clone()
         }
+    }
+
+    /// By the noise of corners alone.
+    pub(super) fn of_noise(&self) -> &DMatrix<f64> {
+        &self.of_noise
     }
 
     /// Information of images and anchors, without the prior.

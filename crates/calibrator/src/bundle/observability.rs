@@ -24,7 +24,7 @@ pub(super) fn weak_directions(
 ) -> Vec<WeakDirection> {
     let parameters = covariance.parameters();
     let units: Vec<f64> = parameters.iter().map(|p| prior.unit(p)).collect();
-    let matrix = covariance.matrix();
+    let matrix = covariance.of_noise();
     let n = units.len();
     let largest = (0..n).map(|at| matrix[(at, at)].sqrt() / units[at]);
     if largest.fold(0.0, f64::max) <= prior.weak_part / (n.max(1) as f64).sqrt() {

@@ -26,8 +26,10 @@ pub struct BundleOptions {
     /// The iteration ends when a step lowers the sum of squared errors (in sigma squared) by less. Default 1e-3: a thirtieth
     /// of a standard deviation.
     pub tolerance: f64,
-    /// Prior standard deviations; they bound every reported one and determine which directions are weak.
+    /// Prior standard deviations; they bound what noise leaves and determine which directions are weak.
     pub prior: PriorKnowledge,
+    /// Whether the covariance counts what clusters of images disagree by. Default true; it costs about an iteration.
+    pub by_clusters: bool,
 }
 
 impl Default for BundleOptions {
@@ -37,6 +39,7 @@ impl Default for BundleOptions {
             max_iterations: 60,
             tolerance: 1e-3,
             prior: PriorKnowledge::default(),
+            by_clusters: true,
         }
     }
 }
@@ -220,10 +223,13 @@ impl<'a, const D: usize> Descent<'a, D> {
         let fit = self.fit();
         let parameters = self.layout.n + D * self.bundle.instants.len();
         let variance_factor = fit.variance_factor(parameters);
-        let clusters = clusters::<D>(&self.bundle, &self.layout, &self.options.kernel);
+        let clusters = self
+            .options
+            .by_clusters
+            .then(|| clusters::<D>(&self.bundle, &self.layout, &self.options.kernel));
         let covariance = KeptCovariance::of(
             (&self.bundle, &self.layout),
-            (reduced.information, clusters),
+            (reduced.information, clusters.into_iter().flatten()),
             variance_factor,
             &self.options.prior,
         );

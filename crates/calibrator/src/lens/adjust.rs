@@ -135,6 +135,7 @@ pub(super) fn adjust(
     let options = BundleOptions {
         kernel: parameters.kernel,
         max_iterations: parameters.max_iterations,
+        by_clusters: parameters.bends,
         ..BundleOptions::default()
     };
     let solution = solve(bundle, &options).ok()?;

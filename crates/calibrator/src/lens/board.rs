@@ -89,7 +89,10 @@ impl Board {
             });
             most - least
         };
-        let across = (BEND * length(0).max(length(1)) / PRINT.position_m).max(1.0);
+        // A target that is no plane of its x and y is no paper that bends.
+        let is_flat = corners().all(|corner| corner.z.abs() < PRINT.position_m);
+        let bend = if is_flat { BEND } else { 0.0 };
+        let across = (bend * length(0).max(length(1)) / PRINT.position_m).max(1.0);
         let tags = self.tags.iter().enumerate();
         let anchors = tags.map(|(tag, printed)| Anchor::Tag {
             tag,

@@ -22,7 +22,9 @@ pub(super) const MATRIX: [&str; 10] = [
     "cameraIntrinsics",
     "intrinsic_matrix",
 ];
-const COEFFICIENTS: [&str; 10] = [
+const COEFFICIENTS: [&str; 11] = [
+    // PhotonVision's name for them until 2023.
+    "cameraExtrinsics",
     "distortion_coefficients",
     "D",
     "d",
