@@ -15,7 +15,7 @@ pub const MOST_TEXT_BYTES: u64 = 16 << 20;
 /// The text of a file, without a byte order mark; also UTF-16, which redirections of PowerShell write.
 ///
 /// # Errors
-/// A file that is missing, unreadable, no text, or longer than [`MOST_TEXT_BYTES`].
+/// A file that is missing, unreadable, no text, or longer than 16 MiB.
 pub fn read_text(path: &Path) -> Result<String, FileError> {
     let unreadable = |source, remedy| FileError::Unreadable {
         path: path.to_owned(),
