@@ -113,7 +113,7 @@ impl StatusReporter {
         self.note_losses(losses, now_ns);
         let elapsed_s = now_ns.saturating_sub(self.last_ns) as f64 / 1e9;
         self.last_ns = now_ns;
-        // Nobody is silent whose observations this node has dropped unread.
+        // A camera does not count as silent because this node dropped its observations unread.
         let listened_s = if is_overloaded { 0.0 } else { elapsed_s };
         let cameras = intake.cameras(elapsed_s, listened_s).into_iter();
         let cameras = cameras.map(|camera| with_statistics(camera, machine.statistics()));

@@ -17,7 +17,7 @@ pub(crate) struct Refusal {
 pub(crate) enum RefusalKind {
     /// The person: something entered is wrong.
     Wrong,
-    /// Nobody: it is not the moment.
+    /// Not possible in the current state, whoever asks.
     NotNow,
 }
 

@@ -97,7 +97,7 @@ impl Answers {
             let received = match self.socket.recv(&mut datagram) {
                 Ok(n_bytes) => &datagram[..n_bytes],
                 Err(error) => {
-                    // Nobody listens there yet: the error comes at once.
+                    // No receiver is bound there yet: the error is immediate.
                     if !matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) {
                         std::thread::sleep(LISTEN);
                     }

@@ -104,7 +104,7 @@ fn locked(temporary: &Path) -> io::Result<File> {
     }
 }
 
-/// Removes a temporary file once nobody writes it any more.
+/// Removes a temporary file after its writer has released its lock.
 fn remove_leftover(temporary: &Path) -> io::Result<()> {
     match fs::symlink_metadata(temporary) {
         Ok(found) if !found.is_file() => return Err(io::ErrorKind::AlreadyExists.into()),

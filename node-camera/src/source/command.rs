@@ -280,7 +280,7 @@ impl ImageSource for CommandCamera {
                 if self.dropped > 0 {
                     tracing::warn!(
                         images = self.dropped,
-                        "images waited while this process stood still; nobody knows when they were taken, and they were dropped"
+                        "images that waited while this process was stalled have no known capture time and were dropped"
                     );
                     self.dropped = 0;
                 }

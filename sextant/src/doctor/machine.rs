@@ -99,7 +99,7 @@ fn room(name: &str, size: Option<u64>, free: Option<u64>) -> Finding {
     }
 }
 
-/// Creates a file and removes it. Its name is nobody else's, and no link is followed: root runs this in folders of everybody.
+/// Creates a file and removes it. It fails where the name exists and follows no link, since root may run this in world-writable folders.
 fn try_to_write(folder: &Path) -> std::io::Result<()> {
     let probe = folder.join(format!(".sextant-doctor-{}", std::process::id()));
     OpenOptions::new()

@@ -76,9 +76,10 @@ fn part(bundle: &Bundle, instants: &Range<usize>) -> Bundle {
     }
 }
 
-/// The jackknife's factors on the variances that images leave, at least one: one factor for all camera poses, one for all poses
-/// and one for all sizes of tags, since each is known in relation to the others, and one for each lens and each clock. `covariance` is
-/// that of the images' noise, in units of `sigmas`; `displacements` are the steps of the estimates without one cluster each.
+/// Factors on the variances, at least 1: the ratio of the jackknife's variances to those due to corner noise, summed over a class. One class
+/// holds all camera poses, one all tag poses and one all tag sizes, since each is known relative to the others; every lens and every
+/// clock is a class of its own. `variances` are those due to corner noise, `sigmas` the standard deviations that make parameters of
+/// different units comparable, and `displacements` the steps of the estimates without one cluster each.
 pub(super) fn factors(
     parameters: &[KeptParameter],
     (variances, sigmas): (&DVector<f64>, &DVector<f64>),
