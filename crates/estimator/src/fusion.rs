@@ -405,6 +405,7 @@ impl Fusion {
             self.forget_all(rig);
         }
         self.catch_up();
+        let before = self.site.cameras().to_vec();
         self.site.set_rig(rig);
         self.rig = rig.clone();
         self.forget_calibration();
@@ -413,6 +414,7 @@ impl Fusion {
         self.intake.rig_changed(&self.site);
         for timeline in &mut self.timelines {
             timeline.discard_images();
+            timeline.take_rig(&before, &self.site);
         }
     }
 

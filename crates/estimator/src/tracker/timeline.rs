@@ -14,7 +14,7 @@ use std::sync::Arc;
 use sextant_geometry::Pose;
 
 use crate::FusionOptions;
-use crate::site::{ObjectImage, Site};
+use crate::site::{ObjectImage, Site, SiteCamera};
 use crate::tracker::finalised_views::FinalisedInstant;
 use crate::tracker::track::Track;
 use sextant_site_model::ObjectId;
@@ -220,6 +220,11 @@ impl Timeline {
         if let Some((_, last)) = std::mem::take(&mut self.instants).into_iter().next_back() {
             self.base = last.after;
         }
+    }
+
+    /// Another rig is in force: the track is moved along with the cameras that saw the object lately, and begins anew where they see it elsewhere now.
+    pub fn take_rig(&mut self, before: &[SiteCamera], site: &Site) {
+        self.base.take_rig(before, site);
     }
 
     /// The instants after one time and before another, oldest first: the track after each, and its images.

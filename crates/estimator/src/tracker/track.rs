@@ -10,7 +10,7 @@ use crate::filter::state::ObjectState;
 use crate::kinematics::configuration::Configuration;
 use crate::measurement::corners::{TagView, WeightedView};
 use crate::measurement::planar_poses::area;
-use crate::site::{ObjectImage, Site};
+use crate::site::{ObjectImage, Site, SiteCamera};
 use crate::time::seconds;
 use crate::tracker::clock_knowledge::ClockKnowledge;
 use crate::tracker::hypothesis::Hypothesis;
@@ -59,6 +59,10 @@ const UNCERTAIN_MOTION: f64 = 0.25;
 
 /// Nanoseconds for which a camera's agreement counts against another that contradicts: three images.
 const LATELY_NS: u64 = 100_000_000;
+
+/// By so much another rig may move an object whose track goes on, m and rad: a refinement moves it by less.
+const MOVED_ALONG_M: f64 = 0.005;
+const MOVED_ALONG_RAD: f64 = 0.01;
 
 /// Factors on the variance of corners by which tags are tried to agree: blur and vibration come with a hit.
 const MORE_NOISE: [f64; 3] = [1.0, 10.0, 100.0];
@@ -375,6 +379,38 @@ impl Track {
             state.pose = motion * state.pose;
             let mut of_pose = state.covariance.fixed_view_mut::<6, 6>(0, 0);
             of_pose += step * step.transpose() * UNCERTAIN_MOTION;
+        }
+    }
+
+    /// Another rig is in force than that of these cameras.
+    pub fn take_rig(&mut self, before: &[SiteCamera], site: &Site) {
+        let Some(pose) = self.hypotheses.first().map(|best| best.state.pose) else {
+            return;
+        };
+        let cameras = self.participation.iter();
+        let lately = cameras.filter(|(_, at_ns)| at_ns + LATELY_NS >= self.seen_ns);
+        let displaced = lately.map(|(camera, _)| {
+            let former = before.get(*camera)?.posed.as_ref()?;
+            let now = site.cameras().get(*camera)?.posed.as_ref()?;
+            let magnified = now.lens.intrinsics().fx / former.lens.intrinsics().fx;
+            let mut camera_from_object = former.camera_from_world * pose;
+            camera_from_object.translation.vector *= magnified;
+            let displaced = now.camera_from_world.inverse() * camera_from_object;
+            let step = se3::difference(&displaced, &pose);
+            let (by, turn) = (
+                step.fixed_rows::<3>(0).norm(),
+                step.fixed_rows::<3>(3).norm(),
+            );
+            (by <= MOVED_ALONG_M && turn <= MOVED_ALONG_RAD).then_some(displaced)
+        });
+        match displaced.collect::<Option<Vec<Pose>>>().as_deref() {
+            Some([first, ..]) => self.move_along(&pose, first),
+            Some([]) | None => {
+                *self = Self {
+                    time_ns: self.time_ns,
+                    ..self.forgotten()
+                };
+            }
         }
     }
 

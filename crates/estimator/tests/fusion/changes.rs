@@ -1,7 +1,9 @@
 //! Rig and objects change while the machine runs: whole or not at all.
 
 use sextant_estimator::{Fusion, FusionOptions, Input, ModelError, Output};
-use sextant_site_model::{ObjectId, ObjectModel, ObjectTag, PoseSigma, Prior, Rig};
+use sextant_geometry::{Intrinsics, Lens, Pose};
+use sextant_site_model::{Camera, ObjectId, ObjectModel, ObjectTag, PoseSigma, Prior, Rig};
+use sextant_site_report::State;
 
 use crate::scene::{
     Random, START_NS, cube, cube_id, feed, fusion, path_at, position_error, rig, run,
@@ -125,6 +127,52 @@ fn a_new_rig_is_used_from_the_next_image_on() {
         );
     }
     assert_eq!(fusion.statistics().unknown_cameras, 15);
+}
+
+/// The rig is measured anew and its world begins elsewhere, or its lenses are others: not one pose is where the object was by the former rig.
+#[test]
+fn a_rig_that_sees_the_object_elsewhere_begins_its_track_anew() {
+    let (truth, object) = (rig(3), cube());
+    let shift = Pose::translation(0.158, 0.0, 0.0);
+    let moved = |camera: &Camera| {
+        let pose = camera.world_from_camera.map(|pose| shift * pose);
+        Camera::new(camera.id.clone(), camera.resolution, camera.lens, pose)
+    };
+    let longer = |camera: &Camera| {
+        let pinhole = camera.lens.intrinsics();
+        let (fx, fy) = (1.1 * pinhole.fx, 1.1 * pinhole.fy);
+        let lens = Lens::pinhole(Intrinsics { fx, fy, ..pinhole }).unwrap();
+        Camera::new(
+            camera.id.clone(),
+            camera.resolution,
+            lens,
+            camera.world_from_camera,
+        )
+    };
+    let moved: Vec<Camera> = truth.cameras().iter().map(moved).collect();
+    let longer: Vec<Camera> = truth.cameras().iter().map(longer).collect();
+    for former in [moved, longer] {
+        let former = Rig::new(former).unwrap();
+        let mut fusion = fusion(&former, &object, FusionOptions::default());
+        let mut tracked = 0;
+        for (index, image) in run(&truth, &object, 0.1, 1.0, &mut Random(6))
+            .into_iter()
+            .enumerate()
+        {
+            if index == 45 {
+                fusion.handle(image.capture_ns, Input::Rig(truth.clone()));
+            }
+            let time_ns = image.capture_ns;
+            for estimate in feed(&mut fusion, image) {
+                if index >= 45 && estimate.state == State::Tracking {
+                    tracked += 1;
+                    let error_m = position_error(&estimate, &path_at(time_ns));
+                    assert!(error_m < 5e-3, "image {index}: {error_m} m");
+                }
+            }
+        }
+        assert!(tracked > 30, "{tracked}");
+    }
 }
 
 #[test]
