@@ -2,16 +2,20 @@
 //!
 //! A file is replaced atomically, and only by another version of what is in it; former versions stay beside it as
 //! `<name>.former`, `<name>.former.2` and so on. A new object gets the file `objects/<object>.toml` beside `fusion.toml`, whose
-//! list of objects follows; everything else in `fusion.toml` stays as it is.
+//! list of objects follows; everything else in `fusion.toml` stays as it is. `fusion.toml.version` says which version of the models the
+//! files hold: files that were edited since are of no version.
 
 use crate::camera_settings;
 use crate::config::FusionConfig;
 use crate::formers::{Former, Formers};
 use crate::models::{Change, Models};
+use crate::replica::KeepJob;
+use serde::{Deserialize, Serialize};
 use sextant_process::{Exit, WithExit};
+use sextant_proto::{ModelsState, ModelsVersion, NodeId};
 use sextant_site_files::{
     FileError, former_of, keep_object, keep_rig, object_file, read_object, read_rig, read_text,
-    retire_object, with_value, write_keeping_former,
+    read_toml, retire_object, with_value, write_keeping_former, write_toml,
 };
 use sextant_site_model::ObjectId;
 use std::path::{Path, PathBuf};
@@ -26,6 +30,20 @@ pub struct ModelFiles {
     settings: PathBuf,
     /// As `fusion.toml` names them, with what is in them.
     objects: Vec<(PathBuf, ObjectId)>,
+}
+
+/// Which version of the models the files hold, as written.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Record {
+    /// Changes since the first version.
+    counter: u64,
+    /// When the last change was made, ns since the Unix epoch.
+    t_ns: u64,
+    /// The fusion node that made it.
+    author: NodeId,
+    /// Of the models, hexadecimal: TOML has no unsigned numbers of 64 bits.
+    fingerprint: String,
 }
 
 impl ModelFiles {
@@ -74,11 +92,61 @@ impl ModelFiles {
         }
     }
 
-    /// Writes a change to the files.
+    /// The version of the models that was written last; none where none was, or it cannot be read.
+    pub fn record(&self) -> Option<ModelsState> {
+        let file = self.record_file();
+        if !file.exists() {
+            return None;
+        }
+        let record: Record = read_toml(&file)
+            .inspect_err(|cause| tracing::warn!("the files count as edited: {cause:#}"))
+            .ok()?;
+        let version = ModelsVersion {
+            counter: record.counter,
+            t_ns: record.t_ns,
+            author: record.author,
+        };
+        Some(ModelsState {
+            version: Some(version),
+            fingerprint: u64::from_str_radix(&record.fingerprint, 16).unwrap_or_default(),
+        })
+    }
+
+    fn record_file(&self) -> PathBuf {
+        let mut name = self.config.as_os_str().to_owned();
+        name.push(".version");
+        name.into()
+    }
+
+    /// Writes changes to the files, all or none, and then the version of the models that the files hold.
     ///
     /// # Errors
-    /// What the system refuses, and a file in the way that is something else; what is in force then is what is in the files.
-    pub fn keep(&mut self, change: &Change) -> Result<(), FileError> {
+    /// What the system refuses, and a file in the way that is something else.
+    pub fn keep_all(&mut self, job: &KeepJob) -> Result<(), FileError> {
+        for change in &job.changes {
+            if let Err(cause) = self.keep(change) {
+                for change in &job.undo {
+                    if let Err(cause) = self.keep(change) {
+                        tracing::error!("what was written before cannot be taken back: {cause:#}");
+                    }
+                }
+                return Err(cause);
+            }
+        }
+        let Some(version) = &job.record.version else {
+            return Ok(());
+        };
+        let record = Record {
+            counter: version.counter,
+            t_ns: version.t_ns,
+            author: version.author.clone(),
+            fingerprint: format!("{:016x}", job.record.fingerprint),
+        };
+        write_toml(&self.record_file(), &record)
+    }
+
+    /// Writes a change to the files.
+    fn keep(&mut self, change: &Change) -> Result<(), FileError> {
         match change {
             Change::Rig(rig) => keep_rig(&self.folder.join(&self.rig), rig),
             Change::Object(model) => {
@@ -151,7 +219,8 @@ fn quoted(path: &Path) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sextant_site_files::{parse_object, parse_rig, read_toml};
+    use crate::models::Payloads;
+    use sextant_site_files::{parse_object, parse_rig};
     use std::fs;
 
     const RIG: &str = "[[camera]]\nid = \"north\"\nresolution = [640, 480]\nlens = { model = \"pinhole\", fx = 600.0, fy = 600.0, cx = 319.5, cy = 239.5 }\n";
@@ -194,7 +263,10 @@ mod tests {
         /// The models after a restart, and those that a change made.
         fn kept(&self, change: &Change) -> (Models, Models) {
             let (mut files, models) = self.read();
-            let changed = models.changed(change).unwrap().unwrap();
+            let changed = models
+                .changed(std::slice::from_ref(change))
+                .unwrap()
+                .unwrap();
             files.keep(change).unwrap();
             (self.read().1, changed)
         }
@@ -217,6 +289,62 @@ mod tests {
         }
         let text = fs::read_to_string(site.path("fusion.toml")).unwrap();
         assert!(text.starts_with("# the lab\n"), "{text}");
+    }
+
+    #[test]
+    fn files_are_of_a_version_until_they_are_edited() {
+        let site = Site::new();
+        let (mut files, models) = site.read();
+        assert_eq!(files.record(), None);
+        let change = change("cube", 7);
+        let after = models
+            .changed(std::slice::from_ref(&change))
+            .unwrap()
+            .unwrap();
+        let record = ModelsState {
+            version: Some(ModelsVersion {
+                counter: 3,
+                t_ns: 1_800_000_000_000_000_000,
+                author: NodeId::new("spare").unwrap(),
+            }),
+            fingerprint: Payloads::of(&after).fingerprint(),
+        };
+        let job = |changes: Vec<Change>| KeepJob {
+            undo: after.changes_to(&models),
+            record: record.clone(),
+            changes,
+        };
+        files.keep_all(&job(vec![change.clone()])).unwrap();
+        let (files, read) = site.read();
+        assert_eq!(files.record(), Some(record.clone()));
+        assert_eq!(Payloads::of(&read).fingerprint(), record.fingerprint);
+        fs::write(site.path("rig.toml"), RIG.replace("600.0", "601.0")).unwrap();
+        let (mut files, edited) = site.read();
+        assert_ne!(Payloads::of(&edited).fingerprint(), record.fingerprint);
+
+        // One of two files cannot be written: neither is changed.
+        fs::write(site.path("fusion.toml.version"), "counter = 3\n").unwrap();
+        assert_eq!(files.record(), None);
+        fs::create_dir(site.path("cameras.toml")).unwrap();
+        let north = sextant_proto::CameraSettings::none("north".parse().unwrap());
+        let settings = sextant_proto::CameraSettings {
+            gain: Some(2.0),
+            ..north
+        };
+        let before = fs::read_to_string(site.path("things/cube.toml")).unwrap();
+        let removed =
+            Change::Object(parse_object(Path::new("o"), &object_text("cube", 9)).unwrap());
+        let failing = KeepJob {
+            changes: vec![removed, Change::Camera(settings)],
+            undo: vec![change],
+            record,
+        };
+        files.keep_all(&failing).unwrap_err();
+        assert_eq!(
+            fs::read_to_string(site.path("things/cube.toml")).unwrap(),
+            before
+        );
+        assert_eq!(files.record(), None);
     }
 
     #[test]

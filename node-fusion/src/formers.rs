@@ -54,6 +54,16 @@ impl Formers {
         self.objects.insert(id.clone(), former);
     }
 
+    /// Forgets what was before a change, which is not known any more.
+    pub fn forget(&mut self, change: &Change) {
+        match change {
+            Change::Rig(_) => self.rig = None,
+            Change::Object(object) => drop(self.objects.remove(object.id())),
+            Change::Removal(id) => drop(self.objects.remove(id)),
+            Change::Camera(_) => {}
+        }
+    }
+
     /// The models that revert the last change and those within ten seconds before it.
     ///
     /// # Errors

@@ -2,16 +2,15 @@
 //!
 //! Input: observations of every camera of the site, as messages on the network. Output: a pose per object after each image, the
 //! models for late joiners, a status a second. Rig and objects may be changed over the network while it works; a refined calibration
-//! is proposed from ordinary use. Of several fusion nodes of a site one publishes poses, and the others stand by. The estimating itself is `sextant_estimator`'s; this is arguments, loop, adapters.
+//! is proposed from ordinary use. Of several fusion nodes of a site one publishes poses and decides about changes, and the others stand by with the same models. The estimating itself is `sextant_estimator`'s; this is arguments, loop, adapters.
 
 mod adjuster;
 mod ages;
+mod announcer;
 mod camera_settings;
-mod change_handler;
 mod clocks;
 mod config;
 mod files;
-mod following;
 mod formers;
 mod input_log;
 mod intake;
@@ -24,8 +23,11 @@ mod panic_tests;
 mod proposing;
 mod publishers;
 mod refusals;
+mod replica;
+mod requests;
 mod standby;
 mod status;
+mod storer;
 
 pub use config::{FusionConfig, Refinement, ShardingConfig};
 pub use intake::{AdmittedImage, Arrival, Counts, Intake};

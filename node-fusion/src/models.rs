@@ -6,9 +6,12 @@ use crate::camera_settings::SettingsOfCameras;
 use crate::refusals::{detail, invalid_camera, invalid_object, undecodable, unusable};
 use sextant_estimator::{Fusion, FusionOptions};
 use sextant_proto::{
-    CameraSettings, KeyRef, ObjectConfig, Refusal, RigConfig, decode, encode, limits,
+    CameraSettings, KeyRef, Keys, ObjectConfig, Proposal, Refusal, RigConfig, decode, encode,
+    limits, models_fingerprint,
 };
 use sextant_site_model::{CameraId, ObjectId, ObjectModel, Rig};
+use sextant_zenoh_bus::Item;
+use std::collections::BTreeMap;
 
 /// What the machine works from.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,6 +22,95 @@ pub struct Models {
     pub objects: Vec<ObjectModel>,
     /// Exposure, gain and rate of cameras.
     pub settings: SettingsOfCameras,
+}
+
+/// The models as messages: under their keys below the site, the payloads that carry them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Payloads {
+    by_key: BTreeMap<String, Vec<u8>>,
+    fingerprint: u64,
+}
+
+impl Payloads {
+    /// Of models in force, which fit into messages.
+    #[must_use]
+    pub fn of(models: &Models) -> Self {
+        let rig = [(
+            "config/rig".to_owned(),
+            encode(&RigConfig::from(&models.rig)),
+        )];
+        let objects = models.objects.iter().map(|object| {
+            let key = format!("config/object/{}", object.id());
+            (key, encode(&ObjectConfig::from(object)))
+        });
+        let settings = models.settings.iter();
+        let settings = settings.map(|(id, one)| (format!("config/camera/{id}"), encode(one)));
+        let all = rig.into_iter().chain(objects).chain(settings);
+        Self::new(all.filter_map(|(key, payload)| Some((key, payload.ok()?))))
+    }
+
+    /// As another node answered them under these keys.
+    #[must_use]
+    pub fn answered(root: &str, items: &[Item]) -> Self {
+        let below = |item: &Item| {
+            let below = item.key.strip_prefix(root)?.strip_prefix('/')?;
+            Some((below.to_owned(), item.bytes()?.to_vec()))
+        };
+        Self::new(items.iter().filter_map(below))
+    }
+
+    fn new(payloads: impl Iterator<Item = (String, Vec<u8>)>) -> Self {
+        let by_key: BTreeMap<String, Vec<u8>> = payloads.collect();
+        let each = by_key.iter();
+        let fingerprint = models_fingerprint(each.map(|(key, payload)| (key.as_str(), &**payload)));
+        Self {
+            by_key,
+            fingerprint,
+        }
+    }
+
+    /// The keys and payloads.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, &[u8])> {
+        let all = self.by_key.iter();
+        all.map(|(key, payload)| (key.as_str(), payload.as_slice()))
+    }
+
+    /// Tells them from all others.
+    #[must_use]
+    pub fn fingerprint(&self) -> u64 {
+        self.fingerprint
+    }
+
+    /// The models; objects that `own` has too are in its order.
+    ///
+    /// # Errors
+    /// What of them cannot be used.
+    pub fn models(&self, own: &Models) -> Result<Models, Refusal> {
+        let (mut cameras, mut objects, mut settings) =
+            (None, BTreeMap::new(), SettingsOfCameras::new());
+        for (key, payload) in &self.by_key {
+            let key = Keys::parse_below_site(key);
+            match key.map(|key| Change::read(&key, payload)).transpose()? {
+                Some(Change::Rig(rig)) => cameras = Some(rig),
+                Some(Change::Object(object)) => drop(objects.insert(object.id().clone(), object)),
+                Some(Change::Camera(one)) => drop(settings.insert(one.camera.clone(), one)),
+                Some(Change::Removal(_)) | None => {}
+            }
+        }
+        let known = own
+            .objects
+            .iter()
+            .filter_map(|object| objects.remove(object.id()));
+        let mut all: Vec<ObjectModel> = known.collect();
+        all.extend(objects.into_values());
+        let models = Models {
+            rig: cameras.ok_or(Refusal::NoCamera)?,
+            objects: all,
+            settings,
+        };
+        models.check_use()?;
+        Ok(models)
+    }
 }
 
 /// A change of the models.
@@ -35,6 +127,23 @@ pub enum Change {
 }
 
 impl Change {
+    /// The changes that a payload under a configuration key asks for, to be made together.
+    ///
+    /// # Errors
+    /// Why the payload is no rig, object or proposal.
+    pub fn read_all(key: &KeyRef, payload: &[u8]) -> Result<Vec<Self>, Refusal> {
+        if *key != KeyRef::ConfigModels {
+            return Ok(vec![Self::read(key, payload)?]);
+        }
+        let proposal: Proposal = decode(payload).map_err(undecodable)?;
+        let rig = proposal.rig.iter().map(|one| rig(&one.0).map(Self::Rig));
+        let objects = proposal.objects.iter().map(|one| {
+            let message: ObjectConfig = decode(&one.0).map_err(undecodable)?;
+            object(&message.id, &one.0)
+        });
+        rig.chain(objects).collect()
+    }
+
     /// The change that a payload under a configuration key asks for.
     ///
     /// # Errors
@@ -96,34 +205,91 @@ fn check_tags(model: &ObjectModel) -> Result<(), Refusal> {
     }
 }
 
+impl Change {
+    /// Whether both are about the rig, or about the same object or camera.
+    #[must_use]
+    pub fn is_about_the_same(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Rig(_), Self::Rig(_)) => true,
+            (Self::Camera(one), Self::Camera(other)) => one.camera == other.camera,
+            (one, other) => one.object().is_some_and(|id| other.object() == Some(id)),
+        }
+    }
+
+    fn object(&self) -> Option<&ObjectId> {
+        match self {
+            Self::Object(model) => Some(model.id()),
+            Self::Removal(id) => Some(id),
+            Self::Rig(_) | Self::Camera(_) => None,
+        }
+    }
+}
+
 impl Models {
-    /// The models after a change; none where nothing changes.
+    /// The models after these changes, all of them; none where nothing changes.
     ///
     /// # Errors
     /// Why the site cannot work from them.
-    pub fn changed(&self, change: &Change) -> Result<Option<Self>, Refusal> {
+    pub fn changed(&self, changes: &[Change]) -> Result<Option<Self>, Refusal> {
         let mut after = self.clone();
-        match change {
-            Change::Rig(rig) => after.rig = rig.clone(),
-            Change::Object(model) => after.put(model),
-            Change::Removal(id) => after.objects.retain(|object| object.id() != id),
-            Change::Camera(settings) => after.set(settings)?,
+        for change in changes {
+            match change {
+                Change::Rig(rig) => after.rig = rig.clone(),
+                Change::Object(model) => after.put(model),
+                Change::Removal(id) => after.objects.retain(|object| object.id() != id),
+                Change::Camera(settings) => after.set(settings)?,
+            }
         }
         if *self == after {
             return Ok(None);
         }
-        if matches!(change, Change::Camera(_)) {
-            return Ok(Some(after));
+        let is_about_models = |change: &Change| !matches!(change, Change::Camera(_));
+        if changes.iter().any(is_about_models) {
+            after.check_use()?;
         }
-        if after.objects.len() > limits::MAX_OBJECTS {
+        Ok(Some(after))
+    }
+
+    /// The changes that make other models of these: removals first, since a tag may move from one object to another.
+    #[must_use]
+    pub fn changes_to(&self, after: &Self) -> Vec<Change> {
+        let removed = |id: &ObjectId| after.objects.iter().all(|object| object.id() != id);
+        let removed = self
+            .objects
+            .iter()
+            .map(ObjectModel::id)
+            .filter(|id| removed(id));
+        let unset = self
+            .settings
+            .keys()
+            .filter(|id| !after.settings.contains_key(*id));
+        let is_new = |object: &&ObjectModel| !self.objects.contains(object);
+        let is_set = |one: &&CameraSettings| self.settings.get(&one.camera) != Some(*one);
+        let rig = (self.rig != after.rig).then(|| Change::Rig(after.rig.clone()));
+        let objects = after.objects.iter().filter(is_new).cloned();
+        let settings = after.settings.values().filter(is_set).cloned();
+        (removed.cloned().map(Change::Removal))
+            .chain(
+                unset
+                    .cloned()
+                    .map(|id| Change::Camera(CameraSettings::none(id))),
+            )
+            .chain(rig)
+            .chain(objects.map(Change::Object))
+            .chain(settings.map(Change::Camera))
+            .collect()
+    }
+
+    /// Whether the site can work from the rig and the objects.
+    fn check_use(&self) -> Result<(), Refusal> {
+        if self.objects.len() > limits::MAX_OBJECTS {
             let limit = limits::MAX_OBJECTS as u32;
             return Err(Refusal::TooManyObjects { limit });
         }
         // The estimator's own rules.
-        let (rig, objects) = (after.rig.clone(), after.objects.clone());
+        let (rig, objects) = (self.rig.clone(), self.objects.clone());
         Fusion::new(rig, objects, FusionOptions::default()).map_err(unusable)?;
-        after.check()?;
-        Ok(Some(after))
+        self.check()
     }
 
     /// Whether rig and objects fit into messages.
@@ -216,7 +382,7 @@ mod tests {
     }
 
     fn after(change: Change) -> Option<Models> {
-        models().changed(&change).unwrap()
+        models().changed(&[change]).unwrap()
     }
 
     #[test]
@@ -244,9 +410,9 @@ mod tests {
             (&with.rig, &with.objects),
             (&models().rig, &models().objects)
         );
-        assert_eq!(with.changed(&set), Ok(None));
+        assert_eq!(with.changed(&[set]), Ok(None));
         let taken_back = Change::Camera(settings("north", None));
-        assert_eq!(with.changed(&taken_back), Ok(Some(models())));
+        assert_eq!(with.changed(&[taken_back]), Ok(Some(models())));
     }
 
     #[test]
@@ -255,7 +421,7 @@ mod tests {
             let id = CameraId::new(&format!("c{n}")).unwrap();
             let gain = Some(2.0);
             let none = CameraSettings::none(id);
-            models.changed(&Change::Camera(CameraSettings { gain, ..none }))
+            models.changed(&[Change::Camera(CameraSettings { gain, ..none })])
         };
         let full =
             (0..limits::MAX_CAMERAS).fold(models(), |models, n| set(&models, n).unwrap().unwrap());
@@ -273,7 +439,7 @@ mod tests {
     #[test]
     fn objects_that_contradict_each_other_are_refused() {
         let ball = model("ball", &[3]);
-        let refused = models().changed(&Change::Object(ball.clone()));
+        let refused = models().changed(&[Change::Object(ball.clone())]);
         assert_eq!(
             refused,
             Err(Refusal::SharedTag {
@@ -289,7 +455,7 @@ mod tests {
         let mut far = cameras(&["north"]).cameras().to_vec();
         far[0].world_from_camera = Some(Pose::translation(0.0, 9.0e5, 0.0));
         let far = Rig::new(far).unwrap();
-        let refused = models().changed(&Change::Rig(far.clone())).unwrap_err();
+        let refused = models().changed(&[Change::Rig(far.clone())]).unwrap_err();
         let detail = refused.to_string();
         assert!(matches!(refused, Refusal::Unpublishable { .. }));
         assert!(detail.contains("cameras[].world_from_camera"), "{detail}");
@@ -318,7 +484,7 @@ mod tests {
         };
         let after = |key: KeyRef, payload: &[u8]| {
             let change = Change::read(&key, payload).unwrap();
-            in_force.changed(&change).unwrap()
+            in_force.changed(&[change]).unwrap()
         };
         let of_cube = || KeyRef::ConfigObject(object.id().clone());
         let plain_rig = encode(&RigConfig::from(&rig)).unwrap();

@@ -1,33 +1,37 @@
 //! The loop: messages in, poses and statuses out, until asked to stop.
 
 use crate::adjuster::Adjuster;
-use crate::change_handler::{ChangeHandler, Decision, Verdict};
+use crate::announcer::Announcer;
 use crate::clocks::DriftEstimator;
 use crate::config::{FusionConfig, Refinement};
 use crate::files::ModelFiles;
-use crate::following;
+use crate::formers::Formers;
 use crate::input_log::{self, InputLog};
 use crate::intake::{Arrival, Intake};
-use crate::models::{Change, Models};
+use crate::models::{Change, Models, Payloads};
 use crate::proposing;
 use crate::publishers::Publishers;
-use crate::standby::{Duty, Standby};
+use crate::refusals::detail;
+use crate::replica::{Answered, Effect, Origin, Replica, Request};
+use crate::requests;
+use crate::standby::{Duty, Standby, moment};
 use crate::status::{Losses, StatusReporter};
+use crate::storer::Storer;
 use anyhow::Context;
+use sextant_election::Moment;
 use sextant_estimator::{Fusion, FusionOptions, Input, Output, Proposal};
 use sextant_process::host::host_name;
 use sextant_process::{
     ClockQuality, Exit, Reading, Shutdown, SteadyClock, WithExit, fail_point, memory, now_ns,
     watchdog,
 };
-use sextant_proto::{
-    CameraSettings, ConfigAnswer, InputSource, KeyRef, Keys, NodeId, NodeKind, Outcome, limits,
-};
+use sextant_proto::{InputSource, Keys, NodeId, NodeKind, Notice, Outcome, limits};
 use sextant_site_files::read_toml;
 use sextant_site_model::{CameraId, Rig};
 use sextant_site_report::{ObjectEstimate, State};
 use sextant_zenoh_bus::{
-    Bus, BusError, ControlProbe, DropRule, HeldName, Item, Payload, StreamBounds, Subscription,
+    Bus, BusError, ControlProbe, DropRule, HeldName, Item, Payload, Question, StreamBounds,
+    Subscription,
 };
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -40,6 +44,8 @@ const QUEUE_BYTES: usize = 8 << 20;
 const CHANGE_QUEUE: usize = 256;
 /// Between two statuses.
 const STATUS_PERIOD_NS: u64 = 1_000_000_000;
+/// How long another fusion node may take to hand over its models.
+const MODELS_WAIT: Duration = Duration::from_millis(500);
 /// Longest sleep: bounds the delay of a shutdown.
 const LONGEST_WAIT: Duration = Duration::from_millis(100);
 
@@ -86,19 +92,22 @@ pub fn run(config_file: &Path, shutdown: &Shutdown) -> anyhow::Result<()> {
     let Some(name) = held.exit_with(Exit::Unavailable)? else {
         return Ok(());
     };
-    let files = config.keep_changes.then_some(files);
-    let mut handler = ChangeHandler::new(keys, models, files);
-    for change in following::changes(&bus, &handler)? {
-        following::make(&mut handler, change, now_ns());
-    }
-    let machine = machine_of(handler.models())?;
+    let machine = machine_of(&models)?;
+    let keeps = config.keep_changes;
+    let (formers, record) = match keeps {
+        true => (files.formers(), files.record()),
+        false => (Formers::default(), None),
+    };
+    let replica = Replica::new(config.node.clone(), models, formers, record, keeps);
+    let storer = keeps.then(|| Storer::start(files)).transpose()?;
     let clock = SteadyClock::new(Reading::take);
-    let mut node = FusionNode::open(&bus, &config, machine, handler, clock)?;
+    let mut node = FusionNode::open(&bus, &config, machine, replica, clock)?;
+    node.storer = storer;
     node.name = Some(name);
     let alive = bus.alive(&node.keys.alive(NodeKind::Fusion, &config.node))?;
     tracing::info!(
-        cameras = node.handler.models().rig.cameras().len(),
-        objects = node.handler.models().objects.len(),
+        cameras = node.replica.models().rig.cameras().len(),
+        objects = node.replica.models().objects.len(),
         "fusing"
     );
     node.work(shutdown)?;
@@ -117,9 +126,15 @@ struct FusionNode<'a> {
     machine: Fusion,
     adjuster: Adjuster,
     input_log: InputLog,
-    handler: ChangeHandler,
+    replica: Replica,
+    /// None where changes are not kept.
+    storer: Option<Storer>,
+    /// Asked another node for its models, and whom.
+    question: Option<(NodeId, Question)>,
     intake: Intake,
     publishers: Publishers<'a>,
+    /// While this node publishes the poses.
+    announcer: Option<Announcer<'a>>,
     standby: Standby,
     probe: ControlProbe,
     status: StatusReporter,
@@ -131,6 +146,8 @@ struct FusionNode<'a> {
     /// Monotonic.
     status_due_ns: u64,
     refinement: Refinement,
+    /// How much older than usual a pose may be when it is published.
+    max_age_s: f64,
     /// The proposal published last.
     proposed: Option<Proposal>,
     /// Held while the node runs.
@@ -146,7 +163,7 @@ impl<'a> FusionNode<'a> {
         bus: &'a Bus,
         config: &FusionConfig,
         mut machine: Fusion,
-        handler: ChangeHandler,
+        mut replica: Replica,
         clock: SteadyClock,
     ) -> anyhow::Result<Self> {
         machine.adjust_apart();
@@ -158,11 +175,12 @@ impl<'a> FusionNode<'a> {
         };
         let longest = limits::MAX_PAYLOAD_BYTES;
         let now = clock.monotonic_ns();
-        let models = handler.models();
-        let mut standby = Standby::open(bus, &keys, node, &config.sharding, &clock)?;
+        let mut standby = Standby::open(bus, &keys, node, &config.sharding, &mut replica, &clock)?;
+        let models = replica.models();
         standby.take_objects(&models.objects);
         let mut publishers = Publishers::open(bus, &keys, node, models)?;
-        publishers.formers(handler.formers())?;
+        publishers.models(replica.payloads())?;
+        publishers.formers(replica.formers())?;
         publishers.proposal(&proposing::message(None, node, 0)?)?;
         Ok(Self {
             observations: bus.subscribe_stream(&keys.all_observations(), bounds, longest)?,
@@ -177,6 +195,7 @@ impl<'a> FusionNode<'a> {
             clock,
             status_due_ns: now,
             refinement: config.refinement,
+            max_age_s: config.max_age_s,
             proposed: None,
             name: None,
             input_log: InputLog::new(node.clone()),
@@ -184,7 +203,10 @@ impl<'a> FusionNode<'a> {
             keys,
             machine,
             adjuster: Adjuster::start()?,
-            handler,
+            replica,
+            storer: None,
+            question: None,
+            announcer: None,
             bus,
         })
     }
@@ -208,7 +230,9 @@ impl<'a> FusionNode<'a> {
         if let Some(item) = item {
             self.take(&item);
         }
-        self.take_change()?;
+        // Those of the models that are in force still.
+        self.publish_poses()?;
+        self.care_for_models()?;
         self.adjust();
         let now = self.clock.now_ns();
         if self.machine.poll_timeout().is_some_and(|due| due <= now) {
@@ -255,48 +279,97 @@ impl<'a> FusionNode<'a> {
         }
     }
 
-    /// Publishes or stands by, as the other fusion nodes of the site leave it to this one. A node that is replaced works from the models
-    /// of its successor, which may have been changed while the two did not hear each other.
+    /// Publishes or stands by, as the other fusion nodes of the site leave it to this one.
     fn take_turns(&mut self) -> anyhow::Result<()> {
-        let objects = &self.handler.models().objects;
-        match self.standby.turn(self.bus, objects, &self.clock)? {
-            Some(Duty::Publish { epoch }) if !self.standby.is_shared() => {
+        let duty = self
+            .standby
+            .turn(self.bus, &mut self.replica, &self.clock)?;
+        let is_shared = self.standby.is_shared();
+        match duty {
+            Some(Duty::Publish { epoch }) if !is_shared => {
                 tracing::info!(epoch, "this node publishes the poses");
             }
             Some(Duty::StandBy) => {
-                if !self.standby.is_shared() {
+                if !is_shared {
                     tracing::info!("another fusion node publishes the poses: standing by");
                 }
                 self.propose(None)?;
-                for change in following::changes(self.bus, &self.handler)? {
-                    if let Some(change) =
-                        following::make(&mut self.handler, change, self.clock.now_ns())
-                    {
-                        self.put_in_force(&change)?;
-                    }
-                }
             }
             Some(Duty::Publish { .. }) | None => {}
         }
         Ok(())
     }
 
-    /// Epoch of the poses that this node publishes now; none while it stands by. Where objects are shared, of the node that cares for the site.
-    fn epoch(&self) -> Option<u64> {
-        self.standby.epoch(&self.clock)
+    /// Takes models over from other nodes, decides about changes where this node publishes the poses, and announces what is in force there.
+    fn care_for_models(&mut self) -> anyhow::Result<()> {
+        let (leads, now) = (self.standby.leads(), moment(&self.clock));
+        if let Some(outcome) = self.storer.as_ref().and_then(Storer::poll) {
+            self.replica.kept(outcome, now);
+        }
+        let answer = self
+            .question
+            .as_ref()
+            .and_then(|(_, question)| question.poll());
+        if let (Some(items), Some((node, _))) = (answer, self.question.take_if(|_| true)) {
+            let theirs = Payloads::answered(&self.keys.models_of(&node), &items);
+            self.replica.follow(&node, theirs, now);
+        }
+        self.take_request(leads)?;
+        self.replica
+            .tick(self.epoch().is_some(), moment(&self.clock));
+        while let Some(effect) = self.replica.poll() {
+            self.carry_out(effect)?;
+        }
+        match (leads && self.replica.is_current(), &self.announcer) {
+            (true, None) => {
+                let models = self.replica.models();
+                let announcer = Announcer::open(self.bus, &self.keys, &self.node, models)?;
+                self.announcer = Some(announcer);
+            }
+            (false, Some(_)) => self.announcer = None,
+            _ => {}
+        }
+        Ok(())
     }
 
-    /// At most one change a turn, and none for a while after it: images go first.
-    fn take_change(&mut self) -> anyhow::Result<()> {
-        let begun = Instant::now();
-        let Some(item) = self.handler.next(begun, || self.changes.try_recv()) else {
+    /// At most one change a turn, and none for a while after it: images go first. The node that publishes the poses decides.
+    fn take_request(&mut self, leads: bool) -> anyhow::Result<()> {
+        let begun = moment(&self.clock);
+        if leads && !self.replica.is_ready(begun) {
             return Ok(());
-        };
-        if let Some(verdict) = self.handler.decide(&item, self.clock.now_ns()) {
-            self.carry_out(&verdict, item.sender.as_deref())?;
         }
-        self.handler.rest(begun, Instant::now());
+        let request = requests::next(&self.keys, || self.changes.try_recv());
+        if let Some(request) = request.filter(|_| leads) {
+            self.replica.request(request, begun);
+            let ended_ns = self.clock.monotonic_ns();
+            self.replica.rest(begun.monotonic_ns, ended_ns);
+        }
         Ok(())
+    }
+
+    fn carry_out(&mut self, effect: Effect) -> anyhow::Result<()> {
+        match effect {
+            Effect::PutInForce(changes) => self.put_in_force(&changes)?,
+            Effect::Answer(answered) => self.answer(answered)?,
+            Effect::Keep(job) => {
+                if let Some(storer) = &self.storer {
+                    storer.keep(job);
+                }
+            }
+            Effect::Ask(node) => {
+                let key = format!("{}/**", self.keys.models_of(&node));
+                let question =
+                    (self.bus).ask_others(&key, limits::MAX_PAYLOAD_BYTES, MODELS_WAIT)?;
+                self.question = Some((node, question));
+            }
+        }
+        Ok(())
+    }
+
+    /// Epoch of the poses that this node publishes now; none while it stands by. Where objects are shared, of the node that cares for the site.
+    fn epoch(&self) -> Option<u64> {
+        let epoch = self.standby.epoch(&self.clock);
+        epoch.filter(|_| self.replica.is_current())
     }
 
     /// `now` is monotonic.
@@ -306,6 +379,7 @@ impl<'a> FusionNode<'a> {
         }
         self.clock_quality = ClockQuality::read();
         self.status.epoch = self.standby.newest_epoch(&self.clock);
+        self.status.models = model_notices(&self.replica, moment(&self.clock));
         let losses = Losses {
             unread: self.observations.counts().dropped,
             unpublished: self.publishers.unpublished().clone(),
@@ -322,29 +396,41 @@ impl<'a> FusionNode<'a> {
         Ok(self.publishers.clocks(&clocks)?)
     }
 
-    /// Carries out a decision and publishes the answer.
-    fn carry_out(&mut self, verdict: &Verdict, sender: Option<&str>) -> anyhow::Result<()> {
-        let key = limits::clipped(&verdict.key, limits::MAX_DETAIL_BYTES);
-        match &verdict.decision {
-            Decision::Take(change, _) => self.put_in_force(change)?,
-            Decision::Same => {}
-            Decision::Refuse(refusal) => {
-                let now = self.clock.monotonic_ns();
-                self.status.refusals.add(&key, sender, refusal, now);
-                self.announce_again(&verdict.about)?;
+    /// Publishes what became of a change.
+    fn answer(&mut self, Answered { answer, origin }: Answered) -> anyhow::Result<()> {
+        let (key, outcome) = (&answer.key, &answer.outcome);
+        let (about, sender) = match origin {
+            Origin::Request { about, sender } => (about, sender),
+            Origin::Own => {
+                match outcome {
+                    Outcome::Refused(cause) => tracing::warn!("a refinement was refused: {cause}"),
+                    _ => tracing::info!(
+                        "a refined calibration is applied; `sextant config revert` takes it back"
+                    ),
+                }
+                return Ok(());
             }
+        };
+        match outcome {
+            Outcome::Refused(refusal) => {
+                let now = self.clock.monotonic_ns();
+                (self.status.refusals).add(key, sender.as_deref(), refusal, now);
+                if let Some(announcer) = &mut self.announcer {
+                    announcer.again(&about, self.replica.models())?;
+                }
+            }
+            Outcome::Taken | Outcome::Kept | Outcome::Same => self.status.refusals.remove(key),
         }
-        let outcome = verdict.outcome();
-        if !matches!(outcome, Outcome::Refused(_)) {
-            self.status.refusals.remove(&key);
-        }
-        tracing::info!(key, ?outcome, sender, "a change of the site");
-        self.publishers.answer(&ConfigAnswer {
-            node: self.node.clone(),
+        let (followers, behind) = (answer.followers.len(), answer.behind.len());
+        tracing::info!(
             key,
-            fingerprint: verdict.fingerprint,
-            outcome,
-        })?;
+            ?outcome,
+            sender,
+            followers,
+            behind,
+            "a change of the site"
+        );
+        self.publishers.answer(&answer)?;
         Ok(())
     }
 
@@ -356,8 +442,9 @@ impl<'a> FusionNode<'a> {
         };
         match (self.refinement, proposal) {
             (Refinement::Apply, Some(proposal)) => self.apply(proposal),
-            (_, proposal) => self.propose(proposal),
+            (_, proposal) => self.propose(proposal)?,
         }
+        Ok(())
     }
 
     fn propose(&mut self, proposal: Option<Proposal>) -> anyhow::Result<()> {
@@ -377,89 +464,62 @@ impl<'a> FusionNode<'a> {
         Ok(())
     }
 
-    fn apply(&mut self, proposal: Proposal) -> anyhow::Result<()> {
-        let held_back = proposal.held_back;
-        for change in proposing::changes(proposal) {
-            match self.handler.make(change, self.clock.now_ns()) {
-                Ok(Decision::Take(change, _)) => {
-                    self.put_in_force(&change)?;
-                    self.request(&change)?;
+    fn apply(&mut self, proposal: Proposal) {
+        let now = moment(&self.clock);
+        if self.replica.is_ready(now) {
+            let request = Request {
+                key: Keys::below_site(&self.keys.config_models()).to_owned(),
+                fingerprint: 0,
+                origin: Origin::Own,
+                changes: Ok(proposing::changes(proposal).collect()),
+            };
+            self.replica.request(request, now);
+        }
+    }
+
+    /// Works from the models of the replica, which these changes have made.
+    fn put_in_force(&mut self, changes: &[Change]) -> anyhow::Result<()> {
+        let mut are_objects_new = false;
+        for change in changes {
+            match change {
+                Change::Rig(rig) => {
+                    self.intake.take_rig(cameras_of(rig));
+                    self.take_models(input_log::source_of_rig(rig), Input::Rig(rig.clone()));
                 }
-                Ok(_) => {}
-                Err(cause) => tracing::warn!("a refinement was refused: {cause}"),
+                Change::Object(object) => self.publishers.put_object(object)?,
+                Change::Removal(id) => self.publishers.remove_object(id),
+                // The estimator does not depend on them.
+                Change::Camera(_) => {}
+            }
+            are_objects_new |= matches!(change, Change::Object(_) | Change::Removal(_));
+            if let Some(announcer) = &mut self.announcer {
+                announcer.change(change)?;
             }
         }
-        tracing::info!(
-            ?held_back,
-            "a refined calibration is applied; `sextant config revert` takes it back"
-        );
+        if are_objects_new {
+            let objects = self.replica.models().objects.clone();
+            let source = input_log::source_of_objects(&objects);
+            self.take_models(source, Input::Objects(objects));
+        }
+        self.publishers.models(self.replica.payloads())?;
+        if changes
+            .iter()
+            .any(|change| !matches!(change, Change::Camera(_)))
+        {
+            self.publishers.formers(self.replica.formers())?;
+            // What was proposed was about the former models.
+            self.propose(None)?;
+        }
         Ok(())
-    }
-
-    /// Publishes a change that this node made by itself.
-    fn request(&self, change: &Change) -> anyhow::Result<()> {
-        match change {
-            Change::Rig(rig) => self.publishers.request_rig(rig)?,
-            Change::Object(object) => self.publishers.request_object(object)?,
-            Change::Removal(_) | Change::Camera(_) => {}
-        }
-        Ok(())
-    }
-
-    fn put_in_force(&mut self, change: &Change) -> anyhow::Result<()> {
-        match change {
-            Change::Rig(rig) => {
-                self.intake.take_rig(cameras_of(rig));
-                self.publishers.announce_rig(rig)?;
-                self.take_models(input_log::source_of_rig(rig), Input::Rig(rig.clone()));
-            }
-            Change::Object(object) => {
-                self.publishers.put_object(object)?;
-                self.publishers.announce_object(object.id())?;
-                self.take_objects();
-            }
-            Change::Removal(id) => {
-                self.publishers.remove_object(id);
-                self.take_objects();
-            }
-            // The estimator does not depend on them.
-            Change::Camera(settings) => {
-                self.publishers.announce_settings(settings)?;
-                return Ok(());
-            }
-        }
-        self.publishers.formers(self.handler.formers())?;
-        // What was proposed was about the former models.
-        self.propose(None)
-    }
-
-    fn take_objects(&mut self) {
-        let objects = self.handler.models().objects.clone();
-        let source = input_log::source_of_objects(&objects);
-        self.take_models(source, Input::Objects(objects));
     }
 
     fn take_models(&mut self, source: InputSource, input: Input) {
         let now = self.clock.now_ns();
         self.input_log.add(now, source);
-        let objects = &self.handler.models().objects;
+        let objects = &self.replica.models().objects;
         self.status.take_objects(objects);
         self.standby.take_objects(objects);
         self.machine.handle(now, input);
-    }
-
-    /// Announces what is in force after a refusal, for those who received the refused change.
-    fn announce_again(&mut self, about: &KeyRef) -> anyhow::Result<()> {
-        match about {
-            KeyRef::ConfigObject(id) => self.publishers.announce_object(id)?,
-            KeyRef::ConfigCamera(id) => {
-                let settings = self.handler.models().settings.get(id).cloned();
-                let settings = settings.unwrap_or_else(|| CameraSettings::none(id.clone()));
-                self.publishers.announce_settings(&settings)?;
-            }
-            _ => self.publishers.announce_rig(&self.handler.models().rig)?,
-        }
-        Ok(())
     }
 
     fn take(&mut self, item: &Item) {
@@ -471,7 +531,7 @@ impl<'a> FusionNode<'a> {
                     clock: self.clock_quality,
                 };
                 if let Some(image) = self.intake.take(&item.key, bytes, arrival) {
-                    let (now, models) = (self.clock.now_ns(), self.handler.models());
+                    let (now, models) = (self.clock.now_ns(), self.replica.models());
                     self.input_log.add_image(now, image.source, models);
                     let mut image = models.rig.timed(image.observation);
                     image
@@ -502,12 +562,13 @@ impl<'a> FusionNode<'a> {
         if estimate.state == State::Tracking {
             self.standby.see(&estimate.object, &self.clock);
         }
-        let Some(epoch) = self.standby.epoch_of(&estimate.object, &self.clock) else {
+        let epoch = self.standby.epoch_of(&estimate.object, &self.clock);
+        let Some(epoch) = epoch.filter(|_| self.replica.is_current()) else {
             self.status.note_state(estimate);
             return Ok(());
         };
-        let now = self.clock.now_ns();
-        if self.publishers.pose(estimate, epoch, now)? {
+        let now = moment(&self.clock);
+        if self.publishers.pose(estimate, epoch, now, self.max_age_s)? {
             self.status.count(estimate);
         }
         Ok(())
@@ -520,6 +581,20 @@ impl<'a> FusionNode<'a> {
         let others = due.saturating_sub(self.clock.monotonic_ns());
         Duration::from_nanos(wait.min(others)).min(LONGEST_WAIT)
     }
+}
+
+/// What a person should know of the models.
+fn model_notices(replica: &Replica, now: Moment) -> Vec<Notice> {
+    let outdated = replica
+        .outdated(now)
+        .map(|(node, newer)| Notice::OldModels {
+            node: node.clone(),
+            newer: newer.clone(),
+        });
+    let not_kept = replica.not_kept().map(|cause| Notice::NotKept {
+        detail: detail(&cause),
+    });
+    outdated.chain(not_kept).collect()
 }
 
 #[cfg(test)]

@@ -1,31 +1,26 @@
-//! Everything that a fusion node publishes: poses, status, clocks, answers, proposals, and the models for late joiners.
+//! Everything that a fusion node publishes itself: poses, status, clocks, answers, proposals, and its models for the other fusion nodes.
 
+use crate::ages::Ages;
 use crate::formers::Formers;
-use crate::models::Models;
+use crate::models::{Models, Payloads};
+use sextant_election::Moment;
 use sextant_proto::{
-    ANNOUNCED, CameraSettings, ClockReport, ConfigAnswer, FusionInputs, FusionStatus, Keys, NodeId,
-    ObjectConfig, ObjectLinks, ObjectPose, Proposal, RigConfig,
+    ClockReport, ConfigAnswer, FusionInputs, FusionStatus, Keys, NodeId, ObjectConfig, ObjectLinks,
+    ObjectPose, Proposal, RigConfig,
 };
-use sextant_site_model::{CameraId, ObjectId, ObjectModel, Rig};
+use sextant_site_model::{ObjectId, ObjectModel};
 use sextant_site_report::ObjectEstimate;
-use sextant_zenoh_bus::{Bus, BusError, Latest, Publisher, Qos};
+use sextant_zenoh_bus::{Bus, BusError, Latest, Publisher, Qos, Shelf};
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
-
-/// Sender of a refinement that a node applies: not an announcement, so that other fusion nodes apply it as well.
-const REFINEMENT: &str = "refinement";
 
 /// The publishers of one fusion node.
 pub struct Publishers<'a> {
     bus: &'a Bus,
     keys: Keys,
     node: NodeId,
-    /// Sender of what this node announces.
-    sender: String,
     objects: BTreeMap<ObjectId, ObjectPublishers>,
-    rig: Latest<RigConfig>,
-    /// Of cameras that have settings.
-    cameras: BTreeMap<CameraId, Latest<CameraSettings>>,
+    models: Shelf,
     status: Latest<FusionStatus>,
     clocks: Latest<ClockReport>,
     inputs: Publisher<FusionInputs>,
@@ -37,7 +32,7 @@ pub struct Publishers<'a> {
     unpublished: Unpublished,
 }
 
-/// Messages dropped because a value was out of range.
+/// Messages dropped because a value was out of range, or because they were held up.
 #[derive(Debug, Default, Clone, PartialEq, Eq)]
 pub struct Unpublished {
     /// How many since the process started.
@@ -52,12 +47,16 @@ impl Unpublished {
         match sent {
             Ok(()) => Ok(true),
             Err(broken @ BusError::Message { .. }) => {
-                self.messages = self.messages.saturating_add(1);
-                self.cause = broken.to_string();
+                self.count(broken.to_string());
                 Ok(false)
             }
             Err(other) => Err(other),
         }
+    }
+
+    fn count(&mut self, cause: String) {
+        self.messages = self.messages.saturating_add(1);
+        self.cause = cause;
     }
 }
 
@@ -65,13 +64,14 @@ struct ObjectPublishers {
     poses: Publisher<ObjectPose>,
     /// Sequence number of the last pose.
     sequence: u64,
+    /// Of its poses when they are published.
+    ages: Ages,
     /// None for a rigid object.
     links: Option<Publisher<ObjectLinks>>,
-    config: Latest<ObjectConfig>,
 }
 
 impl<'a> Publishers<'a> {
-    /// Declares every publisher and announces the models.
+    /// Declares every publisher.
     ///
     /// # Errors
     /// When the network session has ended.
@@ -81,15 +81,11 @@ impl<'a> Publishers<'a> {
         node: &NodeId,
         models: &Models,
     ) -> Result<Self, BusError> {
-        let sender = format!("{ANNOUNCED}{node}");
-        let rig = bus.latest_publisher(&keys.config_rig(), Qos::Config)?;
         let mut publishers = Self {
             bus,
             keys: keys.clone(),
             objects: BTreeMap::new(),
-            cameras: BTreeMap::new(),
-            rig: rig.signed(&sender),
-            sender,
+            models: bus.shelf(&keys.models_of(node))?,
             status: bus.latest_publisher(&keys.fusion_status(node), Qos::Status)?,
             clocks: bus.latest_publisher(&keys.clocks(node), Qos::Status)?,
             inputs: bus.publisher(&keys.inputs(node), Qos::Status)?,
@@ -101,68 +97,21 @@ impl<'a> Publishers<'a> {
             node: node.clone(),
             unpublished: Unpublished::default(),
         };
-        publishers.announce_rig(&models.rig)?;
         for object in &models.objects {
             publishers.put_object(object)?;
-            publishers.announce_object(object.id())?;
-        }
-        for settings in models.settings.values() {
-            publishers.announce_settings(settings)?;
         }
         Ok(publishers)
     }
 
-    /// Announces the settings in force of a camera; those without a value once, and late joiners hear nothing of them.
+    /// Has the other fusion nodes that ask get these models.
     ///
     /// # Errors
     /// When the network session has ended.
-    pub fn announce_settings(&mut self, settings: &CameraSettings) -> Result<(), BusError> {
-        let publisher = match self.cameras.entry(settings.camera.clone()) {
-            Entry::Occupied(known) => known.into_mut(),
-            Entry::Vacant(place) => {
-                let key = self.keys.config_camera(&settings.camera);
-                let latest = self.bus.latest_publisher(&key, Qos::Config)?;
-                place.insert(latest.signed(&self.sender))
-            }
-        };
-        publisher.put(settings)?;
-        if settings.is_none() {
-            self.cameras.remove(&settings.camera);
-        }
-        Ok(())
+    pub fn models(&self, payloads: &Payloads) -> Result<(), BusError> {
+        self.models.replace(payloads.iter())
     }
 
-    /// Announces the rig in force.
-    ///
-    /// # Errors
-    /// When the network session has ended.
-    pub fn announce_rig(&self, rig: &Rig) -> Result<(), BusError> {
-        self.rig.put(&RigConfig::from(rig))
-    }
-
-    /// Asks every node of the site, other fusion nodes included, to apply a refined rig.
-    ///
-    /// # Errors
-    /// When the network session has ended.
-    pub fn request_rig(&self, rig: &Rig) -> Result<(), BusError> {
-        let key = self.keys.config_rig();
-        let publisher = self.bus.publisher::<RigConfig>(&key, Qos::Config)?;
-        publisher.signed(REFINEMENT).put(&RigConfig::from(rig))
-    }
-
-    /// Asks every node of the site, other fusion nodes included, to apply a refined object.
-    ///
-    /// # Errors
-    /// When the network session has ended.
-    pub fn request_object(&self, object: &ObjectModel) -> Result<(), BusError> {
-        let key = self.keys.config_object(object.id());
-        let publisher = self.bus.publisher::<ObjectConfig>(&key, Qos::Config)?;
-        publisher
-            .signed(REFINEMENT)
-            .put(&ObjectConfig::from(object))
-    }
-
-    /// Declares the publishers of a new or changed object and keeps its model for late joiners.
+    /// Declares the publishers of a new or changed object.
     ///
     /// # Errors
     /// When the network session has ended.
@@ -174,20 +123,15 @@ impl<'a> Publishers<'a> {
         };
         let publishers = match self.objects.entry(id.clone()) {
             Entry::Occupied(known) => known.into_mut(),
-            Entry::Vacant(place) => {
-                let config = self
-                    .bus
-                    .latest_publisher(&self.keys.config_object(id), Qos::Config)?;
-                place.insert(ObjectPublishers {
-                    poses: self.bus.publisher(&self.keys.pose(id), Qos::Pose)?,
-                    sequence: 0,
-                    links: None,
-                    config: config.signed(&self.sender),
-                })
-            }
+            Entry::Vacant(place) => place.insert(ObjectPublishers {
+                poses: self.bus.publisher(&self.keys.pose(id), Qos::Pose)?,
+                sequence: 0,
+                ages: Ages::default(),
+                links: None,
+            }),
         };
         publishers.links = links;
-        publishers.config.keep(&ObjectConfig::from(object))
+        Ok(())
     }
 
     /// Drops the publishers of a removed object.
@@ -195,22 +139,8 @@ impl<'a> Publishers<'a> {
         self.objects.remove(id);
     }
 
-    /// Announces what is in force of an object: its model, or that it does not exist.
-    ///
-    /// # Errors
-    /// When the network session has ended.
-    pub fn announce_object(&self, id: &ObjectId) -> Result<(), BusError> {
-        if let Some(publishers) = self.objects.get(id) {
-            return publishers.config.put_again();
-        }
-        let key = self.keys.config_object(id);
-        let publisher = self.bus.publisher::<ObjectConfig>(&key, Qos::Config)?;
-        publisher
-            .signed(&self.sender)
-            .put(&ObjectConfig::removal(id.clone()))
-    }
-
-    /// Publishes an estimate under an epoch at `now_ns`; whether it could be encoded.
+    /// Publishes an estimate under an epoch; whether it could be encoded. One that was held up for longer than `max_age_s` is not current any
+    /// more, and is counted and dropped.
     ///
     /// # Errors
     /// When the network session has ended.
@@ -218,12 +148,22 @@ impl<'a> Publishers<'a> {
         &mut self,
         estimate: &ObjectEstimate,
         epoch: u64,
-        now_ns: u64,
+        now: Moment,
+        max_age_s: f64,
     ) -> Result<bool, BusError> {
         let Some(publishers) = self.objects.get_mut(&estimate.object) else {
             return Ok(false);
         };
-        let pose = ObjectPose::from_estimate(estimate, epoch, publishers.sequence + 1, now_ns);
+        let age_ns = now.wall_ns.cast_signed() - estimate.capture_ns.cast_signed();
+        let held_s = publishers.ages.excess_ns(age_ns, now.monotonic_ns, None) as f64 * 1e-9;
+        if held_s > max_age_s {
+            self.unpublished.count(format!(
+                "a pose of object {} was held up for {held_s:.1} s in this node: its machine stood still, or is too slow",
+                estimate.object
+            ));
+            return Ok(false);
+        }
+        let pose = ObjectPose::from_estimate(estimate, epoch, publishers.sequence + 1, now.wall_ns);
         if !self.unpublished.check(publishers.poses.put(&pose))? {
             return Ok(false);
         }

@@ -2,9 +2,10 @@
 //! publishes, and which objects, is decided by `sextant_election`.
 
 use crate::config::ShardingConfig;
+use crate::replica::Replica;
 use sextant_election::{Assignment, Company, Election, Input, Link, Moment, Sharding};
 use sextant_process::SteadyClock;
-use sextant_proto::{Heartbeat, KeyRef, Keys, Kind, NodeId};
+use sextant_proto::{Heartbeat, KeyRef, Keys, Kind, ModelsState, NodeId};
 use sextant_site_model::{ObjectId, ObjectModel, TagId};
 use sextant_zenoh_bus::{
     AliveWatch, Bus, BusError, Presence, Publisher, Qos, StreamBounds, Subscription,
@@ -40,13 +41,16 @@ pub struct Standby {
     presence: AliveWatch,
     publisher: Publisher<Heartbeat>,
     duty: Duty,
+    /// The models that the last heartbeat told of.
+    told: ModelsState,
     /// None where one node publishes all poses.
     sharding: Option<Sharding>,
     /// Tags of objects that other nodes track.
     foreign_tags: BTreeSet<TagId>,
 }
 
-fn moment(clock: &SteadyClock) -> Moment {
+/// Now, by both clocks of the host.
+pub fn moment(clock: &SteadyClock) -> Moment {
     Moment {
         monotonic_ns: clock.monotonic_ns(),
         wall_ns: clock.now_ns(),
@@ -73,15 +77,22 @@ impl Standby {
         keys: &Keys,
         node: &NodeId,
         sharding: &ShardingConfig,
+        replica: &mut Replica,
         clock: &SteadyClock,
     ) -> Result<Self, BusError> {
         let longest = Kind::Heartbeat.max_bytes();
         let heartbeats = keys.all_heartbeats();
         let heartbeats = bus.subscribe_stream(&heartbeats, QUEUE, longest)?;
-        let company = match bus.alive_keys(&keys.all_fusion_alive())?.is_empty() {
+        let alive = bus.alive_keys(&keys.all_fusion_alive())?;
+        let company = match alive.is_empty() {
             true => Company::Alone,
             false => Company::Others,
         };
+        for key in alive {
+            if let Some(KeyRef::Alive(_, node)) = keys.parse(&key) {
+                replica.joined(node);
+            }
+        }
         let now = moment(clock);
         let assignment = assignment(sharding);
         Ok(Self {
@@ -92,18 +103,19 @@ impl Standby {
             presence: bus.watch_alive(&keys.all_fusion_alive())?,
             publisher: bus.publisher(&keys.heartbeat(node), Qos::Pose)?,
             duty: Duty::StandBy,
+            told: ModelsState::default(),
             keys: keys.clone(),
         })
     }
 
-    /// Takes in what has arrived and sends what is due; a change of duty, if there is one.
+    /// Takes in what has arrived and sends what is due, also of the models of the nodes; a change of duty, if there is one.
     ///
     /// # Errors
     /// When the network session has ended.
     pub fn turn(
         &mut self,
         bus: &Bus,
-        objects: &[ObjectModel],
+        replica: &mut Replica,
         clock: &SteadyClock,
     ) -> Result<Option<Duty>, BusError> {
         let now = moment(clock);
@@ -113,10 +125,16 @@ impl Standby {
         };
         self.election.handle(now, Input::Link(link));
         while let Some(change) = self.presence.try_recv() {
-            if let Presence::Left(key) = change
-                && let Some(KeyRef::Alive(_, node)) = self.keys.parse(&key)
-            {
-                self.election.handle(now, Input::Left(&node));
+            let (Presence::Joined(key) | Presence::Left(key)) = &change;
+            let Some(KeyRef::Alive(_, node)) = self.keys.parse(key) else {
+                continue;
+            };
+            match change {
+                Presence::Joined(_) => replica.joined(node),
+                Presence::Left(_) => {
+                    self.election.handle(now, Input::Left(&node));
+                    replica.left(&node, now);
+                }
             }
         }
         while let Some(item) = self.heartbeats.try_recv() {
@@ -124,6 +142,7 @@ impl Standby {
                 && self.keys.heartbeat(&beat.node) == item.key
             {
                 self.election.handle(now, Input::Heartbeat(&beat));
+                replica.hear(&beat.node, &beat.models, now);
                 if let Some(sharding) = &mut self.sharding
                     && sharding.hear(&beat)
                 {
@@ -136,11 +155,17 @@ impl Standby {
             && sharding.evaluate(now, &self.election)
         {
             self.election.hasten_heartbeat(now.monotonic_ns);
-            self.note_foreign_tags(objects);
+            self.note_foreign_tags(&replica.models().objects);
+        }
+        let models = replica.state();
+        if models != self.told {
+            self.election.hasten_heartbeat(now.monotonic_ns);
         }
         if let Some(mut beat) = self.election.poll_heartbeat(now.monotonic_ns) {
             let sharding = self.sharding.as_ref();
             beat.sharing = sharding.map(|sharding| sharding.announcement(now.monotonic_ns));
+            beat.models = models.clone();
+            self.told = models;
             self.publisher.put(&beat)?;
         }
         Ok(self.change_of_duty())
@@ -163,6 +188,11 @@ impl Standby {
     /// The host's clock was set, or the host was suspended: others may have taken over meanwhile.
     pub fn interrupted(&mut self, clock: &SteadyClock) {
         self.election.handle(moment(clock), Input::Interrupted);
+    }
+
+    /// Whether this node cares for what concerns the whole site, also while it waits for the others after an interruption.
+    pub fn leads(&self) -> bool {
+        self.duty != Duty::StandBy
     }
 
     /// Epoch of the poses that this node publishes now; none while it stands by.

@@ -25,6 +25,8 @@ pub struct StatusReporter {
     pub epoch: Option<u64>,
     /// Hosts of other fusion nodes of this name.
     pub namesakes: Vec<String>,
+    /// What is wrong with the models of this node and of others.
+    pub models: Vec<Notice>,
     /// Figures of the refined calibration that is proposed.
     pub proposed: Option<HeldBack>,
     notices: Notices,
@@ -59,6 +61,7 @@ impl StatusReporter {
             refusals: Refusals::default(),
             epoch: None,
             namesakes: Vec::new(),
+            models: Vec::new(),
             proposed: None,
             notices: Notices::default(),
             losses: Losses::default(),
@@ -169,6 +172,7 @@ impl StatusReporter {
             host: limits::clipped(host, limits::MAX_NAME_BYTES),
         });
         let mut notices: Vec<Notice> = namesakes.take(1).collect();
+        notices.extend(self.models.iter().cloned());
         notices.extend(self.notices.notices(now_ns));
         notices.extend(self.refusals.notices(now_ns));
         notices.extend(self.proposed.as_ref().map(proposing::notice));

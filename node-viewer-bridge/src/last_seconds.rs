@@ -55,15 +55,10 @@ impl KeptMessage {
 impl LastSeconds {
     /// Takes a message in, unless it is a picture or a request to change a model.
     pub(crate) fn take(&self, about: &KeyRef, item: &Item, now_ns: u64) {
-        let is_model = matches!(
-            about,
-            KeyRef::ConfigRig | KeyRef::ConfigObject(_) | KeyRef::ConfigCamera(_)
-        );
-        let is_request = is_model
-            && item
-                .sender
-                .as_ref()
-                .is_some_and(|sender| !sender.starts_with(ANNOUNCED));
+        let is_model = about.is_config();
+        let is_foreign = |sender: &String| !sender.starts_with(ANNOUNCED);
+        let is_request = *about == KeyRef::ConfigModels
+            || (is_model && item.sender.as_ref().is_some_and(is_foreign));
         let is_picture = matches!(about, KeyRef::Preview(_) | KeyRef::DetectionReport(_));
         let Some(payload) = item.bytes().filter(|_| !is_request && !is_picture) else {
             return;

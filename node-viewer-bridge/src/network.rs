@@ -138,6 +138,9 @@ impl NetworkSession<'_> {
                 Outgoing::Camera(settings) => {
                     self.publish(&self.keys.config_camera(&settings.camera), &settings)?;
                 }
+                Outgoing::Models(proposal) => {
+                    self.publish(&self.keys.config_models(), &proposal)?;
+                }
             }
         }
         Ok(())

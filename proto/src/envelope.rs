@@ -79,9 +79,8 @@ impl Kind {
             Self::Preview => 100 * 1024,
             Self::DetectionReport => 4 * 1024,
             Self::CameraStatus => 8 * 1024,
-            Self::ObjectPose | Self::ObjectTruth | Self::ConfigAnswer | Self::CameraSettings => {
-                1024
-            }
+            Self::ObjectPose | Self::ObjectTruth | Self::CameraSettings => 1024,
+            Self::ConfigAnswer => 4 * 1024,
             Self::ObjectLinks | Self::FusionInputs => 16 * 1024,
             Self::ClockReport => 32 * 1024,
             Self::FusionStatus | Self::RigConfig | Self::ObjectConfig | Self::Proposal => {

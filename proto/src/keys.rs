@@ -62,11 +62,21 @@ pub enum KeyRef {
     ConfigRig,
     ConfigObject(ObjectId),
     ConfigCamera(CameraId),
+    ConfigModels,
     Links(ObjectId),
     Alive(NodeKind, NodeId),
 }
 
 impl KeyRef {
+    /// Whether the key is one under which changes of the site are asked for.
+    #[must_use]
+    pub fn is_config(&self) -> bool {
+        matches!(
+            self,
+            Self::ConfigRig | Self::ConfigObject(_) | Self::ConfigCamera(_) | Self::ConfigModels
+        )
+    }
+
     /// The kind of message under such a key; none for liveliness, which has no payload.
     #[must_use]
     pub fn kind(&self) -> Option<Kind> {
@@ -82,7 +92,7 @@ impl KeyRef {
             Self::Inputs(_) => Kind::FusionInputs,
             Self::Heartbeat(_) => Kind::Heartbeat,
             Self::ConfigAnswer(_) => Kind::ConfigAnswer,
-            Self::Proposal(_) | Self::Former(_) => Kind::Proposal,
+            Self::Proposal(_) | Self::Former(_) | Self::ConfigModels => Kind::Proposal,
             Self::FormerRig(_) => Kind::RigConfig,
             Self::FormerObject(..) => Kind::ObjectConfig,
             Self::ConfigRig => Kind::RigConfig,
@@ -222,6 +232,18 @@ impl Keys {
     #[must_use]
     pub fn config_camera(&self, camera: &CameraId) -> String {
         self.under(format_args!("config/camera/{camera}"))
+    }
+
+    /// [`crate::Proposal`] that is to be put in force: the rig and objects together.
+    #[must_use]
+    pub fn config_models(&self) -> String {
+        self.under(format_args!("config/models"))
+    }
+
+    /// What a fusion node works from, for the other ones: under it the keys of the models, such as `config/rig`.
+    #[must_use]
+    pub fn models_of(&self, node: &NodeId) -> String {
+        self.under(format_args!("fusion/{node}/models"))
     }
 
     /// [`crate::ObjectLinks`] of an articulated object.
@@ -377,7 +399,12 @@ impl Keys {
     /// What a key of this site stands for; none for any other key.
     #[must_use]
     pub fn parse(&self, key: &str) -> Option<KeyRef> {
-        let below = key.strip_prefix(&self.root)?.strip_prefix('/')?;
+        Self::parse_below_site(key.strip_prefix(&self.root)?.strip_prefix('/')?)
+    }
+
+    /// What the rest of a key below its site stands for.
+    #[must_use]
+    pub fn parse_below_site(below: &str) -> Option<KeyRef> {
         let chunks: Vec<&str> = below.splitn(5, '/').collect();
         Some(match chunks.as_slice() {
             ["camera", id, "observations"] => KeyRef::Observations(CameraId::new(id).ok()?),
@@ -399,6 +426,7 @@ impl Keys {
                 KeyRef::FormerObject(NodeId::new(id).ok()?, ObjectId::new(object).ok()?)
             }
             ["config", "rig"] => KeyRef::ConfigRig,
+            ["config", "models"] => KeyRef::ConfigModels,
             ["config", "object", id] => KeyRef::ConfigObject(ObjectId::new(id).ok()?),
             ["config", "camera", id] => KeyRef::ConfigCamera(CameraId::new(id).ok()?),
             ["alive", kind, id] => {

@@ -44,13 +44,15 @@ pub use messages::camera_notice::CameraNotice;
 pub use messages::camera_settings::{CameraControls, CameraSettings, Control, SettingsOutcome};
 pub use messages::camera_status::{CameraStatus, ClockQuality, ClockSource};
 pub use messages::clock_report::{CameraClock, ClockReport};
-pub use messages::config_answer::{ConfigAnswer, Outcome, fingerprint};
+pub use messages::config_answer::{ConfigAnswer, Outcome, fingerprint, models_fingerprint};
 pub use messages::detection_report::{
     DetectionReport, RejectedCandidate, RejectionCause, RejectionCounts, StageTimes,
 };
 pub use messages::fusion_inputs::{FusionInput, FusionInputs, InputSource};
 pub use messages::fusion_status::{CameraIntake, FusionStatus, ObjectHealth, Rejections};
-pub use messages::heartbeat::{HeardBeat, Heartbeat, Part, Share, Sharing};
+pub use messages::heartbeat::{
+    HeardBeat, Heartbeat, ModelsState, ModelsVersion, Part, Share, Sharing,
+};
 pub use messages::notice::Notice;
 pub use messages::object_config::{JointConfig, ObjectConfig, ObjectTagConfig};
 pub use messages::object_links::{JointState, LinkPose, ObjectLinks};

@@ -4,7 +4,6 @@ mod answers;
 mod camera;
 mod change;
 mod get;
-mod order;
 mod print;
 mod refinement;
 

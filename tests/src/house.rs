@@ -67,6 +67,11 @@ impl House {
         }
     }
 
+    /// Nodes that are started from now on have the files of this scene.
+    pub fn set_files(&mut self, files: &Scene) {
+        self.files = files.clone();
+    }
+
     /// Starts a router that connects to these others; its endpoint.
     ///
     /// # Panics

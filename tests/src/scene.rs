@@ -71,6 +71,23 @@ impl Scene {
         }
     }
 
+    /// The site as its files have it when the origin of the world lay this far away: nothing contradicts them.
+    ///
+    /// # Panics
+    /// Never: the cameras have poses.
+    #[must_use]
+    pub fn moved(&self, by_m: f64) -> Self {
+        let shift = Pose::translation(by_m, 0.0, 0.0);
+        let cameras = self.rig.cameras().iter().map(|camera| {
+            let pose = camera.world_from_camera.map(|pose| shift * pose);
+            Camera::new(camera.id.clone(), camera.resolution, camera.lens, pose)
+        });
+        Self {
+            rig: Rig::new(cameras.collect()).expect("a rig"),
+            ..self.clone()
+        }
+    }
+
     /// What a camera sees at `time_ns`, as its node would publish it; the objects are where they are `seconds` after the start.
     pub fn observe(&mut self, camera: usize, seconds: f64, time_ns: u64) -> Observations {
         let objects = self.objects.clone();

@@ -1,8 +1,8 @@
 //! A wall clock of one process that a test sets while the process runs.
 
+use crate::preloaded::compiled;
 use std::fs;
 use std::os::unix::fs::FileExt;
-use std::process::Command;
 use tempfile::TempDir;
 
 /// A library that is preloaded into a process, and the offset that it reads.
@@ -19,12 +19,7 @@ impl SteppedClock {
     /// Without a C compiler (`cc`).
     #[must_use]
     pub fn new() -> Self {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let source = concat!(env!("CARGO_MANIFEST_DIR"), "/src/stepped_clock.c");
-        let mut compiler = Command::new("cc");
-        compiler.args(["-shared", "-fPIC", "-O2", "-o"]);
-        compiler.arg(folder.path().join("clock.so")).arg(source);
-        assert!(compiler.status().expect("cc runs").success());
+        let folder = compiled("stepped_clock.c", "clock.so");
         let offset = fs::File::create(folder.path().join("offset")).expect("a file");
         let clock = Self { folder, offset };
         clock.set(0);

@@ -1,7 +1,7 @@
 //! The state machine of one node.
 
 use sextant_proto::limits::MAX_PEERS;
-use sextant_proto::{HeardBeat, Heartbeat, NodeId};
+use sextant_proto::{HeardBeat, Heartbeat, ModelsState, NodeId};
 use std::collections::BTreeMap;
 
 const MS: u64 = 1_000_000;
@@ -200,6 +200,7 @@ impl Election {
             newest: self.newest,
             heard: heard.collect(),
             sharing: None,
+            models: ModelsState::default(),
         })
     }
 

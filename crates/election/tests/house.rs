@@ -414,7 +414,7 @@ proptest! {
         let mut election = Election::new(id(7), now, Company::Others);
         for (pause_ms, k, epoch, newest, sent_ns) in inputs {
             now.monotonic_ns += pause_ms * MS;
-            let beat = Heartbeat { node: id(k), sent_ns, epoch, newest, heard: Vec::new(), sharing: None };
+            let beat = Heartbeat { node: id(k), sent_ns, epoch, newest, heard: Vec::new(), sharing: None, models: Default::default() };
             election.handle(now, Input::Heartbeat(&beat));
             election.handle(now, Input::Tick);
             if let Some(beat) = election.poll_heartbeat(now.monotonic_ns) {

@@ -202,10 +202,7 @@ pub fn take_token(keys: &Keys, mirror: &mut SiteMirror, presence: &Presence, now
 
 /// A request to change a model, as opposed to what a fusion node announces to be in force.
 pub fn is_request(keys: &Keys, item: &Item) -> bool {
-    let is_config = matches!(
-        keys.parse(&item.key),
-        Some(KeyRef::ConfigRig | KeyRef::ConfigObject(_) | KeyRef::ConfigCamera(_))
-    );
+    let about = keys.parse(&item.key);
     let sender = item.sender.as_deref().unwrap_or_default();
-    is_config && !sender.starts_with(ANNOUNCED)
+    about.is_some_and(|about| about.is_config()) && !sender.starts_with(ANNOUNCED)
 }

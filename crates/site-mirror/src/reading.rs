@@ -39,6 +39,7 @@ fn belongs(message: &AnyMessage, key: &KeyRef) -> bool {
         (KeyRef::Heartbeat(id), M::Heartbeat(message)) => message.node == *id,
         (KeyRef::ConfigAnswer(id), M::ConfigAnswer(message)) => message.node == *id,
         (KeyRef::Proposal(id) | KeyRef::Former(id), M::Proposal(message)) => message.node == *id,
+        (KeyRef::ConfigModels, M::Proposal(_)) => true,
         (KeyRef::ConfigRig | KeyRef::FormerRig(_), M::RigConfig(_)) => true,
         _ => false,
     }

@@ -13,6 +13,8 @@ use zenoh::sample::Locality;
 use crate::config::zenoh_config;
 use crate::liveliness::{AliveToken, AliveWatch, Presence};
 use crate::publisher::{LastValue, Latest, Publisher, RawLatest, RawPublisher, answer};
+use crate::query::Question;
+use crate::shelf::Shelf;
 use crate::subscription::{CallbackSubscription, Item, Subscription};
 use crate::{BusError, BusOptions, Mode, Profile, Qos, Security, query, runtime, why_no_router};
 
@@ -188,19 +190,23 @@ impl Bus {
         max_bytes: usize,
         timeout: Duration,
     ) -> Result<Vec<Item>, BusError> {
-        let session = self.session()?;
-        query::latest(session, key_expr, max_bytes, timeout, Locality::Any)
+        query::latest(self.session()?, key_expr, max_bytes, timeout)
     }
 
-    /// As [`Self::latest`], without what this session publishes itself.
-    pub fn latest_of_others(
+    /// As [`Self::latest`], without what this session answers itself and without waiting for it.
+    pub fn ask_others(
         &self,
         key_expr: &str,
         max_bytes: usize,
         timeout: Duration,
-    ) -> Result<Vec<Item>, BusError> {
+    ) -> Result<Question, BusError> {
         let session = self.session()?;
-        query::latest(session, key_expr, max_bytes, timeout, Locality::Remote)
+        query::ask(session, key_expr, max_bytes, timeout, Locality::Remote)
+    }
+
+    /// Answers queries for keys below `root` from values that are replaced together.
+    pub fn shelf(&self, root: &str) -> Result<Shelf, BusError> {
+        Shelf::declare(self.session()?, root)
     }
 
     /// Keeps `key` alive until the token is dropped.

@@ -19,6 +19,7 @@ mod qos;
 mod query;
 mod runtime;
 mod security;
+mod shelf;
 mod subscription;
 
 pub use bus::Bus;
@@ -31,8 +32,10 @@ pub use options::{BusOptions, Mode};
 pub use probe::{NO_SESSION, why_no_router};
 pub use publisher::{Latest, Publisher, RawLatest, RawPublisher};
 pub use qos::Qos;
+pub use query::Question;
 pub use security::{
     Identity, KeyFiles, Member, Members, NodeKeys, Profile, Role, Security, SecurityOptions,
 };
 pub use sextant_queue::{DropRule, QueueCounts, StreamBounds};
+pub use shelf::Shelf;
 pub use subscription::{CallbackSubscription, Item, Payload, Subscription};

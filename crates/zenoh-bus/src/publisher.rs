@@ -131,19 +131,6 @@ impl<M: Message> Latest<M> {
     pub fn put(&self, message: &M) -> Result<(), BusError> {
         self.raw.put_shared(encoded(message, self.key())?)
     }
-
-    /// Keeps a message for late joiners without publishing it, since everyone present has it already.
-    pub fn keep(&self, message: &M) -> Result<(), BusError> {
-        let bytes = encoded(message, self.key())?;
-        *self.raw.lock() = Some(bytes);
-        Ok(())
-    }
-
-    /// Publishes the kept message again, if there is one.
-    pub fn put_again(&self) -> Result<(), BusError> {
-        let bytes = self.raw.lock().clone();
-        bytes.map_or(Ok(()), |bytes| self.raw.publisher.put_shared(bytes))
-    }
 }
 
 fn encoded<M: Message>(message: &M, key: &str) -> Result<ZBytes, BusError> {

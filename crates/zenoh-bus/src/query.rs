@@ -1,7 +1,8 @@
 //! Queries of latest values.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::mpsc::{Receiver, TryRecvError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use zenoh::Wait;
@@ -11,24 +12,49 @@ use zenoh::sample::Locality;
 use crate::{BusError, Item};
 
 /// Most keys of one query.
-const MAX_ANSWERS: usize = 1024;
+const MAX_ANSWERS: usize = 2048;
 /// How long those who answer for the network may take to list tokens.
 pub(crate) const TOKENS: Duration = Duration::from_secs(1);
 
-/// The latest values of these sessions on `key_expr`, one per key, sorted by key.
-pub(crate) fn latest(
+/// The values asked for, while the answers come.
+#[derive(Debug)]
+pub struct Question {
+    answers: Arc<Mutex<BTreeMap<String, Item>>>,
+    /// Ends when the last answer has arrived, or the time is over.
+    open: Receiver<()>,
+}
+
+impl Question {
+    /// All answers, one per key, sorted by key; none before the last one has arrived or the time is over.
+    pub fn poll(&self) -> Option<Vec<Item>> {
+        matches!(self.open.try_recv(), Err(TryRecvError::Disconnected)).then(|| self.take())
+    }
+
+    fn wait(&self, timeout: Duration) -> Vec<Item> {
+        let _ = self.open.recv_timeout(timeout);
+        self.take()
+    }
+
+    fn take(&self) -> Vec<Item> {
+        let answers = std::mem::take(&mut *locked(&self.answers));
+        answers.into_values().collect()
+    }
+}
+
+/// Asks these sessions for their latest values on `key_expr`.
+pub(crate) fn ask(
     session: &zenoh::Session,
     key_expr: &str,
     max_bytes: usize,
     timeout: Duration,
     whose: Locality,
-) -> Result<Vec<Item>, BusError> {
+) -> Result<Question, BusError> {
     let answers = Arc::new(Mutex::new(BTreeMap::new()));
-    let (done, wait) = std::sync::mpsc::channel::<()>();
+    let (done, open) = std::sync::mpsc::channel::<()>();
     let callback = {
         let answers = Arc::clone(&answers);
         move |reply: Reply| {
-            // `done` is dropped with this closure, when the last answer has arrived: that ends the wait below.
+            // `done` is dropped with this closure, when the last answer has arrived.
             let _open = &done;
             collect(&answers, &reply, max_bytes);
         }
@@ -42,10 +68,19 @@ pub(crate) fn latest(
         .callback(callback)
         .wait()
         .map_err(|cause| BusError::of_key(key_expr, &cause))?;
+    Ok(Question { answers, open })
+}
+
+/// The latest values of all sessions on `key_expr`, one per key, sorted by key.
+pub(crate) fn latest(
+    session: &zenoh::Session,
+    key_expr: &str,
+    max_bytes: usize,
+    timeout: Duration,
+) -> Result<Vec<Item>, BusError> {
+    let question = ask(session, key_expr, max_bytes, timeout, Locality::Any)?;
     // Zenoh ends the query at the timeout; the margin only guards against a session that does not.
-    let _ = wait.recv_timeout(timeout + Duration::from_millis(500));
-    let answers = std::mem::take(&mut *answers.lock().unwrap_or_else(PoisonError::into_inner));
-    Ok(answers.into_values().collect())
+    Ok(question.wait(timeout + Duration::from_millis(500)))
 }
 
 /// The keys of the liveliness tokens on `key_expr`, sorted.
@@ -64,7 +99,7 @@ pub(crate) fn alive_keys(
             // As above.
             let _open = &done;
             let Ok(sample) = reply.result() else { return };
-            let mut found = answers.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut found = locked(&answers);
             if found.len() < MAX_ANSWERS {
                 found.insert(sample.key_expr().as_str().to_owned());
             }
@@ -72,7 +107,7 @@ pub(crate) fn alive_keys(
         .wait()
         .map_err(|cause| BusError::of_key(key_expr, &cause))?;
     let _ = wait.recv_timeout(TOKENS + Duration::from_millis(500));
-    let found = std::mem::take(&mut *found.lock().unwrap_or_else(PoisonError::into_inner));
+    let found = std::mem::take(&mut *locked(&found));
     Ok(found.into_iter().collect())
 }
 
@@ -85,8 +120,12 @@ fn collect(answers: &Mutex<BTreeMap<String, Item>>, reply: &Reply, max_bytes: us
     let Some(item) = Item::from_sample(sample, max_bytes) else {
         return;
     };
-    let mut answers = answers.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut answers = locked(answers);
     if answers.len() < MAX_ANSWERS || answers.contains_key(&item.key) {
         answers.insert(item.key.clone(), item);
     }
+}
+
+fn locked<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
 }

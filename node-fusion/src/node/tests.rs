@@ -104,7 +104,7 @@ impl<'a> Bench<'a> {
         let (rig, objects) = (models.rig.clone(), models.objects.clone());
         let machine = Fusion::new(rig, objects, FusionOptions::default()).unwrap();
         let keys = Keys::of(config.site.clone());
-        let handler = ChangeHandler::new(keys.clone(), models, None);
+        let replica = Replica::new(config.node.clone(), models, Formers::default(), None, false);
         let clock = SteadyClock::new(|| READING.get());
         let listen = |key: &str| {
             bus.subscribe(key, 10_000, DropRule::Oldest, limits::MAX_PAYLOAD_BYTES)
@@ -116,7 +116,7 @@ impl<'a> Bench<'a> {
             camera: bus
                 .publisher(&keys.observations(&north()), Qos::Config)
                 .unwrap(),
-            node: FusionNode::open(bus, &config, machine, handler, clock).unwrap(),
+            node: FusionNode::open(bus, &config, machine, replica, clock).unwrap(),
             sent: 0,
         }
     }
@@ -235,21 +235,10 @@ fn a_pose_that_cannot_be_encoded_is_dropped_and_counted_and_the_next_is_publishe
     let bus = router();
     let mut bench = Bench::new(&bus);
     bench.status();
-    let now_ns = READING.get().wall_ns;
-    assert!(
-        !bench
-            .node
-            .publishers
-            .pose(&estimate(2.0e6, 1e-6), 1, now_ns)
-            .unwrap()
-    );
-    assert!(
-        bench
-            .node
-            .publishers
-            .pose(&estimate(1.0, -1e-12), 1, now_ns)
-            .unwrap()
-    );
+    let now = moment(&bench.node.clock);
+    let mut publish = |estimate| bench.node.publishers.pose(&estimate, 1, now, 0.5).unwrap();
+    assert!(!publish(estimate(2.0e6, 1e-6)));
+    assert!(publish(estimate(1.0, -1e-12)));
     let published = std::iter::from_fn(|| bench.poses.try_recv());
     let published: Vec<ObjectPose> = published.map(|item| item.decode().unwrap()).collect();
     assert_eq!(published.len(), 1);
@@ -263,6 +252,30 @@ fn a_pose_that_cannot_be_encoded_is_dropped_and_counted_and_the_next_is_publishe
     };
     let cause = "sextant/v1/lab/object/cube/pose: `position` is out of range";
     assert!(detail.ends_with(cause), "{detail}");
+}
+
+#[test]
+fn a_pose_that_was_held_up_is_not_published_as_if_it_were_current() {
+    let bus = router();
+    let mut bench = Bench::new(&bus);
+    let mut publish = |age_ns: u64| {
+        let mut estimate = estimate(1.0, 1e-6);
+        estimate.capture_ns -= age_ns;
+        let now = moment(&bench.node.clock);
+        bench.node.publishers.pose(&estimate, 1, now, 0.5).unwrap()
+    };
+    for _ in 0..90 {
+        pass(PERIOD_NS);
+        assert!(publish(20_000_000));
+    }
+    pass(3 * SECOND_NS);
+    assert!(!publish(3 * SECOND_NS));
+    assert!(publish(20_000_000));
+    let status = bench.status();
+    let [Notice::Unpublished { total: 1, detail }] = &status.notices[..] else {
+        panic!("{:?}", status.notices);
+    };
+    assert!(detail.contains("held up for 3.0 s"), "{detail}");
 }
 
 fn refined() -> Proposal {
@@ -322,7 +335,7 @@ fn a_proposal_is_published_once_said_in_the_status_and_withdrawn_with_the_models
     assert_eq!(status.notices, [proposed]);
 
     let change = Change::Removal(cube().id().clone());
-    bench.node.put_in_force(&change).unwrap();
+    bench.node.put_in_force(&[change]).unwrap();
     let withdrawn: Vec<sextant_proto::Proposal> = messages(&proposals);
     assert!(matches!(&withdrawn[..], [none] if none.is_empty()));
 }
@@ -339,8 +352,9 @@ fn a_node_that_applies_puts_its_proposal_in_force_and_can_go_back() {
             limits::MAX_PAYLOAD_BYTES,
         )
         .unwrap();
-    bench.node.apply(refined()).unwrap();
-    let in_force = bench.node.handler.models();
+    bench.node.apply(refined());
+    bench.node.care_for_models().unwrap();
+    let in_force = bench.node.replica.models();
     assert_eq!(Some(&in_force.rig), refined().rig.as_ref());
     assert_eq!(in_force.objects, refined().objects);
     let last: Vec<sextant_proto::Proposal> = messages(&formers);

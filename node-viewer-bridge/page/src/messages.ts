@@ -518,6 +518,15 @@ export const isNotice = variants({
     before_px: isNumber,
     after_px: isNumber,
   }),
+  /** a node whose models are older than another one's: it publishes no poses meanwhile */
+  old_models: record({
+    node: isText,
+    newer: isText,
+  }),
+  /** the models in force are not in the node's files */
+  not_kept: record({
+    detail: isText,
+  }),
 });
 export type Notice = Checked<typeof isNotice>;
 

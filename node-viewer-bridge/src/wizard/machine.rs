@@ -6,10 +6,9 @@ use super::publication::{Answered, Outgoing, Publication};
 use super::state::WizardState;
 use crate::refusal::Refusal;
 use sextant_calibrator::procedure::{Outcome, Procedure, Product};
-use sextant_proto::{ConfigAnswer, NodeId, NodeKind};
+use sextant_proto::{ConfigAnswer, NodeKind};
 use sextant_site_mirror::SiteMirror;
 use sextant_site_model::{ImageObservation, Rig};
-use std::collections::BTreeSet;
 use std::time::Instant;
 
 /// What the machine wants done elsewhere.
@@ -133,22 +132,21 @@ impl Machine {
     }
 
     fn keep(&mut self, site: &Site<'_>, now: Instant) -> Result<(), Refusal> {
-        let nodes = site.mirror.alive(NodeKind::Fusion);
-        let nodes: BTreeSet<NodeId> = nodes.map(|(id, _)| id.clone()).collect();
+        let has_fusion = site.mirror.alive(NodeKind::Fusion).next().is_some();
         let running = self.running_in(|phase| matches!(phase, Phase::Solved(_)), "to keep")?;
         let Phase::Solved(outcome) = &running.phase else {
             return Ok(());
         };
-        if nodes.is_empty() && !site.has_folder {
+        if !has_fusion && !site.has_folder {
             return Err(Refusal::not_now(
                 "there is nowhere to keep it: no fusion node lives, and viewer.toml names no `folder`; download the file",
             ));
         }
-        let (outcome, publication) = if nodes.is_empty() {
+        let (outcome, publication) = if !has_fusion {
             (outcome.clone(), None)
         } else {
             let message = Outgoing::of(&outcome.product);
-            let publication = Publication::of(&message, &nodes, now).map_err(Refusal::not_now)?;
+            let publication = Publication::of(&message, now).map_err(Refusal::not_now)?;
             let outcome = outcome.clone();
             self.jobs.push(Job::Publish(message));
             (outcome, Some(publication))
@@ -237,7 +235,7 @@ impl Machine {
         }
     }
 
-    /// Time passes: goes on with keeping when every node has answered, or has had its time.
+    /// Time passes: goes on with keeping when the site has answered, or has had its time.
     pub(super) fn tick(&mut self, now: Instant, has_folder: bool) {
         let is_published =
             |running: &Running| matches!(running.phase, Phase::Keeping(_, Some(_), _));
@@ -257,7 +255,7 @@ impl Machine {
         match publication.as_ref().map(|waiting| waiting.answered(now)) {
             Some(Answered::NotYet) => return,
             Some(Answered::Refused(cause)) => {
-                running.cause = Some(format!("{cause}; everything stays as it was"));
+                running.cause = Some(cause);
                 let outcome = outcome.clone();
                 return self.go(Phase::Solved(outcome));
             }

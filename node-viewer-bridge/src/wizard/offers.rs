@@ -34,8 +34,8 @@ impl Offers {
         self.0.retain(|(of, _), _| of != node);
     }
 
-    /// The changes that put an offer in force.
-    pub(super) fn changes(&self, node: &NodeId, offer: Offer) -> Result<Vec<Outgoing>, Refusal> {
+    /// The change that puts an offer in force.
+    pub(super) fn change(&self, node: &NodeId, offer: Offer) -> Result<Outgoing, Refusal> {
         let known = self.0.get(&(node.clone(), offer));
         let Some(proposal) = known.filter(|proposal| !proposal.is_empty()) else {
             let what = match offer {
@@ -44,13 +44,7 @@ impl Offers {
             };
             return Err(Refusal::not_now(format!("fusion node {node} {what}")));
         };
-        let unreadable = |cause| Refusal::not_now(format!("fusion node {node}: {cause}"));
-        let rig = proposal.rig_config().map_err(unreadable)?;
-        let objects = proposal.object_configs().map_err(unreadable)?;
-        let rig = rig.into_iter().map(Outgoing::Rig);
-        Ok(rig
-            .chain(objects.into_iter().map(Outgoing::Object))
-            .collect())
+        Ok(Outgoing::Models(proposal.clone()))
     }
 }
 
@@ -77,35 +71,15 @@ mod tests {
     #[test]
     fn what_is_offered_is_put_in_force_until_it_is_withdrawn() {
         let mut offers = Offers::default();
-        assert!(offers.changes(&node("a"), Offer::Refinement).is_err());
+        assert!(offers.change(&node("a"), Offer::Refinement).is_err());
         offers.take(Offer::Refinement, proposal("a"));
-        let rig = Outgoing::Rig(RigConfig {
-            cameras: vec![],
-            scale_sigma: None,
-        });
         assert_eq!(
-            offers.changes(&node("a"), Offer::Refinement).ok(),
-            Some(vec![rig])
+            offers.change(&node("a"), Offer::Refinement).ok(),
+            Some(Outgoing::Models(proposal("a")))
         );
-        assert!(offers.changes(&node("a"), Offer::Former).is_err());
+        assert!(offers.change(&node("a"), Offer::Former).is_err());
         offers.take(Offer::Refinement, Proposal::none(node("a"), 2));
-        assert!(offers.changes(&node("a"), Offer::Refinement).is_err());
-    }
-
-    #[test]
-    fn what_is_unreadable_is_refused() {
-        let mut offers = Offers::default();
-        let damaged = Proposal {
-            rig: Some(ModelPayload(b"rig".to_vec())),
-            ..proposal("a")
-        };
-        offers.take(Offer::Former, damaged);
-        let refused = offers.changes(&node("a"), Offer::Former).unwrap_err();
-        assert!(
-            refused.cause.contains("not a Sextant payload"),
-            "{}",
-            refused.cause
-        );
+        assert!(offers.change(&node("a"), Offer::Refinement).is_err());
     }
 
     #[test]
@@ -115,6 +89,6 @@ mod tests {
         assert_eq!(offers.0.len(), MOST_NODES);
         offers.forget(&node("n0"));
         offers.take(Offer::Former, proposal("real"));
-        assert!(offers.changes(&node("real"), Offer::Former).is_ok());
+        assert!(offers.change(&node("real"), Offer::Former).is_ok());
     }
 }

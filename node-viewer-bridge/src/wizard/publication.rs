@@ -1,18 +1,14 @@
-//! A result on its way to the running site: published as `sextant config set` does, and what its fusion nodes answer.
+//! A result on its way to the running site: published as `sextant config set` does, and what the fusion node that publishes the poses answers.
 
 use sextant_calibrator::procedure::Product;
 use sextant_proto::{
-    CameraSettings, ConfigAnswer, NodeId, ObjectConfig, Outcome, RigConfig, encode, fingerprint,
+    CameraSettings, ConfigAnswer, ObjectConfig, Outcome, Proposal, RigConfig, encode, fingerprint,
 };
 use sextant_site_files::{object_toml, rig_toml};
-use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
-/// How long the nodes may take to answer.
-const PATIENCE: Duration = Duration::from_secs(3);
-
-/// Most answers kept of nodes that are not waited for.
-const MOST_ANSWERS: usize = 64;
+/// How long the answer may take: the disk of the fusion node may be slow.
+const PATIENCE: Duration = Duration::from_secs(15);
 
 /// A change for the network.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,6 +19,8 @@ pub(crate) enum Outgoing {
     Object(ObjectConfig),
     /// Of a camera's exposure, gain and rate.
     Camera(CameraSettings),
+    /// What a fusion node offers.
+    Models(Proposal),
 }
 
 impl Outgoing {
@@ -40,29 +38,29 @@ impl Outgoing {
             Self::Rig(rig) => encode(rig),
             Self::Object(object) => encode(object),
             Self::Camera(settings) => encode(settings),
+            Self::Models(proposal) => encode(proposal),
         };
         let payload = payload.map_err(|error| error.to_string())?;
         Ok(fingerprint(&payload))
     }
 }
 
-/// Answers that are waited for.
+/// An answer that is waited for.
 #[derive(Debug)]
 pub(super) struct Publication {
     fingerprint: u64,
-    silent: BTreeSet<NodeId>,
-    answers: BTreeMap<NodeId, ConfigAnswer>,
+    answer: Option<ConfigAnswer>,
     deadline: Instant,
 }
 
-/// What the nodes made of it.
+/// What became of it.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Answered {
-    /// Some have not answered, and there is time left.
+    /// There is no answer, and there is time left.
     NotYet,
-    /// One refused, with the cause; then nothing is kept.
+    /// It was refused, with the cause; then nothing is kept.
     Refused(String),
-    /// It is in force: a sentence for each node.
+    /// It is in force, a sentence for each node; or there was no answer.
     Done(Vec<String>),
 }
 
@@ -75,117 +73,103 @@ pub(super) fn file_of(product: &Product) -> (String, String) {
 }
 
 impl Publication {
-    /// Waits for these nodes from now on; the cause where the change does not fit into a message.
-    pub(super) fn of(
-        outgoing: &Outgoing,
-        nodes: &BTreeSet<NodeId>,
-        now: Instant,
-    ) -> Result<Self, String> {
+    /// Waits from now on; the cause where the change does not fit into a message.
+    pub(super) fn of(outgoing: &Outgoing, now: Instant) -> Result<Self, String> {
         Ok(Self {
             fingerprint: outgoing.fingerprint()?,
-            silent: nodes.clone(),
-            answers: BTreeMap::new(),
+            answer: None,
             deadline: now + PATIENCE,
         })
     }
 
     pub(super) fn take(&mut self, answer: &ConfigAnswer) {
-        let has_room = self.answers.len() < MOST_ANSWERS || self.silent.contains(&answer.node);
-        if answer.fingerprint == self.fingerprint && has_room {
-            self.silent.remove(&answer.node);
-            self.answers.insert(answer.node.clone(), answer.clone());
+        if answer.fingerprint == self.fingerprint {
+            self.answer = Some(answer.clone());
         }
     }
 
     pub(super) fn answered(&self, now: Instant) -> Answered {
-        let refused = self
-            .answers
-            .values()
-            .find_map(|answer| match &answer.outcome {
-                Outcome::Refused(refusal) => Some(format!("{} refused it: {refusal}", answer.node)),
-                Outcome::Kept | Outcome::Taken | Outcome::Same => None,
-            });
-        if let Some(refused) = refused {
-            return Answered::Refused(refused);
-        }
-        if !self.silent.is_empty() && now < self.deadline {
-            return Answered::NotYet;
-        }
-        let silent = self.silent.iter().map(|node| {
-            format!(
-                "fusion node {node} has not answered for {} s",
-                PATIENCE.as_secs()
-            )
-        });
-        Answered::Done(self.answers.values().map(sentence).chain(silent).collect())
-    }
-}
-
-fn sentence(answer: &ConfigAnswer) -> String {
-    let node = &answer.node;
-    match &answer.outcome {
-        Outcome::Kept => format!("in force on fusion node {node}, which keeps it in its files"),
-        Outcome::Taken => format!(
-            "in force on fusion node {node} until that ends: `keep_changes` in its file is false"
-        ),
-        Outcome::Same | Outcome::Refused(_) => format!("fusion node {node} had it already"),
+        let Some(answer) = &self.answer else {
+            if now < self.deadline {
+                return Answered::NotYet;
+            }
+            let patience_s = PATIENCE.as_secs();
+            let silence = "no fusion node has answered";
+            return Answered::Done(vec![format!(
+                "{silence} for {patience_s} s: see whether it is in force before you try again"
+            )]);
+        };
+        let node = &answer.node;
+        let there = match &answer.outcome {
+            Outcome::Refused(refusal) => {
+                return Answered::Refused(format!(
+                    "{node} refused it: {refusal}; everything stays as it was"
+                ));
+            }
+            Outcome::Kept => format!("in force on fusion node {node}, which keeps it in its files"),
+            Outcome::Taken => format!(
+                "in force on fusion node {node} until that ends: `keep_changes` in its file is false"
+            ),
+            Outcome::Same => format!("fusion node {node} had it already"),
+        };
+        let followers = answer.followers.iter();
+        let followers = followers.map(|node| format!("in force on fusion node {node}"));
+        let behind = answer.behind.iter();
+        let behind = behind.map(|node| format!("fusion node {node} has not taken it over yet"));
+        Answered::Done([there].into_iter().chain(followers).chain(behind).collect())
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sextant_proto::Refusal;
+    use sextant_proto::{NodeId, Refusal};
 
-    fn answer(node: &str, fingerprint: u64, outcome: Outcome) -> ConfigAnswer {
+    fn answer(fingerprint: u64, outcome: Outcome) -> ConfigAnswer {
         ConfigAnswer {
-            node: NodeId::new(node).unwrap(),
+            node: NodeId::new("a").unwrap(),
             key: "config/rig".to_owned(),
             fingerprint,
             outcome,
+            followers: vec![NodeId::new("b").unwrap()],
+            behind: vec![NodeId::new("c").unwrap()],
         }
     }
 
     #[test]
-    fn every_node_is_waited_for_but_not_for_ever() {
+    fn the_answer_is_waited_for_but_not_for_ever() {
         let outgoing = Outgoing::Rig(RigConfig {
             cameras: vec![],
             scale_sigma: None,
         });
         let number = outgoing.fingerprint().unwrap();
-        let nodes = ["a", "b"].map(|node| NodeId::new(node).unwrap());
         let start = Instant::now();
-        let mut publication = Publication::of(&outgoing, &BTreeSet::from(nodes), start).unwrap();
-        publication.take(&answer("a", number, Outcome::Kept));
-        publication.take(&answer("b", number + 1, Outcome::Kept));
+        let mut publication = Publication::of(&outgoing, start).unwrap();
+        publication.take(&answer(number + 1, Outcome::Kept));
         assert_eq!(publication.answered(start), Answered::NotYet);
-        let Answered::Done(late) = publication.answered(start + PATIENCE) else {
+        let Answered::Done(silence) = publication.answered(start + PATIENCE) else {
             panic!("still waiting");
         };
-        assert!(late[1].contains("b has not answered"), "{late:?}");
-        publication.take(&answer("b", number, Outcome::Refused(Refusal::NoCamera)));
+        assert!(
+            silence[0].contains("no fusion node has answered"),
+            "{silence:?}"
+        );
+        publication.take(&answer(number, Outcome::Kept));
+        let Answered::Done(words) = publication.answered(start) else {
+            panic!("it is answered");
+        };
+        assert_eq!(words.len(), 3);
+        assert!(
+            words[2].contains("c has not taken it over yet"),
+            "{words:?}"
+        );
+        publication.take(&answer(number, Outcome::Refused(Refusal::NoCamera)));
         let refused = publication.answered(start);
         assert_eq!(
             refused,
-            Answered::Refused("b refused it: the rig has no camera".to_owned())
+            Answered::Refused(
+                "a refused it: the rig has no camera; everything stays as it was".to_owned()
+            )
         );
-    }
-
-    #[test]
-    fn a_flood_of_answers_ends_at_the_bound_and_hides_none_that_is_waited_for() {
-        let outgoing = Outgoing::Rig(RigConfig {
-            cameras: vec![],
-            scale_sigma: None,
-        });
-        let number = outgoing.fingerprint().unwrap();
-        let awaited = BTreeSet::from([NodeId::new("real").unwrap()]);
-        let start = Instant::now();
-        let mut publication = Publication::of(&outgoing, &awaited, start).unwrap();
-        for n in 0..10 * MOST_ANSWERS {
-            publication.take(&answer(&format!("n{n}"), number, Outcome::Kept));
-        }
-        assert_eq!(publication.answers.len(), MOST_ANSWERS);
-        publication.take(&answer("real", number, Outcome::Kept));
-        assert_eq!(publication.answers.len(), MOST_ANSWERS + 1);
     }
 }

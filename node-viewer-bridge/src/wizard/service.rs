@@ -65,7 +65,7 @@ impl WizardService {
             Command::Revert { node } => return self.accept(node, Offer::Former),
             Command::SetCamera(settings) => {
                 check_settings(settings)?;
-                return self.send([Outgoing::Camera(settings.clone())]);
+                return self.send(Outgoing::Camera(settings.clone()));
             }
             _ => {}
         }
@@ -90,18 +90,18 @@ impl WizardService {
 
     /// Publishes what a fusion node offers; the node's status shows the outcome.
     fn accept(&self, node: &NodeId, offer: Offer) -> Result<(), Refusal> {
-        let changes = locked(&self.offers).changes(node, offer)?;
-        self.send(changes)
+        let change = locked(&self.offers).change(node, offer)?;
+        self.send(change)
     }
 
-    fn send(&self, changes: impl IntoIterator<Item = Outgoing>) -> Result<(), Refusal> {
+    fn send(&self, change: Outgoing) -> Result<(), Refusal> {
         let mut outgoing = locked(&self.outgoing);
         if !outgoing.is_empty() {
             return Err(Refusal::not_now(
                 "a change is under way; try again in a moment",
             ));
         }
-        outgoing.extend(changes);
+        outgoing.push_back(change);
         Ok(())
     }
 

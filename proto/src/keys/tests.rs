@@ -87,6 +87,7 @@ fn every_key_is_read_back() {
             keys.config_object(&object),
             KeyRef::ConfigObject(object.clone()),
         ),
+        (keys.config_models(), KeyRef::ConfigModels),
         (
             keys.config_camera(&camera),
             KeyRef::ConfigCamera(camera.clone()),

@@ -1,6 +1,7 @@
-//! Heartbeats of the fusion nodes of a site, by which one of them publishes poses and the others stand by, or each publishes its share.
+//! Heartbeats of the fusion nodes of a site, by which one of them publishes poses and the others stand by, or each publishes its share, and
+//! by which all of them come to work from the same models.
 
-use crate::check::{OutOfRange, holds};
+use crate::check::{self, OutOfRange, holds};
 use crate::envelope::{Kind, Message};
 use crate::ids::NodeId;
 use crate::limits::{MAX_OBJECTS, MAX_PEERS};
@@ -25,6 +26,28 @@ pub struct Heartbeat {
     pub heard: Vec<HeardBeat>,
     /// The node's share of the objects; none where one node publishes the poses of all of them.
     pub sharing: Option<Sharing>,
+    /// The rig, the objects and the settings that the node works from.
+    pub models: ModelsState,
+}
+
+/// Which models a fusion node works from.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ModelsState {
+    /// Their version; none of files that have not been compared with those of other nodes yet, which are older than all versions.
+    pub version: Option<ModelsVersion>,
+    /// [`crate::models_fingerprint`] of the payloads that carry them.
+    pub fingerprint: u64,
+}
+
+/// A version of the models of a site: rig, objects and settings together. The greater one is newer, compared field by field.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct ModelsVersion {
+    /// Changes since the first version.
+    pub counter: u64,
+    /// When the last change was made, ns since the Unix epoch.
+    pub t_ns: u64,
+    /// The fusion node that made it.
+    pub author: NodeId,
 }
 
 /// A heartbeat that was received.
@@ -73,6 +96,8 @@ impl Message for Heartbeat {
     fn check(&self) -> Result<(), OutOfRange> {
         holds(self.heard.len() <= MAX_PEERS, "heard")?;
         let n_objects = self.sharing.as_ref().map_or(0, |one| one.objects.len());
-        holds(n_objects <= MAX_OBJECTS, "sharing.objects")
+        holds(n_objects <= MAX_OBJECTS, "sharing.objects")?;
+        let version = self.models.version.as_ref();
+        check::time(version.map_or(0, |one| one.t_ns), "models.version.t_ns")
     }
 }

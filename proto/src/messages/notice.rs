@@ -1,6 +1,7 @@
 //! What happened to a fusion node itself and to the messages that it takes in: neither a fault of the site nor an imperfection of its files.
 
 use crate::check::{self, OutOfRange, holds};
+use crate::ids::NodeId;
 use crate::limits::MAX_DETAIL_BYTES;
 use crate::messages::refusal::Refusal;
 use serde::{Deserialize, Serialize};
@@ -67,6 +68,18 @@ pub enum Notice {
         /// Rms reprojection error of these by the models proposed, px.
         after_px: f64,
     },
+    /// A fusion node works from older models than another one; shown until it has taken them over. It publishes no poses meanwhile.
+    OldModels {
+        /// The node whose models are old.
+        node: NodeId,
+        /// The node that has newer ones.
+        newer: NodeId,
+    },
+    /// The models in force are not in the node's files; shown until they are.
+    NotKept {
+        /// Why, English text.
+        detail: String,
+    },
 }
 
 impl fmt::Display for Notice {
@@ -119,6 +132,14 @@ impl fmt::Display for Notice {
                 f,
                 "a refined calibration explains the images better ({before_px:.2} px to {after_px:.2} px on {n_images} held-back images): run `sextant config apply-refinement`"
             ),
+            Self::OldModels { node, newer } => write!(
+                f,
+                "fusion node {node} has an older rig or objects than {newer} and publishes no poses until it has taken these over: check the network between the two; where {newer} is gone for good, set the rig again (`sextant config set rig`)"
+            ),
+            Self::NotKept { detail } => write!(
+                f,
+                "the rig and the objects in force are not in this node's files, which it would start from: {detail}"
+            ),
         }
     }
 }
@@ -150,6 +171,8 @@ impl Notice {
                 check::amount(*before_px, FIELD)?;
                 check::amount(*after_px, FIELD)
             }
+            Self::OldModels { .. } => Ok(()),
+            Self::NotKept { detail } => check::detail(detail, FIELD),
         }
     }
 }

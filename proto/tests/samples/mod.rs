@@ -384,6 +384,13 @@ fn notices() -> Vec<Notice> {
             before_px: 0.75,
             after_px: 0.5,
         },
+        Notice::OldModels {
+            node: NodeId::new("spare").unwrap(),
+            newer: NodeId::new("fusion").unwrap(),
+        },
+        Notice::NotKept {
+            detail: "no space left on device".into(),
+        },
     ];
     let refused = refusals().into_iter().map(|refusal| Notice::ChangeRefused {
         key: "config/rig".into(),
@@ -632,6 +639,14 @@ pub fn heartbeat() -> Heartbeat {
                 })
                 .collect(),
         }),
+        models: ModelsState {
+            version: Some(ModelsVersion {
+                counter: 7,
+                t_ns: CAPTURE_NS - 3_600_000_000_000,
+                author: NodeId::new("spare").unwrap(),
+            }),
+            fingerprint: 0xfedc_ba98_7654_3210,
+        },
     }
 }
 
@@ -665,6 +680,8 @@ pub fn config_answer() -> ConfigAnswer {
             first: object(),
             second: ObjectId::new("box").unwrap(),
         }),
+        followers: vec![NodeId::new("spare").unwrap()],
+        behind: vec![NodeId::new("third").unwrap()],
     }
 }
 

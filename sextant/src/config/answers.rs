@@ -1,36 +1,33 @@
-//! The answers of a site's fusion nodes to one change.
+//! The answer of a site to one change.
 
 use anyhow::{anyhow, bail};
 use sextant_gateways::site::SiteSession;
 use sextant_process::shutdown::SHUTDOWN_POLL;
 use sextant_process::{Exit, Failure};
-use sextant_proto::{ConfigAnswer, KeyRef, NodeId, NodeKind, fingerprint, limits};
-use sextant_zenoh_bus::{DropRule, Presence, Subscription};
-use std::collections::BTreeMap;
+use sextant_proto::{ConfigAnswer, NodeKind, fingerprint, limits};
+use sextant_zenoh_bus::{DropRule, Subscription};
 use std::time::{Duration, Instant};
 
 /// Answers of others that wait; the oldest give way.
 const QUEUE: usize = 256;
-/// Tokens of living nodes come within this after the question; the first is waited for longer.
-const TOKENS: Duration = Duration::from_millis(500);
-/// How long they may take to repeat their last answers.
+/// How long the fusion nodes may take to repeat their last answers.
 const ASKED_AGAIN: Duration = Duration::from_millis(100);
-/// How long the nodes may take to answer.
-const PATIENCE: Duration = Duration::from_secs(3);
+/// After so long the change is asked for again: the fusion node that decides may just have been replaced.
+const AGAIN: Duration = Duration::from_secs(2);
+/// How long the answer may take: the disk of the fusion node may be slow.
+const PATIENCE: Duration = Duration::from_secs(15);
 
-/// Waits for the answer of every fusion node that lives.
-pub struct Answers<'a> {
+/// Waits for the answer of the fusion node that publishes the poses.
+pub struct AwaitedAnswer<'a> {
     site: &'a SiteSession,
     subscription: Subscription,
-    nodes: Vec<NodeId>,
     fingerprint: u64,
-    /// What each had answered last before the question: to the same payload, perhaps, but not to this one.
+    /// What each node had answered last before the question: to the same payload, perhaps, but not to this one.
     before: Vec<ConfigAnswer>,
-    heard: BTreeMap<NodeId, ConfigAnswer>,
 }
 
-impl<'a> Answers<'a> {
-    /// Listens from now on for answers to this payload.
+impl<'a> AwaitedAnswer<'a> {
+    /// Listens from now on for the answer to this payload.
     ///
     /// # Errors
     /// No fusion node lives on the site.
@@ -39,8 +36,8 @@ impl<'a> Answers<'a> {
         let subscription =
             site.bus
                 .subscribe(&key, QUEUE, DropRule::Oldest, limits::MAX_PAYLOAD_BYTES)?;
-        let nodes = living(site)?;
-        if nodes.is_empty() {
+        let mirror = site.mirror(&[])?;
+        if mirror.alive(NodeKind::Fusion).next().is_none() {
             let name = site.keys.site();
             let cause = anyhow!(
                 "no fusion node lives on site {name}; start one (`sextant fusion`) or name the site with --site"
@@ -50,41 +47,42 @@ impl<'a> Answers<'a> {
         Ok(Self {
             site,
             subscription,
-            nodes,
             fingerprint: fingerprint(payload),
-            before: site.latest_within(&key, PATIENCE)?,
-            heard: BTreeMap::new(),
+            before: site.latest(&key)?,
         })
     }
 
-    /// One answer of each node, in order of their names.
+    /// The answer. `ask` publishes the change, and again after a while without one.
     ///
     /// # Errors
-    /// When one does not answer, naming it.
-    pub fn wait(mut self) -> anyhow::Result<Vec<ConfigAnswer>> {
-        let deadline = Instant::now() + PATIENCE;
-        while let Some(silent) = self
-            .nodes
-            .iter()
-            .find(|node| !self.heard.contains_key(node))
-        {
+    /// When there is none.
+    pub fn wait(self, ask: impl Fn() -> anyhow::Result<()>) -> anyhow::Result<ConfigAnswer> {
+        ask()?;
+        let begun = Instant::now();
+        let mut asks_again = true;
+        loop {
             if self.site.shutdown.is_requested() {
                 bail!(Failure::new(Exit::Interrupted, anyhow!("interrupted")));
             }
-            if Instant::now() >= deadline {
+            if let Some(answer) = self.poll()? {
+                return Ok(answer);
+            }
+            if begun.elapsed() >= PATIENCE {
                 let cause = anyhow!(
-                    "fusion node {silent} has not answered for {} s; `sextant config get` says what is in force",
+                    "no fusion node has answered for {} s; `sextant config get` says what is in force",
                     PATIENCE.as_secs()
                 );
                 bail!(Failure::new(Exit::Unavailable, cause));
             }
-            self.poll()?;
+            if asks_again && begun.elapsed() >= AGAIN {
+                asks_again = false;
+                ask()?;
+            }
         }
-        Ok(self.heard.into_values().collect())
     }
 
     /// Answers come by themselves; one that came before the network knew of this listener is asked for.
-    fn poll(&mut self) -> anyhow::Result<()> {
+    fn poll(&self) -> anyhow::Result<Option<ConfigAnswer>> {
         let come = self.subscription.recv_timeout(SHUTDOWN_POLL);
         let answers = match come {
             Some(item) => item.decode().into_iter().collect(),
@@ -94,10 +92,7 @@ impl<'a> Answers<'a> {
             }
         };
         let ours = |answer: &ConfigAnswer| answer.fingerprint == self.fingerprint;
-        for answer in answers.into_iter().filter(ours) {
-            self.heard.insert(answer.node.clone(), answer);
-        }
-        Ok(())
+        Ok(answers.into_iter().find(ours))
     }
 }
 
@@ -107,29 +102,10 @@ fn new_among(answers: Vec<ConfigAnswer>, before: &[ConfigAnswer]) -> Vec<ConfigA
     answers.into_iter().filter(is_new).collect()
 }
 
-/// The fusion nodes that live.
-fn living(site: &SiteSession) -> anyhow::Result<Vec<NodeId>> {
-    let watch = site.bus.watch_alive(&site.keys.all_alive())?;
-    let asked = Instant::now();
-    let mut nodes = Vec::new();
-    let patience = |nodes: &[NodeId]| if nodes.is_empty() { PATIENCE } else { TOKENS };
-    while asked.elapsed() < patience(&nodes) && !site.shutdown.is_requested() {
-        let Some(Presence::Joined(key)) = watch.recv_timeout(SHUTDOWN_POLL) else {
-            continue;
-        };
-        if let Some(KeyRef::Alive(NodeKind::Fusion, id)) = site.keys.parse(&key)
-            && !nodes.contains(&id)
-        {
-            nodes.push(id);
-        }
-    }
-    Ok(nodes)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sextant_proto::Outcome;
+    use sextant_proto::{NodeId, Outcome};
 
     #[test]
     fn what_was_answered_before_is_no_answer_now() {
@@ -138,6 +114,8 @@ mod tests {
             key: "config/rig".to_owned(),
             fingerprint: fingerprint(b"rig"),
             outcome,
+            followers: vec![],
+            behind: vec![],
         };
         let (taken, same) = (answer(Outcome::Taken), answer(Outcome::Same));
         let before = [taken.clone()];

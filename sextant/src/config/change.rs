@@ -1,6 +1,6 @@
-//! Changing the rig and the objects of a running site, and what its fusion nodes answer.
+//! Changing the rig and the objects of a running site, and what it answers.
 
-use crate::config::answers::Answers;
+use crate::config::answers::AwaitedAnswer;
 use crate::config::get::known_object;
 use crate::output::{Format, print_line};
 use crate::site::{SiteArguments, check_may_change};
@@ -51,7 +51,7 @@ pub fn remove_object(id: &ObjectId, site: &SiteArguments, format: Format) -> any
     change(&site, &site.keys.config_object(id), &removal, format)
 }
 
-/// Publishes a change and waits for what the fusion nodes make of it.
+/// Publishes a change and waits for what becomes of it.
 ///
 /// # Errors
 /// No answer, a refusal.
@@ -65,21 +65,17 @@ pub fn change<M: Message>(
     let payload = encode(message)
         .context("this is more than fits into a message")
         .exit_with(Exit::Input)?;
-    let answers = Answers::expect(site, &payload)?;
+    let awaited = AwaitedAnswer::expect(site, &payload)?;
     let publisher = site.bus.publisher::<M>(key, Qos::Config)?;
-    publisher.signed(&signature()).put(message)?;
-    let answers = answers.wait()?;
-    for answer in &answers {
-        print_line(&line_of(answer, format))?;
-    }
-    for ConfigAnswer { node, outcome, .. } in &answers {
-        if let Outcome::Refused(refusal) = outcome {
-            let cause = words::plain(&refusal.to_string());
-            bail!(Failure::new(
-                Exit::Fault,
-                anyhow::anyhow!("{node} refused: {cause}; nothing has changed there")
-            ));
-        }
+    let publisher = publisher.signed(&signature());
+    let answer = awaited.wait(|| Ok(publisher.put(message)?))?;
+    print_line(&line_of(&answer, format))?;
+    if let Outcome::Refused(refusal) = &answer.outcome {
+        let cause = words::plain(&refusal.to_string());
+        bail!(Failure::new(
+            Exit::Fault,
+            anyhow::anyhow!("{} refused: {cause}; nothing has changed", answer.node)
+        ));
     }
     Ok(())
 }
@@ -104,6 +100,7 @@ fn line_of(answer: &ConfigAnswer, format: Format) -> String {
             let words = refusal.map_or_else(String::new, ToString::to_string);
             serde_json::json!({
                 "node": answer.node, "key": answer.key, "outcome": outcome, "words": words, "refusal": refusal,
+                "followers": answer.followers, "behind": answer.behind,
             })
             .to_string()
         }
@@ -114,11 +111,17 @@ fn line_of(answer: &ConfigAnswer, format: Format) -> String {
                 Outcome::Kept => " in its files",
                 Outcome::Same | Outcome::Refused(_) => "",
             };
-            format!(
-                "{}: {} {how}{until}",
-                answer.node,
-                words::plain(&answer.key)
-            )
+            let key = words::plain(&answer.key);
+            let there = format!("{}: {key} {how}{until}", answer.node);
+            let followers = answer
+                .followers
+                .iter()
+                .map(|node| format!("{node}: {key} in force"));
+            let behind = answer.behind.iter().map(|node| {
+                format!("{node}: not yet; it takes {key} over before it publishes anything")
+            });
+            let lines: Vec<String> = [there].into_iter().chain(followers).chain(behind).collect();
+            lines.join("\n")
         }
     }
 }

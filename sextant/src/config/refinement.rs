@@ -2,7 +2,6 @@
 
 use crate::config::change::change;
 use crate::config::get::nobody;
-use crate::config::order::in_order;
 use crate::output::{Format, print_line};
 use crate::site::SiteArguments;
 use crate::words;
@@ -11,9 +10,8 @@ use serde_json::{Value, json};
 use sextant_gateways::site::SiteSession;
 use sextant_geometry::{Pose, se3};
 use sextant_process::{Exit, Failure};
-use sextant_proto::{NodeId, ObjectConfig, Proposal, RigConfig};
+use sextant_proto::{FusionStatus, ModelPayload, NodeId, ObjectConfig, Proposal, RigConfig};
 use sextant_site_model::{Camera, ObjectId, ObjectModel, ObjectTag, Rig};
-use std::collections::BTreeMap;
 
 /// Whether a change is made, or only shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,7 +61,7 @@ pub fn apply(
         );
         Failure::new(Exit::Fault, cause)
     })?;
-    let models = Models::of(&proposal)?;
+    let models = Models::of(proposal.clone())?;
     let mut summary = models.summary(&site)?;
     summary.node = Some(proposal.node.clone());
     summary.held_back = Some(proposal);
@@ -82,27 +80,29 @@ pub fn revert(
     format: Format,
 ) -> anyhow::Result<()> {
     let site = site.open()?;
+    let node = publisher(&site)?;
     let models = match what {
         RevertTarget::Last => {
-            let last = first(&site, &site.keys.all_formers())?;
-            last.as_ref().map(Models::of).transpose()?
+            let last = first(&site, &site.keys.former(&node))?;
+            last.map(Models::of).transpose()?
         }
         RevertTarget::Rig => {
-            let former: Vec<RigConfig> = site.latest(&site.keys.all_former_rigs())?;
-            former.into_iter().next().map(Models::rig)
+            let former: Vec<RigConfig> = site.latest(&site.keys.former_rig(&node))?;
+            let former = former.into_iter().next();
+            former
+                .map(|rig| Models::new(node.clone(), Some(rig), None))
+                .transpose()?
         }
         RevertTarget::Object(id) => {
-            let former: Vec<ObjectConfig> = site.latest(&site.keys.all_former_objects(id))?;
-            former.into_iter().next().map(Models::object)
+            let key = site.keys.former_object(&node, id);
+            let former: Vec<ObjectConfig> = site.latest(&key)?;
+            let former = former.into_iter().next();
+            former
+                .map(|object| Models::new(node.clone(), None, Some(object)))
+                .transpose()?
         }
     };
     let Some(models) = models else {
-        if site
-            .latest::<Proposal>(&site.keys.all_formers())?
-            .is_empty()
-        {
-            bail!(Failure::new(Exit::Unavailable, nobody(&site)))
-        }
         let of = match what {
             RevertTarget::Last => String::new(),
             RevertTarget::Rig => " of the rig".to_owned(),
@@ -115,6 +115,16 @@ pub fn revert(
     };
     print_line(&models.summary(&site)?.line(format))?;
     models.set(&site, run, format)
+}
+
+/// The fusion node that publishes the poses, and knows what was in force before; any other one where none does at the moment.
+fn publisher(site: &SiteSession) -> anyhow::Result<NodeId> {
+    let statuses: Vec<FusionStatus> = site.latest(&site.keys.all_fusion_statuses())?;
+    let newest = statuses.into_iter().max_by_key(|status| status.epoch);
+    let Some(newest) = newest else {
+        bail!(Failure::new(Exit::Unavailable, nobody(site)))
+    };
+    Ok(newest.node)
 }
 
 /// The first proposal of anything.
@@ -130,26 +140,38 @@ fn first(site: &SiteSession, key: &str) -> anyhow::Result<Option<Proposal>> {
 struct Models {
     rig: Option<RigConfig>,
     objects: Vec<ObjectConfig>,
+    /// The same as a message.
+    proposal: Proposal,
 }
 
 impl Models {
-    fn rig(rig: RigConfig) -> Self {
-        let (rig, objects) = (Some(rig), Vec::new());
-        Self { rig, objects }
+    fn new(
+        node: NodeId,
+        rig: Option<RigConfig>,
+        object: Option<ObjectConfig>,
+    ) -> anyhow::Result<Self> {
+        let payload = object.as_ref().map(ModelPayload::of).transpose()?;
+        let proposal = Proposal {
+            rig: rig.as_ref().map(ModelPayload::of).transpose()?,
+            objects: payload.into_iter().collect(),
+            ..Proposal::none(node, 0)
+        };
+        let objects = object.into_iter().collect();
+        Ok(Self {
+            rig,
+            objects,
+            proposal,
+        })
     }
 
-    fn object(object: ObjectConfig) -> Self {
-        let (rig, objects) = (None, vec![object]);
-        Self { rig, objects }
-    }
-
-    fn of(proposal: &Proposal) -> anyhow::Result<Self> {
-        let models = proposal.rig_config().and_then(|rig| {
-            let objects = proposal.object_configs()?;
-            Ok(Self { rig, objects })
-        });
+    fn of(proposal: Proposal) -> anyhow::Result<Self> {
         let node = &proposal.node;
-        models.with_context(|| format!("fusion node {node} published something unreadable"))
+        let unreadable = || format!("fusion node {node} published something unreadable");
+        Ok(Self {
+            rig: proposal.rig_config().with_context(unreadable)?,
+            objects: proposal.object_configs().with_context(unreadable)?,
+            proposal,
+        })
     }
 
     /// Differences from the models in force.
@@ -171,90 +193,13 @@ impl Models {
         Ok(summary)
     }
 
+    /// Puts all of it in force, or nothing.
     fn set(&self, site: &SiteSession, run: Run, format: Format) -> anyhow::Result<()> {
         if run == Run::Dry {
             return Ok(());
         }
-        let former = Self::in_force(site)?;
-        let by_id = former
-            .objects
-            .iter()
-            .map(|object| (object.id.clone(), object.clone()));
-        let by_id: BTreeMap<ObjectId, ObjectConfig> = by_id.collect();
-        let mut changed = Self {
-            rig: None,
-            objects: Vec::new(),
-        };
-        let set = self.set_each(site, &by_id, &mut changed, format);
-        set.map_err(|refusal| {
-            match former.restore(site, &changed, &by_id, format) {
-                Ok(()) => refusal.context("what had been taken before was set back"),
-                Err(cause) => refusal.context(format!(
-                    "and what had been taken before could not be set back ({cause:#}): see `sextant config get`"
-                )),
-            }
-        })
-    }
-
-    /// The rig and the objects of the site.
-    fn in_force(site: &SiteSession) -> anyhow::Result<Self> {
-        let rigs: Vec<RigConfig> = site.latest(&site.keys.config_rig())?;
-        let objects: Vec<ObjectConfig> = site.latest(&site.keys.all_config_objects())?;
-        Ok(Self {
-            rig: rigs.into_iter().next(),
-            objects: objects
-                .into_iter()
-                .filter(|object| !object.is_removal())
-                .collect(),
-        })
-    }
-
-    fn set_each(
-        &self,
-        site: &SiteSession,
-        in_force: &BTreeMap<ObjectId, ObjectConfig>,
-        changed: &mut Self,
-        format: Format,
-    ) -> anyhow::Result<()> {
-        if let Some(rig) = &self.rig {
-            change(site, &site.keys.config_rig(), rig, format)?;
-            changed.rig = Some(rig.clone());
-        }
-        for object in in_order(in_force, &self.objects) {
-            change(site, &site.keys.config_object(&object.id), &object, format)?;
-            changed.objects.retain(|other| other.id != object.id);
-            changed.objects.push(object);
-        }
-        Ok(())
-    }
-
-    /// Sets back what was changed before a refusal.
-    fn restore(
-        &self,
-        site: &SiteSession,
-        changed: &Self,
-        in_force: &BTreeMap<ObjectId, ObjectConfig>,
-        format: Format,
-    ) -> anyhow::Result<()> {
-        let mut now = in_force.clone();
-        let mut wanted = Vec::new();
-        for object in &changed.objects {
-            let removal = || ObjectConfig::removal(object.id.clone());
-            wanted.push(in_force.get(&object.id).cloned().unwrap_or_else(removal));
-            match object.is_removal() {
-                true => drop(now.remove(&object.id)),
-                false => drop(now.insert(object.id.clone(), object.clone())),
-            }
-        }
-        let former = Self {
-            rig: changed.rig.as_ref().and(self.rig.clone()),
-            objects: wanted,
-        };
-        let mut set_back = Self {
-            rig: None,
-            objects: Vec::new(),
-        };
-        former.set_each(site, &now, &mut set_back, format)
+        let key = site.keys.config_models();
+        change(site, &key, &self.proposal, format)
     }
 }
 

@@ -9,6 +9,7 @@ mod congestion;
 mod intruders;
 mod links;
 mod long_run;
+mod models;
 mod random_kills;
 mod resources;
 mod routers;

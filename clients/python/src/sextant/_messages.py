@@ -584,6 +584,26 @@ class HeartbeatSharing(Record):
 
 
 @dataclass(frozen=True)
+class HeartbeatModelsVersion(Record):
+    """`version` of HeartbeatModels."""
+
+    counter: U64
+    t_ns: U64
+    #: the fusion node that made it
+    author: str
+
+
+@dataclass(frozen=True)
+class HeartbeatModels(Record):
+    """`models` of Heartbeat."""
+
+    #: none: files that were compared with no other node's
+    version: Optional[HeartbeatModelsVersion]
+    #: of the payloads that carry them
+    fingerprint: U64
+
+
+@dataclass(frozen=True)
 class Heartbeat(Record):
     """Heartbeat."""
 
@@ -598,6 +618,7 @@ class Heartbeat(Record):
     heard: Annotated[tuple[HeartbeatHeard, ...], AtMost(16)]
     #: none: one node publishes all poses
     sharing: Optional[HeartbeatSharing]
+    models: HeartbeatModels
 
 
 @dataclass(frozen=True)
@@ -634,6 +655,10 @@ class ConfigAnswer(Record):
     key: str
     fingerprint: U64
     outcome: ConfigAnswerOutcome
+    #: the other fusion nodes that work from it too; at most 16
+    followers: Annotated[tuple[str, ...], AtMost(16)]
+    #: those that did not within a second; at most 16
+    behind: Annotated[tuple[str, ...], AtMost(16)]
 
 
 @dataclass(frozen=True)
@@ -1064,8 +1089,23 @@ class NoticeRefinementProposed(VariantRecord, variant="refinement_proposed", for
     after_px: F64
 
 
+@dataclass(frozen=True)
+class NoticeOldModels(VariantRecord, variant="old_models", form="fields"):
+    """A node whose models are older than another one's: it publishes no poses meanwhile."""
+
+    node: str
+    newer: str
+
+
+@dataclass(frozen=True)
+class NoticeNotKept(VariantRecord, variant="not_kept", form="fields"):
+    """The models in force are not in the node's files."""
+
+    detail: str
+
+
 #: What happened to the node itself.
-Notice = Union[NoticeCameraSilent, NoticeLateObservations, NoticeOverload, NoticeUnpublished, NoticeClockStepped, NoticeChangeRefused, NoticeNameTaken, NoticeRefinementProposed]
+Notice = Union[NoticeCameraSilent, NoticeLateObservations, NoticeOverload, NoticeUnpublished, NoticeClockStepped, NoticeChangeRefused, NoticeNameTaken, NoticeRefinementProposed, NoticeOldModels, NoticeNotKept]
 
 
 @dataclass(frozen=True)
@@ -1208,7 +1248,7 @@ KINDS: dict[int, Kind] = {
     7: Kind(7, 1024, ObjectTruth),
     8: Kind(8, 131072, FusionStatus),
     9: Kind(9, 32768, ClockReport),
-    10: Kind(10, 1024, ConfigAnswer),
+    10: Kind(10, 4096, ConfigAnswer),
     11: Kind(11, 131072, Proposal),
     12: Kind(12, 131072, RigConfig),
     13: Kind(13, 131072, ObjectConfig),
@@ -1269,6 +1309,8 @@ __all__ = [
     "HeartbeatSharingObjectPartPreparing",
     "HeartbeatSharingObjectPartReady",
     "HeartbeatSharingObjectPartPublishing",
+    "HeartbeatModels",
+    "HeartbeatModelsVersion",
     "ConfigAnswer",
     "ConfigAnswerOutcome",
     "ConfigAnswerOutcomeTaken",
@@ -1323,6 +1365,8 @@ __all__ = [
     "NoticeChangeRefused",
     "NoticeNameTaken",
     "NoticeRefinementProposed",
+    "NoticeOldModels",
+    "NoticeNotKept",
     "CameraNotice",
     "CameraNoticeNoImage",
     "CameraNoticeNameTaken",

@@ -1,0 +1,226 @@
+//! Rig and objects of a site on several fusion nodes: what one of them missed, and disks that are slow.
+
+use super::*;
+use sextant_site_files::{read_rig, write_rig};
+use std::process::Output;
+use system_tests::SlowDisk;
+
+/// How far off the former files are: all poses would be.
+const OFF_M: f64 = 0.158;
+
+/// A house whose files have the origin of the world at another place.
+fn house_with_old_files(scene: &Scene) -> House {
+    House::of(&scene.moved(OFF_M), scene)
+}
+
+/// `sextant config set rig` with the true rig, at this router.
+fn set_true_rig(house: &House, router: &str) -> String {
+    let file = house.path("main", "true.toml");
+    write_rig(&file, &scene().rig).expect("a file");
+    let file = file.display().to_string();
+    said(
+        house
+            .command(router, &["config", "set", "rig", &file])
+            .output(),
+    )
+}
+
+fn said(output: std::io::Result<Output>) -> String {
+    let output = output.expect("the command runs");
+    let said = [&output.stdout[..], &output.stderr[..]].concat();
+    String::from_utf8_lossy(&said).into_owned()
+}
+
+/// The files of a node hold the true rig.
+fn await_true_files(house: &House, node: &str) {
+    let deadline = Instant::now() + Duration::from_secs(20);
+    let file = house.path(node, "rig.toml");
+    while read_rig(&file).ok().as_ref() != Some(&scene().rig) {
+        assert!(Instant::now() < deadline, "{node} has old files");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+fn cut() -> Faults {
+    Faults {
+        is_cut: true,
+        ..Faults::default()
+    }
+}
+
+/// A standby is cut off for 6 s, in which the rig is set. It is back, and the publisher is killed.
+#[test]
+fn a_standby_that_missed_a_change_does_not_publish_with_what_was_before() {
+    let mut house = house_with_old_files(&scene());
+    let router = house.router("router", &[]);
+    let proxy = FaultProxy::start(&router);
+    house.fusion("main", &[&router]);
+    house.fusion("spare", &[&proxy.endpoint]);
+    let feed = feed(&house, &ALL, &[&router], now_ns());
+    let witness = Witness::start(&house.keys, &[&router]);
+    await_tracking(&house, &[&router], 2);
+    proxy.set(cut());
+    std::thread::sleep(Duration::from_secs(3));
+    let answer = set_true_rig(&house, &router);
+    assert!(
+        answer.contains("main: config/rig taken and kept"),
+        "{answer}"
+    );
+    assert!(!answer.contains("spare"), "{answer}");
+    let changed = Instant::now() + Duration::from_millis(50);
+    std::thread::sleep(Duration::from_secs(3));
+    proxy.set(Faults::default());
+    await_true_files(&house, "spare");
+    await_tracking(&house, &[&router], 2);
+    let since = Instant::now();
+    house.kill("main");
+    std::thread::sleep(Duration::from_secs(2));
+    let printed = said(house.command(&router, &["config", "get", "rig"]).output());
+    let rig = sextant_site_files::parse_rig(std::path::Path::new("printed"), &printed);
+    assert_eq!(rig.ok().as_ref(), Some(&scene().rig), "{printed}");
+    let used = witness.used_since(changed);
+    assert!(
+        used.iter()
+            .any(|sight| sight.at > since + Duration::from_secs(1))
+    );
+    assert_true(&house, &feed, &used);
+    Figure {
+        row: "a standby that missed a change of the rig",
+        what: "publisher killed",
+        value: longest_gap_ms(&witness.used_since(since), since),
+        unit: "ms without a pose",
+        at_most: 300.0,
+    }
+    .keep();
+}
+
+/// A spare with old files starts while the publisher stands still. They are put in force nowhere.
+#[test]
+fn a_spare_with_old_files_puts_them_in_force_nowhere() {
+    let scene = scene();
+    let mut house = House::new(&scene);
+    let router = house.router("router", &[]);
+    house.fusion("main", &[&router]);
+    let feed = feed(&house, &ALL, &[&router], now_ns());
+    let witness = Witness::start(&house.keys, &[&router]);
+    await_tracking(&house, &[&router], 1);
+    house.set_files(&scene.moved(OFF_M));
+    house.signal("main", libc::SIGSTOP);
+    let stopped = Instant::now();
+    house.fusion("spare", &[&router]);
+    std::thread::sleep(Duration::from_millis(1600).saturating_sub(stopped.elapsed()));
+    house.signal("main", libc::SIGCONT);
+    let continued = Instant::now();
+    await_true_files(&house, "spare");
+    await_tracking(&house, &[&router], 2);
+    let since = Instant::now();
+    house.kill("main");
+    witness.await_pose(since + Duration::from_secs(1), |_| true);
+    let all = witness.sights();
+    assert_true(&house, &feed, &all);
+    assert_epochs_increase(&all);
+    Figure {
+        row: "a spare with old files, publisher stopped for 1.6 s",
+        what: "after it went on",
+        value: longest_gap_ms(&witness.used_since(continued), continued),
+        unit: "ms without a pose",
+        at_most: 1000.0,
+    }
+    .keep();
+}
+
+/// The site falls into halves; in one of them the rig is set. Both have it when they hear each other again.
+fn changed_in_one_half(is_it_publishers: bool) {
+    let mut house = house_with_old_files(&scene());
+    let left = house.router("left", &[]);
+    let proxy = FaultProxy::start(&left);
+    let right = house.router("right", &[&proxy.endpoint]);
+    house.fusion("main", &[&left]);
+    house.fusion("spare", &[&right]);
+    let start_ns = now_ns();
+    let feeds = [
+        feed(&house, &[0, 1], &[&left], start_ns),
+        feed(&house, &[2, 3], &[&right], start_ns),
+    ];
+    let witness = Witness::start(&house.keys, &[&left]);
+    await_tracking(&house, &[&left], 2);
+    let statuses = house.await_statuses(&[&left], one_publishes);
+    let is_left_publishers = statuses["main"].epoch.is_some();
+    let half = if is_left_publishers == is_it_publishers {
+        &left
+    } else {
+        &right
+    };
+    proxy.set(cut());
+    std::thread::sleep(Duration::from_secs(2));
+    let answer = set_true_rig(&house, half);
+    assert!(answer.contains("taken and kept"), "{answer}");
+    std::thread::sleep(Duration::from_secs(1));
+    proxy.set(Faults::default());
+    for node in ["main", "spare"] {
+        await_true_files(&house, node);
+    }
+    let healed = Instant::now();
+    house.await_statuses(&[&left], one_publishes);
+    witness.await_pose(healed + Duration::from_secs(1), |pose| {
+        pose.state == State::Tracking
+    });
+    assert_true(
+        &house,
+        &feeds[0],
+        &witness.used_since(healed + Duration::from_millis(300)),
+    );
+    assert_epochs_increase(&witness.sights());
+}
+
+#[test]
+fn a_change_in_the_half_of_the_older_epoch_is_not_undone() {
+    changed_in_one_half(true);
+}
+
+#[test]
+fn a_change_in_the_half_of_the_newer_epoch_is_not_undone() {
+    changed_in_one_half(false);
+}
+
+/// Each write to the disk takes seconds, and nothing waits for it.
+#[test]
+fn a_slow_disk_delays_no_pose() {
+    let mut house = house_with_old_files(&scene());
+    let router = house.router("router", &[]);
+    let disk = SlowDisk::new();
+    let wrapper = disk.wrapper();
+    house.fusion_in(
+        "main",
+        &[&router],
+        "",
+        &wrapper.each_ref().map(String::as_str),
+    );
+    house.fusion("spare", &[&router]);
+    let feed = feed(&house, &ALL, &[&router], now_ns());
+    let witness = Witness::start(&house.keys, &[&router]);
+    await_tracking(&house, &[&router], 2);
+    let since = Instant::now();
+    let answer = set_true_rig(&house, &router);
+    assert!(
+        since.elapsed() > Duration::from_millis(1400),
+        "the disk is slow"
+    );
+    assert!(answer.contains("taken and kept"), "{answer}");
+    let changed = Instant::now() + Duration::from_millis(50);
+    await_true_files(&house, "spare");
+    witness.await_pose(changed + Duration::from_secs(1), |_| true);
+    let all = witness.used_since(since);
+    Figure {
+        row: "a disk that takes 0.7 s for each fsync",
+        what: "the rig is set",
+        value: longest_gap_ms(&all, since),
+        unit: "ms without a pose",
+        at_most: 150.0,
+    }
+    .keep();
+    let epochs: BTreeSet<u64> = all.iter().map(|one| one.pose.epoch).collect();
+    assert!(!is_full() || epochs.len() == 1, "{epochs:?}");
+    assert_fresh(&all);
+    assert_true(&house, &feed, &witness.used_since(changed));
+}
