@@ -110,6 +110,7 @@ fn is_about_node(notice: &Notice) -> bool {
             | Notice::Unpublished { .. }
             | Notice::ClockStepped { .. }
             | Notice::NameTaken { .. }
+            | Notice::NotKept { .. }
     )
 }
 

@@ -166,6 +166,12 @@ const NOTICES: Stories<Notice> = {
   name_taken: ({ host }) => story(`another fusion node of this name runs on ${host}`, "stop one of them"),
   refinement_proposed: ({ n_images, before_px, after_px }) =>
     story(`a refined calibration explains the images better (${fixed(before_px, 2)} px to ${fixed(after_px, 2)} px on ${n_images} held-back images)`, "apply it here, or run `sextant config apply-refinement`"),
+  old_models: ({ node, newer }) =>
+    story(
+      `fusion node ${node} has an older rig or objects than ${newer} and publishes no poses until it has taken these over`,
+      `check the network between the two; where ${newer} is gone for good, set the rig again (\`sextant config set rig\`)`,
+    ),
+  not_kept: (fields) => story(`the rig and the objects in force are not in the files that this node would start from: ${detail(fields).cause}`),
 };
 
 const CAMERA_NOTICES: Stories<CameraNotice> = {
@@ -200,7 +206,7 @@ interface About {
 const parts = (finding: Finding): [string, About] => (isText(finding) ? [finding, {}] : (Object.entries(finding)[0] ?? ["", {}]));
 
 /** Notices about the node itself, not about the site. */
-const OWN_NOTICES = ["overload", "unpublished", "clock_stepped", "name_taken"];
+const OWN_NOTICES = ["overload", "unpublished", "clock_stepped", "name_taken", "not_kept"];
 
 /** Everything that fusion nodes report. What several report about the site is there once, from the one that published last. */
 export function siteReports(statuses: readonly FusionStatus[]): Report[] {
