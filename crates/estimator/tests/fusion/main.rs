@@ -28,4 +28,5 @@ mod shutter;
 mod stamina;
 mod stated_sigmas;
 mod states;
+mod threads;
 mod uncertainty;
