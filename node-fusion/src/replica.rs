@@ -132,7 +132,8 @@ pub struct Replica {
     models: Models,
     formers: Formers,
     payloads: Payloads,
-    version: Option<ModelsVersion>,
+    /// Version and fingerprint of these.
+    state: ModelsState,
     /// Greatest counter known, of former versions of this node's files too.
     counter: u64,
     /// The newest version of which a heartbeat told, and whose.
@@ -170,8 +171,11 @@ impl Replica {
         Self {
             node,
             formers,
+            state: ModelsState {
+                version: record.version.filter(|_| is_known),
+                fingerprint: payloads.fingerprint(),
+            },
             payloads,
-            version: record.version.filter(|_| is_known),
             models,
             counter,
             newest: None,
@@ -207,11 +211,8 @@ impl Replica {
 
     /// For this node's heartbeats.
     #[must_use]
-    pub fn state(&self) -> ModelsState {
-        ModelsState {
-            version: self.version.clone(),
-            fingerprint: self.payloads.fingerprint(),
-        }
+    pub fn state(&self) -> &ModelsState {
+        &self.state
     }
 
     /// The next thing to be done.
@@ -284,8 +285,8 @@ impl Replica {
         self.is_compared = true;
         if let Some(version) = &theirs.version {
             self.counter = self.counter.max(version.counter);
-            if theirs.version > self.version {
-                match theirs.fingerprint == self.payloads.fingerprint() {
+            if theirs.version > self.state.version {
+                match theirs.fingerprint == self.state.fingerprint {
                     true => self.adopt(version.clone()),
                     false => self.note_newer(version, node),
                 }
@@ -295,7 +296,7 @@ impl Replica {
             return;
         }
         let since_ns = self.peers.get(node).and_then(|peer| peer.behind_since_ns);
-        let is_behind = theirs.version < self.version;
+        let is_behind = theirs.version < self.state.version;
         let peer = Peer {
             heard_ns: now.monotonic_ns,
             models: theirs.clone(),
@@ -315,7 +316,7 @@ impl Replica {
             return;
         };
         let is_keeping = matches!(self.step, Some(Step::Keeping { .. }));
-        if is_keeping || Some(&version) <= self.version.as_ref() {
+        if is_keeping || Some(&version) <= self.state.version.as_ref() {
             return;
         }
         let after = theirs.models(&self.models);
@@ -329,7 +330,7 @@ impl Replica {
                 let changes = self.models.changes_to(&after);
                 self.wait_for_files(&changes);
                 self.take(changes, after, version.clone(), now);
-                self.payloads = theirs;
+                self.set_payloads(theirs);
                 self.adopt(version);
             }
             Err(refusal) => {
@@ -348,7 +349,7 @@ impl Replica {
 
     fn newer(&self) -> Option<(&ModelsVersion, &NodeId)> {
         let newest = self.newest.as_ref().map(|(version, node)| (version, node));
-        newest.filter(|(version, _)| Some(*version) > self.version.as_ref())
+        newest.filter(|(version, _)| Some(*version) > self.state.version.as_ref())
     }
 
     fn is_present(&self, node: &NodeId, now: Moment) -> bool {
@@ -364,9 +365,14 @@ impl Replica {
         }
     }
 
+    fn set_payloads(&mut self, payloads: Payloads) {
+        self.state.fingerprint = payloads.fingerprint();
+        self.payloads = payloads;
+    }
+
     fn set_version(&mut self, version: ModelsVersion) {
         self.counter = self.counter.max(version.counter);
-        self.version = Some(version);
+        self.state.version = Some(version);
     }
 }
 
@@ -481,7 +487,11 @@ impl Replica {
         let is_over = |gone_ns: u64| now.monotonic_ns >= gone_ns + PAUSE_NS;
         self.unheard
             .retain(|_, gone_ns| !gone_ns.is_some_and(is_over));
-        if publishes && self.version.is_none() && self.unheard.is_empty() && self.newest.is_none() {
+        if publishes
+            && self.state.version.is_none()
+            && self.unheard.is_empty()
+            && self.newest.is_none()
+        {
             self.adopt(self.next_version(now));
         }
         self.ask(now);
@@ -524,7 +534,7 @@ impl Replica {
                 changes: backlog.changes.clone(),
                 undo: Vec::new(),
                 record: ModelsState {
-                    version: self.version.clone(),
+                    version: self.state.version.clone(),
                     fingerprint: Payloads::of(&self.models).fingerprint(),
                 },
             }));
@@ -547,7 +557,11 @@ impl Replica {
 
     fn take(&mut self, changes: Vec<Change>, after: Models, version: ModelsVersion, now: Moment) {
         let is_own = version.author == self.node;
-        let known = self.version.as_ref().map_or(0, |version| version.counter);
+        let known = self
+            .state
+            .version
+            .as_ref()
+            .map_or(0, |version| version.counter);
         for change in &changes {
             // Between much older models and these there were others.
             match is_own || version.counter == known + 1 {
@@ -555,7 +569,7 @@ impl Replica {
                 false => self.formers.forget(change),
             }
         }
-        self.payloads = Payloads::of(&after);
+        self.set_payloads(Payloads::of(&after));
         self.models = after;
         self.set_version(version);
         self.effects.push_back(Effect::PutInForce(changes));
@@ -603,7 +617,7 @@ impl Replica {
             .iter()
             .filter(|(node, _)| self.is_present(node, now));
         let (have, behind): (Vec<_>, Vec<_>) =
-            present.partition(|(_, peer)| peer.models.version >= self.version);
+            present.partition(|(_, peer)| peer.models.version >= self.state.version);
         let names = |nodes: Vec<(&NodeId, &Peer)>| {
             nodes.into_iter().map(|(node, _)| node.clone()).collect()
         };

@@ -158,14 +158,14 @@ impl Standby {
             self.note_foreign_tags(&replica.models().objects);
         }
         let models = replica.state();
-        if models != self.told {
+        if *models != self.told {
             self.election.hasten_heartbeat(now.monotonic_ns);
         }
         if let Some(mut beat) = self.election.poll_heartbeat(now.monotonic_ns) {
             let sharding = self.sharding.as_ref();
             beat.sharing = sharding.map(|sharding| sharding.announcement(now.monotonic_ns));
             beat.models = models.clone();
-            self.told = models;
+            self.told = models.clone();
             self.publisher.put(&beat)?;
         }
         Ok(self.change_of_duty())

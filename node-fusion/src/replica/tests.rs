@@ -76,20 +76,20 @@ fn a_change_is_answered_when_the_others_have_it_or_after_a_second() {
         replica("spare", models(600.0)),
     );
     main.tick(true, at(0));
-    spare.hear(&id("main"), &main.state(), at(0));
+    spare.hear(&id("main"), main.state(), at(0));
     assert_eq!(
         spare.state(),
         main.state(),
         "the same models are of one version"
     );
-    main.hear(&id("spare"), &spare.state(), at(0));
+    main.hear(&id("spare"), spare.state(), at(0));
     main.request(asked(vec![Change::Rig(rig(610.0))]), at(10));
     main.tick(true, at(20));
     let taken = effects(&mut main);
     assert_eq!(taken, [Effect::PutInForce(vec![Change::Rig(rig(610.0))])]);
     assert!(!main.is_ready(at(SECOND_NS / 2)), "one at a time");
 
-    spare.hear(&id("main"), &main.state(), at(30));
+    spare.hear(&id("main"), main.state(), at(30));
     assert!(!spare.is_current());
     spare.tick(false, at(30));
     assert_eq!(effects(&mut spare), [Effect::Ask(id("main"))]);
@@ -99,7 +99,7 @@ fn a_change_is_answered_when_the_others_have_it_or_after_a_second() {
     spare.follow(&id("main"), main.payloads().clone(), at(40));
     assert!(spare.is_current());
     assert_eq!(spare.models(), main.models());
-    main.hear(&id("spare"), &spare.state(), at(50));
+    main.hear(&id("spare"), spare.state(), at(50));
     main.tick(true, at(50));
     let done = effects(&mut main);
     let [Effect::Answer(Answered { answer, .. })] = &done[..] else {
@@ -125,7 +125,7 @@ fn a_change_is_answered_when_the_others_have_it_or_after_a_second() {
 fn the_same_and_what_cannot_be_are_answered_at_once() {
     let mut main = replica("main", models(600.0));
     main.tick(true, at(0));
-    let before = main.state();
+    let before = main.state().clone();
     main.request(asked(vec![Change::Rig(rig(600.0))]), at(1));
     main.request(asked(vec![Change::Object(object("twin", 1))]), at(2));
     let wrong = Request {
@@ -142,7 +142,7 @@ fn the_same_and_what_cannot_be_are_answered_at_once() {
             Outcome::Refused(Refusal::NoCamera)
         ]
     ));
-    assert_eq!(main.state(), before);
+    assert_eq!(*main.state(), before);
 }
 
 #[test]
@@ -185,9 +185,9 @@ fn files_that_were_compared_with_nobody_are_older_than_all_others() {
     spare.left(&id("main"), at(1));
     spare.tick(false, at(PAUSE_NS));
     assert!(!spare.is_current());
-    main.hear(&id("spare"), &spare.state(), at(2));
+    main.hear(&id("spare"), spare.state(), at(2));
     assert!(main.is_current());
-    spare.hear(&id("main"), &main.state(), at(2));
+    spare.hear(&id("main"), main.state(), at(2));
     assert!(!spare.is_current());
     // Whoever was known to have newer models does not have them any less for being gone.
     spare.left(&id("main"), at(3));
@@ -224,18 +224,22 @@ fn edited_files_count_where_no_other_node_runs() {
             true,
         )
     };
-    assert_eq!(Some(start(models(600.0)).state()), of_record);
+    assert_eq!(Some(start(models(600.0)).state()), of_record.as_ref());
     let mut edited = start(models(601.0));
     assert_eq!(edited.state().version, None);
     edited.tick(true, at(0));
     assert_eq!(
-        edited.state().version.map(|version| version.counter),
+        edited
+            .state()
+            .version
+            .as_ref()
+            .map(|version| version.counter),
         Some(6)
     );
     let [Effect::Keep(job)] = &effects(&mut edited)[..] else {
         panic!()
     };
-    assert_eq!(job.record, edited.state());
+    assert_eq!(job.record, *edited.state());
 }
 
 fn kept(name: &str) -> Replica {
@@ -249,7 +253,7 @@ fn kept(name: &str) -> Replica {
 #[test]
 fn a_change_is_in_force_once_it_is_written_and_not_at_all_on_a_full_disk() {
     let mut main = kept("main");
-    let before = main.state();
+    let before = main.state().clone();
     main.request(asked(vec![Change::Rig(rig(610.0))]), at(2));
     let [Effect::Keep(job)] = &effects(&mut main)[..] else {
         panic!()
@@ -261,14 +265,14 @@ fn a_change_is_in_force_once_it_is_written_and_not_at_all_on_a_full_disk() {
             &vec![Change::Rig(rig(600.0))]
         )
     );
-    assert_eq!(main.state(), before);
+    assert_eq!(*main.state(), before);
     main.kept(Err("no space left".to_owned()), at(3));
     let refused = effects(&mut main);
     assert!(matches!(
         outcomes(&refused)[..],
         [Outcome::Refused(Refusal::NotStored { .. })]
     ));
-    assert_eq!(main.state(), before);
+    assert_eq!(*main.state(), before);
     main.request(asked(vec![Change::Rig(rig(610.0))]), at(4));
     effects(&mut main);
     main.kept(Ok(()), at(5));
@@ -282,14 +286,14 @@ fn a_change_is_in_force_once_it_is_written_and_not_at_all_on_a_full_disk() {
 fn a_follower_without_a_disk_follows_says_so_and_writes_later() {
     let (mut main, mut spare) = (kept("main"), kept("spare"));
     for fx in [610.0, 620.0] {
-        main.hear(&id("spare"), &spare.state(), at(2));
+        main.hear(&id("spare"), spare.state(), at(2));
         main.request(asked(vec![Change::Rig(rig(fx))]), at(2));
         effects(&mut main);
         main.kept(Ok(()), at(3));
-        spare.hear(&id("main"), &main.state(), at(4));
+        spare.hear(&id("main"), main.state(), at(4));
         spare.follow(&id("main"), main.payloads().clone(), at(5));
         spare.tick(false, at(6));
-        main.hear(&id("spare"), &spare.state(), at(6));
+        main.hear(&id("spare"), spare.state(), at(6));
         main.tick(true, at(6));
         assert_eq!(spare.models(), main.models());
         spare.kept(Err("no space left".to_owned()), at(7));
@@ -318,7 +322,7 @@ fn a_change_that_a_newer_one_overtakes_is_refused_and_taken_off_the_disk() {
     main.request(asked(vec![Change::Rig(rig(610.0))]), at(3));
     effects(&mut main);
     // The network comes back while the change is written.
-    main.hear(&id("other"), &other.state(), at(4));
+    main.hear(&id("other"), other.state(), at(4));
     main.follow(&id("other"), other.payloads().clone(), at(5));
     assert_eq!(main.models().rig, rig(600.0));
     main.kept(Ok(()), at(6));
@@ -377,7 +381,7 @@ fn replicas_agree_on_the_newest_version_when_they_hear_each_other() {
             for k in 0..3 {
                 for other in (0..3).filter(|other| *other != k) {
                     if hears(k, other) && (is_whole || pick(4) > 0) {
-                        let state = nodes[other].state();
+                        let state = nodes[other].state().clone();
                         newest_heard[k] = newest_heard[k].clone().max(state.version.clone());
                         nodes[k].hear(&names[other], &state, now);
                     }
@@ -401,10 +405,10 @@ fn replicas_agree_on_the_newest_version_when_they_hear_each_other() {
                 }
             }
         }
-        let states: Vec<ModelsState> = nodes.iter().map(Replica::state).collect();
+        let states: Vec<&ModelsState> = nodes.iter().map(Replica::state).collect();
         assert!(states[0].version.is_some());
         assert!(
-            states.iter().all(|state| *state == states[0]),
+            states.iter().all(|state| state == &states[0]),
             "seed {seed}: {states:?}"
         );
         assert!(
@@ -427,7 +431,7 @@ fn settings_of_cameras_are_followed_too() {
         ..CameraSettings::none("north".parse().unwrap())
     };
     main.request(asked(vec![Change::Camera(settings.clone())]), at(1));
-    spare.hear(&id("main"), &main.state(), at(2));
+    spare.hear(&id("main"), main.state(), at(2));
     spare.follow(&id("main"), main.payloads().clone(), at(3));
     assert_eq!(
         spare.models().settings.values().collect::<Vec<_>>(),
@@ -438,7 +442,7 @@ fn settings_of_cameras_are_followed_too() {
         asked(vec![Change::Camera(CameraSettings::none(settings.camera))]),
         at(SECOND_NS),
     );
-    spare.hear(&id("main"), &main.state(), at(SECOND_NS));
+    spare.hear(&id("main"), main.state(), at(SECOND_NS));
     spare.follow(&id("main"), main.payloads().clone(), at(SECOND_NS));
     assert!(spare.models().settings.is_empty());
 }
