@@ -5,6 +5,7 @@ use crate::config::ShardingConfig;
 use crate::replica::Replica;
 use sextant_election::{Assignment, Company, Election, Input, Link, Moment, Sharding};
 use sextant_process::SteadyClock;
+use sextant_proto::limits::MAX_PEERS;
 use sextant_proto::{Heartbeat, KeyRef, Keys, Kind, ModelsState, NodeId};
 use sextant_site_model::{ObjectId, ObjectModel, TagId};
 use sextant_zenoh_bus::{
@@ -13,9 +14,9 @@ use sextant_zenoh_bus::{
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-/// Most heartbeats that wait: three seconds of those of sixteen nodes.
+/// Most heartbeats that wait: three seconds of those of as many nodes as a site may have.
 const QUEUE: StreamBounds = StreamBounds {
-    items: 1024,
+    items: 60 * MAX_PEERS,
     bytes: 8 << 20,
     wait: Duration::MAX,
 };

@@ -75,13 +75,13 @@ impl Kind {
     #[must_use]
     pub const fn max_bytes(self) -> usize {
         match self {
-            Self::Observations | Self::Heartbeat => 80 * 1024,
+            Self::Observations => 80 * 1024,
+            Self::Heartbeat => 96 * 1024,
             Self::Preview => 100 * 1024,
             Self::DetectionReport => 4 * 1024,
             Self::CameraStatus => 8 * 1024,
             Self::ObjectPose | Self::ObjectTruth | Self::CameraSettings => 1024,
-            Self::ConfigAnswer => 4 * 1024,
-            Self::ObjectLinks | Self::FusionInputs => 16 * 1024,
+            Self::ObjectLinks | Self::FusionInputs | Self::ConfigAnswer => 16 * 1024,
             Self::ClockReport => 32 * 1024,
             Self::FusionStatus | Self::RigConfig | Self::ObjectConfig | Self::Proposal => {
                 MAX_PAYLOAD_BYTES

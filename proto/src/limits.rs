@@ -25,7 +25,7 @@ pub const MAX_NOTICES: usize = 32;
 /// Inputs of the estimator in one message.
 pub const MAX_INPUTS: usize = 256;
 /// Other fusion nodes of a site that a heartbeat names.
-pub const MAX_PEERS: usize = 16;
+pub const MAX_PEERS: usize = 64;
 /// Notices in one status of a camera node.
 pub const MAX_CAMERA_NOTICES: usize = 32;
 /// Bytes (UTF-8) of one text for people, and of a key.

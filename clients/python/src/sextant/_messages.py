@@ -614,8 +614,8 @@ class Heartbeat(Record):
     epoch: Optional[U64]
     #: the newest epoch that the node knows of
     newest: U64
-    #: the last heartbeat received of each other node; at most 16
-    heard: Annotated[tuple[HeartbeatHeard, ...], AtMost(16)]
+    #: the last heartbeat received of each other node; at most 64
+    heard: Annotated[tuple[HeartbeatHeard, ...], AtMost(64)]
     #: none: one node publishes all poses
     sharing: Optional[HeartbeatSharing]
     models: HeartbeatModels
@@ -655,10 +655,10 @@ class ConfigAnswer(Record):
     key: str
     fingerprint: U64
     outcome: ConfigAnswerOutcome
-    #: the other fusion nodes that work from it too; at most 16
-    followers: Annotated[tuple[str, ...], AtMost(16)]
-    #: those that did not within a second; at most 16
-    behind: Annotated[tuple[str, ...], AtMost(16)]
+    #: the other fusion nodes that work from it too; at most 64
+    followers: Annotated[tuple[str, ...], AtMost(64)]
+    #: those that did not within a second; at most 64
+    behind: Annotated[tuple[str, ...], AtMost(64)]
 
 
 @dataclass(frozen=True)
@@ -1248,13 +1248,13 @@ KINDS: dict[int, Kind] = {
     7: Kind(7, 1024, ObjectTruth),
     8: Kind(8, 131072, FusionStatus),
     9: Kind(9, 32768, ClockReport),
-    10: Kind(10, 4096, ConfigAnswer),
+    10: Kind(10, 16384, ConfigAnswer),
     11: Kind(11, 131072, Proposal),
     12: Kind(12, 131072, RigConfig),
     13: Kind(13, 131072, ObjectConfig),
     14: Kind(14, 16384, FusionInputs),
     15: Kind(15, 1024, CameraSettings),
-    16: Kind(16, 81920, Heartbeat),
+    16: Kind(16, 98304, Heartbeat),
 }
 
 __all__ = [
