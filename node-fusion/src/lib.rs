@@ -28,5 +28,5 @@ mod standby;
 mod status;
 
 pub use config::{FusionConfig, Refinement, ShardingConfig};
-pub use intake::{AdmittedImage, Arrival, Counts, Intake};
+pub use intake::{AdmittedImage, Arrival, Arrivals, Counts, Intake};
 pub use node::run;
