@@ -16,5 +16,5 @@ pub mod watchdog;
 pub mod whole_lines;
 
 pub use clock::{ClockQuality, Reading, SteadyClock, monotonic_ns, now_ns};
-pub use exit::{Exit, Failure, WithExit, report};
+pub use exit::{Exit, Failure, WithExit, exit_of, report};
 pub use shutdown::Shutdown;

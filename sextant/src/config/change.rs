@@ -66,8 +66,7 @@ pub fn change<M: Message>(
         .context("this is more than fits into a message")
         .exit_with(Exit::Input)?;
     let answers = Answers::expect(site, &payload)?;
-    let publisher = site.bus.publisher::<M>(key, Qos::Config)?;
-    publisher.signed(&signature()).put(message)?;
+    request(site, key, message)?;
     let answers = answers.wait()?;
     for answer in &answers {
         print_line(&line_of(answer, format))?;
@@ -82,6 +81,15 @@ pub fn change<M: Message>(
         }
     }
     Ok(())
+}
+
+/// Publishes a change.
+///
+/// # Errors
+/// A network that cannot be used.
+pub fn request<M: Message>(site: &SiteSession, key: &str, message: &M) -> anyhow::Result<()> {
+    let publisher = site.bus.publisher::<M>(key, Qos::Config)?;
+    Ok(publisher.signed(&signature()).put(message)?)
 }
 
 /// Who changes the site: what the fusion node's log and status name.

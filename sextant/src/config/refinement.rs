@@ -1,6 +1,6 @@
 //! Putting in force the refined calibration that a fusion node proposes, and taking the last change of the site back.
 
-use crate::config::change::change;
+use crate::config::change::{change, request};
 use crate::config::get::nobody;
 use crate::config::order::in_order;
 use crate::output::{Format, print_line};
@@ -10,7 +10,7 @@ use anyhow::{Context, anyhow, bail};
 use serde_json::{Value, json};
 use sextant_gateways::site::SiteSession;
 use sextant_geometry::{Pose, se3};
-use sextant_process::{Exit, Failure};
+use sextant_process::{Exit, Failure, exit_of};
 use sextant_proto::{NodeId, ObjectConfig, Proposal, RigConfig};
 use sextant_site_model::{Camera, ObjectId, ObjectModel, ObjectTag, Rig};
 use std::collections::BTreeMap;
@@ -127,6 +127,7 @@ fn first(site: &SiteSession, key: &str) -> anyhow::Result<Option<Proposal>> {
 }
 
 /// What is to be set.
+#[derive(Default)]
 struct Models {
     rig: Option<RigConfig>,
     objects: Vec<ObjectConfig>,
@@ -171,29 +172,67 @@ impl Models {
         Ok(summary)
     }
 
+    /// Sets everything, or sets back what was set before a refusal or a missing answer. The error says what is in force then.
     fn set(&self, site: &SiteSession, run: Run, format: Format) -> anyhow::Result<()> {
         if run == Run::Dry {
             return Ok(());
         }
         let former = Self::in_force(site)?;
-        let by_id = former
-            .objects
-            .iter()
-            .map(|object| (object.id.clone(), object.clone()));
-        let by_id: BTreeMap<ObjectId, ObjectConfig> = by_id.collect();
-        let mut changed = Self {
-            rig: None,
-            objects: Vec::new(),
+        let mut tried = Self::default();
+        let set = self.set_each(site, &former.by_id(), &mut tried, format);
+        let Err(refusal) = set else { return Ok(()) };
+        let set_back = former.restore(site, &tried, format);
+        let exit = match exit_of(&refusal) {
+            Exit::Fault if set_back.is_err() => Exit::Unavailable,
+            exit => exit,
         };
-        let set = self.set_each(site, &by_id, &mut changed, format);
-        set.map_err(|refusal| {
-            match former.restore(site, &changed, &by_id, format) {
-                Ok(()) => refusal.context("what had been taken before was set back"),
-                Err(cause) => refusal.context(format!(
-                    "and what had been taken before could not be set back ({cause:#}): see `sextant config get`"
-                )),
+        let state = match set_back {
+            Ok(()) => "not applied: the site is as it was before".to_owned(),
+            Err(cause) => format!(
+                "not applied as a whole, and not all of it could be set back ({cause:#}): {}",
+                self.end_state(site, &former)
+            ),
+        };
+        Err(Failure::new(exit, refusal.context(state)).into())
+    }
+
+    /// What the nodes that answer have in force, of all that was to be set.
+    fn end_state(&self, site: &SiteSession, former: &Self) -> String {
+        const REMEDY: &str =
+            "see `sextant config get rig` and `get object`; `sextant config revert` takes it back";
+        let now = match Self::in_force(site) {
+            Ok(now) if now.rig.is_some() => now,
+            _ => {
+                return format!(
+                    "what is in force is unknown while no fusion node answers; {REMEDY}"
+                );
             }
-        })
+        };
+        let state = |is_set: bool, is_former: bool| match (is_set, is_former) {
+            (_, true) => "as before",
+            (true, false) => "changed",
+            (false, false) => "neither as before nor as wanted",
+        };
+        let rig = self.rig.iter().map(|rig| {
+            let (is_set, is_former) = (now.rig.as_ref() == Some(rig), now.rig == former.rig);
+            format!("the rig is {}", state(is_set, is_former))
+        });
+        let (now, former) = (now.by_id(), former.by_id());
+        let objects = self.objects.iter().map(|object| {
+            let there = now.get(&object.id);
+            let is_set = there.map_or(object.is_removal(), |there| there == object);
+            let is_former = there == former.get(&object.id);
+            format!("object {} is {}", object.id, state(is_set, is_former))
+        });
+        let states: Vec<String> = rig.chain(objects).collect();
+        format!("{}; {REMEDY}", states.join(", "))
+    }
+
+    fn by_id(&self) -> BTreeMap<ObjectId, ObjectConfig> {
+        let objects = self.objects.iter();
+        objects
+            .map(|object| (object.id.clone(), object.clone()))
+            .collect()
     }
 
     /// The rig and the objects of the site.
@@ -209,36 +248,33 @@ impl Models {
         })
     }
 
+    /// Sets all, up to the first that is refused or not answered; that one is the last of those `tried`.
     fn set_each(
         &self,
         site: &SiteSession,
         in_force: &BTreeMap<ObjectId, ObjectConfig>,
-        changed: &mut Self,
+        tried: &mut Self,
         format: Format,
     ) -> anyhow::Result<()> {
         if let Some(rig) = &self.rig {
+            tried.rig = Some(rig.clone());
             change(site, &site.keys.config_rig(), rig, format)?;
-            changed.rig = Some(rig.clone());
         }
         for object in in_order(in_force, &self.objects) {
+            tried.objects.retain(|other| other.id != object.id);
+            tried.objects.push(object.clone());
             change(site, &site.keys.config_object(&object.id), &object, format)?;
-            changed.objects.retain(|other| other.id != object.id);
-            changed.objects.push(object);
         }
         Ok(())
     }
 
-    /// Sets back what was changed before a refusal.
-    fn restore(
-        &self,
-        site: &SiteSession,
-        changed: &Self,
-        in_force: &BTreeMap<ObjectId, ObjectConfig>,
-        format: Format,
-    ) -> anyhow::Result<()> {
+    /// Sets back what was tried. A change that no node answered may yet be taken, and what sets it back is taken after it: where an answer is
+    /// missing again, the rest is sent all the same.
+    fn restore(&self, site: &SiteSession, tried: &Self, format: Format) -> anyhow::Result<()> {
+        let in_force = self.by_id();
         let mut now = in_force.clone();
         let mut wanted = Vec::new();
-        for object in &changed.objects {
+        for object in &tried.objects {
             let removal = || ObjectConfig::removal(object.id.clone());
             wanted.push(in_force.get(&object.id).cloned().unwrap_or_else(removal));
             match object.is_removal() {
@@ -246,15 +282,18 @@ impl Models {
                 false => drop(now.insert(object.id.clone(), object.clone())),
             }
         }
-        let former = Self {
-            rig: changed.rig.as_ref().and(self.rig.clone()),
-            objects: wanted,
-        };
-        let mut set_back = Self {
-            rig: None,
-            objects: Vec::new(),
-        };
-        former.set_each(site, &now, &mut set_back, format)
+        let mut set_back = Ok(());
+        if let Some(rig) = tried.rig.as_ref().and(self.rig.as_ref()) {
+            set_back = change(site, &site.keys.config_rig(), rig, format);
+        }
+        for object in in_order(&now, &wanted) {
+            let key = site.keys.config_object(&object.id);
+            match &set_back {
+                Ok(()) => set_back = change(site, &key, &object, format),
+                Err(_) => request(site, &key, &object)?,
+            }
+        }
+        set_back
     }
 }
 
