@@ -5,6 +5,7 @@ mod poses_file;
 mod summary;
 mod table;
 
+use crate::model_files::{read_rig, say_assumptions};
 use crate::output::{Format, print_line};
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
@@ -18,7 +19,6 @@ use sextant_recordings::Dataset;
 use sextant_recordings::mcap::reader::Ending;
 use sextant_recordings::mcap::site_recording::SiteRecording;
 use sextant_replay::{Models, Order, Plan, Replacement, read_objects, replay_folder, replay_plan};
-use sextant_site_files::read_rig;
 use sextant_site_report::ObjectEstimate;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -167,6 +167,9 @@ fn folder_replayed(
         bail!(Failure::new(Exit::Usage, cause));
     };
     let models = Models::read(rig, &arguments.objects).exit_with(Exit::Input)?;
+    for file in arguments.objects.iter().chain([rig]) {
+        say_assumptions(file).exit_with(Exit::Input)?;
+    }
     let dataset = Dataset::open(&arguments.recording).exit_with(Exit::Input)?;
     dataset.check_times().exit_with(Exit::Input)?;
     models
@@ -190,6 +193,9 @@ fn file_replayed(
         [] => Ok(None),
         files => read_objects(files).map(Some),
     };
+    for file in &arguments.objects {
+        say_assumptions(file).exit_with(Exit::Input)?;
+    }
     let replacement = Replacement {
         rig: rig.exit_with(Exit::Input)?,
         objects: objects.exit_with(Exit::Input)?,

@@ -10,7 +10,7 @@
 //! Rational and thin-prism terms become the nearest lens that is known here ([`refit`]). What has no counterpart is refused with the
 //! cause: skew, other models.
 
-mod anipose;
+pub(crate) mod anipose;
 mod camera_info;
 mod distortion;
 mod document;

@@ -15,7 +15,9 @@ use sextant_proto::{ObjectConfig, RigConfig, encode};
 use sextant_recordings::DetectionsLine;
 use sextant_recordings::mcap::is_mcap_file;
 use sextant_sheets::length_text;
-use sextant_site_files::{is_foreign, read_board, read_object, read_rig, read_text, read_toml};
+use sextant_site_files::{
+    assumptions, is_foreign, read_board, read_object, read_rig, read_text, read_toml,
+};
 use sextant_site_model::{ObjectId, ObjectModel};
 use sextant_zenoh_bus::{Profile, Security};
 use std::path::Path;
@@ -56,7 +58,9 @@ pub fn check(path: &Path, stated: Option<ConfigKind>, together: &mut CrossChecks
         ConfigKind::Router => router(path)?,
         ConfigKind::Viewer => viewer(path)?,
     };
-    Ok((kind.word(), summary))
+    let assumed = assumptions(path)?;
+    let all: Vec<String> = std::iter::once(summary).chain(assumed).collect();
+    Ok((kind.word(), all.join("; ")))
 }
 
 fn recognised(path: &Path, content: &Value) -> anyhow::Result<ConfigKind> {

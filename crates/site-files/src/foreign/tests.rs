@@ -479,6 +479,37 @@ fn poses_of_anipose_are_inverted_and_in_the_unit_that_makes_sense() {
 }
 
 #[test]
+fn the_unit_of_anipose_is_assumed_and_said_or_named() {
+    let camera = "size = [640, 480]\nmatrix = [[650.0, 0.0, 319.5], [0.0, 660.0, 239.5], [0.0, 0.0, 1.0]]\ndistortions = [0.0, 0.0, 0.0, 0.0, 0.0]\n";
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("calibration.toml");
+    let read = |x: f64, unit: &str| {
+        let text = format!(
+            "[cam_0]\n{camera}rotation = [0.0, 0.0, 0.0]\ntranslation = [{x}, 0.0, 0.0]\n[metadata]\nadjusted = false\n{unit}"
+        );
+        std::fs::write(&file, text).unwrap();
+        let assumed = crate::assumptions(&file).map(|all| all.join("; "));
+        let rig = crate::read_rig(&file).map_err(|error| error.to_string())?;
+        let pose = rig.cameras()[0].world_from_camera.unwrap();
+        Ok::<_, String>((-pose.translation.x, assumed.unwrap()))
+    };
+    let (x, assumed) = read(150.0, "").unwrap();
+    assert_eq!(x, 0.15);
+    for part in ["millimetres", "0.150 m from the origin", "[metadata]"] {
+        assert!(assumed.contains(part), "{assumed}");
+    }
+    let (x, assumed) = read(1.5, "").unwrap();
+    assert!(x == 1.5 && assumed.contains("for metres"), "{assumed}");
+    assert_eq!(read(150.0, "unit = \"cm\"\n"), Ok((1.5, String::new())));
+    let error = read(150.0, "unit = \"inch\"\n").unwrap_err();
+    assert!(
+        error.contains("metadata.unit: this is no unit") && error.contains("write m, cm or mm"),
+        "{error}"
+    );
+    assert_eq!(read(0.0, ""), Ok((0.0, String::new())));
+}
+
+#[test]
 fn models_without_a_counterpart_are_named() {
     let omni = "front:\n  camera_model: omni\n  distortion_coeffs: [-0.04, 0.12, 0.0, 0.0]\n  distortion_model: radtan\n  intrinsics: [1.6, 2010.5, 2011.0, 1220.0, 1021.0]\n  resolution: [2448, 2048]\n  rostopic: /front\n";
     assert!(
