@@ -23,7 +23,7 @@ use std::path::{Path, PathBuf};
 #[derive(Args, Debug)]
 #[command(
     after_help = "FROM is a rig.toml, or a calibration of ROS (camera_info), Kalibr (camchain), OpenCV (YAML, JSON, XML), PhotonVision, WPILib, anipose,
-caliscope, MATLAB (JSON) or nerfstudio; the format is recognised by its contents. Or it
+caliscope, MATLAB (JSON), nerfstudio, EuRoC, ORB-SLAM, stella_vslam, Basalt, RealSense, ZED or Metashape; the format is recognised by its contents. Or it
 describes a board: a Kalibr target.yaml, a ChArUco board with squaresX, squaresY, squareLength, markerLength and dictionary, or a grid of
 markers with markersX, markersY, markerLength, markerSeparation and dictionary; then the object file of the board is written. Such a file is also accepted wherever an object file is expected.
 Cameras are merged into an existing rig.toml: one with the same id gets the new lens and keeps its pose if FROM has none.

@@ -334,7 +334,7 @@ mod tests {
         write_atomically(&path, b"whole").unwrap();
         assert_eq!(names_in(folder.path()), ["rig.toml"]);
         let first = written(&path, b"first").unwrap();
-        let second = std::thread::scope(|scope| {
+        let second = thread::scope(|scope| {
             let second = scope.spawn(|| write_atomically(&path, b"second"));
             first.commit().unwrap();
             second.join().unwrap()
@@ -365,7 +365,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("rig.toml");
         let content = |writer: u8| vec![b'a' + writer; 10_000];
-        std::thread::scope(|scope| {
+        thread::scope(|scope| {
             for writer in 0..8 {
                 let path = &path;
                 scope.spawn(move || {

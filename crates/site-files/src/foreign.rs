@@ -1,5 +1,5 @@
 //! Calibrations of other tools: ROS `camera_info`, Kalibr `camchain` and OpenCV's YAML, read and written; OpenCV's JSON and XML,
-//! PhotonVision, WPILib, anipose, caliscope, MATLAB, nerfstudio and camodocal, read. What a file is, its content says, not its name.
+//! PhotonVision, WPILib, anipose, caliscope, MATLAB, nerfstudio, camodocal, EuRoC, SLAM systems and makers of cameras, read. What a file is, its content says, not its name.
 //!
 //! The three that are written count pixels from the centre of the top left one and look along z with y down, as here, so lens parameters and
 //! camera axes are unchanged. Kalibr's chain gives each camera relative to the previous one (`T_cn_cnm1`, a map of points of
@@ -19,6 +19,7 @@ mod matrix;
 mod opencv;
 mod others;
 mod refit;
+mod slam;
 
 use crate::error::{Complaint, FileError, InvalidFile};
 use crate::read::read_text;
@@ -49,6 +50,18 @@ pub enum ForeignFormat {
     Nerfstudio,
     /// A camera file of camodocal, as VINS reads it.
     Camodocal,
+    /// EuRoC's `sensor.yaml`.
+    Euroc,
+    /// Settings of ORB-SLAM or stella_vslam.
+    OrbSlam,
+    /// Basalt's calibration.
+    Basalt,
+    /// Intrinsics of a RealSense.
+    RealSense,
+    /// A ZED's configuration.
+    Zed,
+    /// Metashape's calibration as XML.
+    Metashape,
 }
 
 impl fmt::Display for ForeignFormat {
@@ -62,6 +75,12 @@ impl fmt::Display for ForeignFormat {
             Self::Matlab => "MATLAB JSON",
             Self::Nerfstudio => "nerfstudio transforms.json",
             Self::Camodocal => "camodocal YAML",
+            Self::Euroc => "EuRoC sensor.yaml",
+            Self::OrbSlam => "ORB-SLAM YAML",
+            Self::Basalt => "Basalt JSON",
+            Self::RealSense => "RealSense JSON",
+            Self::Zed => "ZED configuration",
+            Self::Metashape => "Metashape XML",
         })
     }
 }
@@ -70,8 +89,9 @@ impl fmt::Display for ForeignFormat {
 pub fn is_foreign(path: &Path, text: &str) -> bool {
     match syntax_of(path, text) {
         Syntax::Yaml | Syntax::Xml => true,
-        // Cameras of anipose; boards of its projects are read with object files.
-        Syntax::Toml => toml::from_str(text).is_ok_and(|document| anipose::has_cameras(&document)),
+        // Cameras of anipose and of the ZED; boards of anipose's projects are read with object files.
+        Syntax::Toml => toml::from_str(text)
+            .is_ok_and(|document| anipose::has_cameras(&document) || slam::has_zed(&document)),
     }
 }
 
@@ -94,7 +114,7 @@ pub fn parse_foreign(path: &Path, text: &str) -> Result<(ForeignFormat, Rig), Fi
         wrong(Complaint::new(
             "",
             "this is no calibration that is known",
-            "known are ROS camera_info (camera_matrix, distortion_model), Kalibr camchains (cam0: ...), OpenCV's YAML, JSON and XML, PhotonVision, anipose, caliscope, MATLAB as JSON and nerfstudio's transforms.json",
+            "known are ROS camera_info (camera_matrix, distortion_model), Kalibr camchains (cam0: ...), OpenCV's YAML, JSON and XML, PhotonVision, anipose, caliscope, MATLAB as JSON, nerfstudio's transforms.json, EuRoC's sensor.yaml, ORB-SLAM, stella_vslam, Basalt, RealSense, ZED and Metashape",
         ))
     })?;
     let one = |read: fn(&Value, &str) -> Result<Camera, Complaint>| {
@@ -106,8 +126,14 @@ pub fn parse_foreign(path: &Path, text: &str) -> Result<(ForeignFormat, Rig), Fi
         ForeignFormat::Matlab => one(others::matlab),
         ForeignFormat::Nerfstudio => one(others::nerfstudio),
         ForeignFormat::Camodocal => one(others::camodocal),
+        ForeignFormat::Euroc => kalibr::euroc(&document, folder_or_stem(path)).map(|one| vec![one]),
+        ForeignFormat::OrbSlam => slam::orb_slam(&document, stem_of(path)),
+        ForeignFormat::Basalt => slam::basalt(&document),
+        ForeignFormat::RealSense => one(slam::realsense),
+        ForeignFormat::Zed => slam::zed(&document),
+        ForeignFormat::Metashape => one(slam::metashape),
         ForeignFormat::Ros | ForeignFormat::OpenCv | ForeignFormat::PhotonVision => {
-            one(camera_info::camera)
+            camera_info::cameras(&document, stem_of(path))
         }
     };
     let rig = cameras.and_then(|cameras| Rig::new(cameras).map_err(|error| refused(&error)));
@@ -153,6 +179,18 @@ fn format_of(document: &Value, text: &str) -> Option<ForeignFormat> {
         Some(ForeignFormat::Nerfstudio)
     } else if has("model_type") {
         Some(ForeignFormat::Camodocal)
+    } else if slam::has_orb_slam(document) {
+        Some(ForeignFormat::OrbSlam)
+    } else if has("value0") {
+        Some(ForeignFormat::Basalt)
+    } else if has("ppx") {
+        Some(ForeignFormat::RealSense)
+    } else if slam::has_zed(document) {
+        Some(ForeignFormat::Zed)
+    } else if has("projection") && has("f") {
+        Some(ForeignFormat::Metashape)
+    } else if kalibr::is_euroc(document) {
+        Some(ForeignFormat::Euroc)
     } else if text.starts_with("%YAML:1.0") || text.contains("opencv-matrix") {
         Some(ForeignFormat::OpenCv)
     } else if camera_info::MATRIX.into_iter().any(has) {
@@ -171,6 +209,15 @@ pub(crate) fn stem_of(path: &Path) -> &str {
     path.file_stem()
         .and_then(|stem| stem.to_str())
         .unwrap_or("camera")
+}
+
+/// As [`stem_of`]; of `cam0/sensor.yaml` the folder's name.
+fn folder_or_stem(path: &Path) -> &str {
+    let folder = path.parent().and_then(Path::file_name);
+    let folder = folder.and_then(|name| name.to_str());
+    folder
+        .filter(|_| stem_of(path) == "sensor")
+        .unwrap_or_else(|| stem_of(path))
 }
 
 /// A valid name from a tool's name of a camera or file: lower case, other characters as `_`.
