@@ -1,4 +1,5 @@
 //! What `sextant config apply-refinement` leaves behind where a fusion node does not answer.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod recording;
 

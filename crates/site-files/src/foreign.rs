@@ -26,6 +26,7 @@ use crate::read::read_text;
 pub use document::has_foreign_name;
 pub(crate) use document::parse_document;
 use document::{Syntax, syntax_of};
+use sextant_geometry::Intrinsics;
 use sextant_site_model::{Camera, Rig, RigError};
 use std::fmt;
 use std::path::Path;
@@ -136,6 +137,13 @@ pub fn parse_foreign(path: &Path, text: &str) -> Result<(ForeignFormat, Rig), Fi
             camera_info::cameras(&document, stem_of(path))
         }
     };
+    let cameras = cameras.and_then(|cameras| {
+        // A region of interest may lie anywhere.
+        let is_whole = document.get("roi").is_none();
+        let mut checked = cameras.iter().filter(|_| is_whole);
+        checked.try_for_each(check_size)?;
+        Ok(cameras)
+    });
     let rig = cameras.and_then(|cameras| Rig::new(cameras).map_err(|error| refused(&error)));
     Ok((format, rig.map_err(wrong)?))
 }
@@ -198,6 +206,40 @@ fn format_of(document: &Value, text: &str) -> Option<ForeignFormat> {
     } else {
         None
     }
+}
+
+/// Distance of a principal point from the middle of the image, as a share of the image, from which it may be that of other images.
+const OFF_CENTRE: f64 = 0.1;
+
+/// Refuses a size that is not that of the images of the calibration: the principal point is outside of it, or in the middle of the image
+/// only where width and height change places.
+fn check_size(camera: &Camera) -> Result<(), Complaint> {
+    let [width, height] = camera.resolution;
+    let Intrinsics { cx, cy, .. } = camera.lens.intrinsics();
+    let is_inside = |at: f64, pixels: u32| (0.0..=f64::from(pixels)).contains(&at);
+    let is_central = |at: f64, pixels: u32| (at / f64::from(pixels) - 0.5).abs() < OFF_CENTRE;
+    let (id, place) = (
+        camera.id.as_str(),
+        format!("the principal point ({cx:.0}, {cy:.0})"),
+    );
+    if is_central(cx, height)
+        && is_central(cy, width)
+        && !is_central(cx, width)
+        && !is_central(cy, height)
+    {
+        let cause = format!(
+            "{place} is in the middle of images of {height} x {width} pixels, not of {width} x {height}"
+        );
+        return Err(Complaint::new(id, cause, "exchange width and height"));
+    }
+    if is_inside(cx, width) && is_inside(cy, height) {
+        return Ok(());
+    }
+    let cause = format!(
+        "{place} lies outside of the images of {width} x {height} pixels: they are not those of the calibration"
+    );
+    let remedy = "state the size of the images with which it was calibrated";
+    Err(Complaint::new(id, cause, remedy))
 }
 
 fn refused(error: &RigError) -> Complaint {

@@ -79,8 +79,9 @@ fn camera(document: &Value, stem: &str) -> Result<Camera, Complaint> {
         coefficients: coefficients.0,
     };
     let mut size = [size(document, 0)?, size(document, 1)?];
-    if let Some(([x, y], shown)) = region(document)? {
-        size = shown;
+    if let Some(shown) = region(document)? {
+        let [x, y] = shown.upper_left;
+        size = shown.size;
         (intrinsics.cx, intrinsics.cy) = (intrinsics.cx - x, intrinsics.cy - y);
     }
     let lens = lens_of(&keys, model(document), intrinsics, &coefficients.1, size)?;
@@ -122,8 +123,14 @@ fn model(document: &Value) -> &str {
     }
 }
 
-/// The part of the full image that a message's images show: its upper left corner and its size, in pixels. None where that is all.
-fn region(document: &Value) -> Result<Option<([f64; 2], [u32; 2])>, Complaint> {
+/// A part of the full image, in its pixels.
+struct Region {
+    upper_left: [f64; 2],
+    size: [u32; 2],
+}
+
+/// The part of the full image that a message's images show; nothing where that is all.
+fn region(document: &Value) -> Result<Option<Region>, Complaint> {
     let Some(roi) = document.get("roi") else {
         return Ok(None);
     };
@@ -132,8 +139,10 @@ fn region(document: &Value) -> Result<Option<([f64; 2], [u32; 2])>, Complaint> {
         return Ok(None);
     }
     let size = |key: &str| pixels("roi", roi.get(key).unwrap_or(&Value::Null));
-    let corner = [number("x_offset"), number("y_offset")];
-    Ok(Some((corner, [size("width")?, size("height")?])))
+    Ok(Some(Region {
+        upper_left: [number("x_offset"), number("y_offset")],
+        size: [size("width")?, size("height")?],
+    }))
 }
 
 /// A message with binning describes images of another size.

@@ -13,9 +13,12 @@ use yaml_serde::{Mapping, Value};
 const POLYNOMIAL: [&str; 8] = ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"];
 const FISHEYE: [&str; 4] = ["k1", "k2", "k3", "k4"];
 
+/// Finds a value of one camera by its name.
+type Lookup<'a> = Box<dyn Fn(&str) -> Option<&'a Value> + 'a>;
+
 /// The values of one camera by their names.
 struct Parameters<'a> {
-    value: Box<dyn Fn(&str) -> Option<&'a Value> + 'a>,
+    value: Lookup<'a>,
     /// What the file calls the lens model, where it does.
     model: &'a str,
     size: [u32; 2],
@@ -61,7 +64,7 @@ impl Parameters<'_> {
     }
 }
 
-fn text<'a>(value: Option<&'a Value>) -> Option<&'a str> {
+fn text(value: Option<&Value>) -> Option<&str> {
     value.and_then(Value::as_str)
 }
 

@@ -570,6 +570,30 @@ fn no_camera_of_a_file_is_passed_over() {
 }
 
 #[test]
+fn a_size_of_other_images_is_refused() {
+    let file = |k: &str, size: &str| {
+        format!(
+            r#"{{"camera_matrix": {k}, "dist_coeffs": [0.1, 0, 0, 0, 0], "image_size": {size}}}"#
+        )
+    };
+    let vga = "[[600, 0, 320], [0, 600, 240], [0, 0, 1]]";
+    assert!(parsed(&file(vga, "[640, 480]")).is_ok());
+    // As numpy's `shape` has it.
+    let error = parsed(&file(vga, "[480, 640]")).unwrap_err();
+    assert!(
+        error.contains("in the middle of images of 640 x 480 pixels"),
+        "{error}"
+    );
+    assert!(error.contains("exchange width and height"), "{error}");
+    let hd = "[[1200, 0, 960], [0, 1200, 540], [0, 0, 1]]";
+    let error = parsed(&file(hd, "[640, 480]")).unwrap_err();
+    assert!(
+        error.contains("(960, 540) lies outside of the images of 640 x 480"),
+        "{error}"
+    );
+}
+
+#[test]
 fn the_name_of_eurocs_camera_is_its_folders() {
     let text = "camera_model: pinhole\nintrinsics: [650.0, 660.0, 319.5, 239.5]\ndistortion_model: none\nresolution: [640, 480]\n";
     let (_, rig) = parse_foreign(Path::new("mav0/cam1/sensor.yaml"), text).unwrap();
