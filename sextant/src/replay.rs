@@ -12,7 +12,9 @@ use clap::{Args, ValueEnum};
 use delivery::Delivery;
 use poses_file::PosesFile;
 use sextant_evaluation::reference::{self, ReferenceError};
-use sextant_evaluation::{Alignment, compare as compared, plots};
+use sextant_evaluation::{
+    Alignment, compare as compared, no_common_time, other_conventions, plots,
+};
 use sextant_process::{Exit, Failure, WithExit};
 use sextant_proto::NodeId;
 use sextant_recordings::Dataset;
@@ -144,14 +146,15 @@ fn compare(
     let alignment = arguments.align.into();
     let comparisons = compared(poses, &references, alignment);
     if comparisons.is_empty() {
-        let cause = anyhow::anyhow!(
-            "--against: no pose of the reference is of the time of a replayed pose of the same object"
-        );
+        let cause = anyhow::anyhow!("--against: {}", no_common_time(poses, &references));
         bail!(Failure::new(Exit::Input, cause));
     }
     if let Some(folder) = &arguments.plots {
         plots::write(folder, &comparisons)?;
     }
+    summary
+        .notices
+        .extend(other_conventions(poses, &references));
     summary.against = Some((alignment, comparisons));
     Ok(())
 }

@@ -23,6 +23,12 @@ pub struct Trajectory(BTreeMap<u64, Pose>);
 pub type References = BTreeMap<ObjectId, Trajectory>;
 
 impl Trajectory {
+    /// First and last time, ns.
+    pub fn span_ns(&self) -> Option<(u64, u64)> {
+        let first = self.0.first_key_value()?;
+        Some((*first.0, *self.0.last_key_value()?.0))
+    }
+
     /// The pose at a time: of exactly that time, or between its neighbours (linear, and along the shorter arc).
     pub fn at(&self, t_ns: u64) -> Option<Pose> {
         let (before_ns, before) = self.0.range(..=t_ns).next_back()?;
