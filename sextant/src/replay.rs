@@ -134,6 +134,11 @@ fn compare(
     if arguments.against.is_empty() {
         return Ok(());
     }
+    if poses.is_empty() {
+        let words = summary.text();
+        let cause = anyhow::anyhow!("--against: the replay gives no pose to compare: {words}");
+        bail!(Failure::new(Exit::Input, cause));
+    }
     let objects: BTreeSet<_> = poses.iter().map(|p| p.object.clone()).collect();
     let references = reference::read(&arguments.against, &objects)
         .map_err(|error| match error {
