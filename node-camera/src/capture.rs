@@ -26,7 +26,12 @@ pub(crate) fn run(
     config: &CameraNodeConfig,
     shutdown: &Shutdown,
 ) -> anyhow::Result<()> {
-    let mut source = source::open(&config.source, &config.camera, shutdown)?;
+    let mut source = source::open(
+        &config.source,
+        &config.camera,
+        &config.shared_memory,
+        shutdown,
+    )?;
     let [width, height] = source.resolution();
     let bytes = usize::from(width) * usize::from(height);
     let stop = || shutdown.is_requested();

@@ -72,7 +72,8 @@ pub enum SourceConfig {
         #[serde(default)]
         repeat: bool,
         /// Wire time at which the recording's first image (of any of its cameras) is played; time stamps are shifted
-        /// likewise. Give several nodes the same to play a recording together. Absent: time stamps as recorded.
+        /// likewise. Give nodes of several hosts the same to play a recording together. Absent: time stamps as recorded; nodes of one host
+        /// play a folder together, whenever each is started.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         start_ns: Option<u64>,
     },

@@ -2,6 +2,7 @@
 
 mod backlog;
 mod command;
+mod common_start;
 pub(crate) mod examine;
 mod host_clock;
 mod images;
@@ -12,11 +13,12 @@ mod simulator;
 pub mod v4l2;
 mod video;
 
-use std::path::Path;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::Context;
-use sextant_iceoryx_images::ClockSource;
+use sextant_iceoryx_images::{ClockSource, IceoryxOptions, companion_file};
 use sextant_process::{Exit, Failure, Shutdown, WithExit};
 use sextant_proto::CameraControls;
 use sextant_site_model::CameraId;
@@ -129,6 +131,7 @@ impl SourceError {
 pub(crate) fn open(
     config: &SourceConfig,
     camera: &CameraId,
+    place: &IceoryxOptions,
     shutdown: &Shutdown,
 ) -> anyhow::Result<Box<dyn ImageSource>> {
     match config {
@@ -141,15 +144,13 @@ pub(crate) fn open(
             repeat,
             start_ns,
         } => {
-            let player = images::Player::open(
-                folder,
-                camera,
-                images::Play {
-                    pace: *pace,
-                    repeat: *repeat,
-                    start_ns: *start_ns,
-                },
-            );
+            let play = images::Play {
+                pace: *pace,
+                repeat: *repeat,
+                start_ns: *start_ns,
+                shared: Some(shared_by_players(folder, place)?),
+            };
+            let player = images::Player::open(folder, camera, play);
             Ok(Box::new(player.exit_with(Exit::Input)?))
         }
         SourceConfig::V4l2(v4l2) => {
@@ -169,6 +170,16 @@ pub(crate) fn open(
             ))
         }
     }
+}
+
+/// The file that the nodes of this host share which play the recording in this folder.
+fn shared_by_players(folder: &Path, place: &IceoryxOptions) -> anyhow::Result<PathBuf> {
+    let mut hasher = DefaultHasher::new();
+    std::fs::canonicalize(folder)
+        .unwrap_or_else(|_| folder.to_owned())
+        .hash(&mut hasher);
+    let name = format!("playing-{:016x}", hasher.finish());
+    companion_file(place, &name).exit_with(Exit::Input)
 }
 
 /// A source that may fail and come back.

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use sextant_process::{Exit, WithExit};
 use sextant_proto::{ModelsState, ModelsVersion, NodeId};
 use sextant_site_files::{
-    FileError, former_of, keep_object, keep_rig, object_file, read_object, read_rig, read_text,
+    FileError, assumptions, former_of, keep_object, keep_rig, object_file, read_object, read_rig, read_text,
     read_toml, retire_object, with_value, write_keeping_former, write_toml,
 };
 use sextant_site_model::ObjectId;
@@ -53,6 +53,12 @@ impl ModelFiles {
     /// [`Exit::Input`] for a file that is missing or wrong.
     pub fn read(config_file: &Path, config: &FusionConfig) -> anyhow::Result<(Self, Models)> {
         let folder = config_file.parent().unwrap_or(Path::new(".")).to_owned();
+        let files = config.objects.iter().chain([&config.rig]);
+        for file in files.map(|file| folder.join(file)) {
+            for assumed in assumptions(&file).exit_with(Exit::Input)? {
+                tracing::warn!("{}: {assumed}", file.display());
+            }
+        }
         let rig = read_rig(&folder.join(&config.rig)).exit_with(Exit::Input)?;
         let (mut files, mut objects) = (Vec::new(), Vec::new());
         for file in &config.objects {

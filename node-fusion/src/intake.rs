@@ -11,15 +11,48 @@ use sextant_proto::{
 use sextant_site_mirror::limits::SILENCE_NS;
 use sextant_site_model::{CameraId, ImageObservation};
 use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Decodes messages and counts them per camera of the rig.
 #[derive(Debug)]
 pub struct Intake {
     keys: Keys,
     cameras: BTreeMap<CameraId, Counts>,
+    arrivals: Arrivals,
     foreign: Rejections,
     /// How much older than usual an observation may be, ns.
     max_age_ns: u64,
+}
+
+/// How many messages have arrived on the key of each camera of the rig, also of those that this node drops unread. Network threads count.
+#[derive(Debug, Clone, Default)]
+pub struct Arrivals(Arc<Mutex<BTreeMap<String, u64>>>);
+
+impl Arrivals {
+    /// Counts a message on `key`.
+    pub fn count(&self, key: &str) {
+        let mut counts = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(count) = counts.get_mut(key) {
+            *count += 1;
+        }
+    }
+
+    fn of(&self, key: &str) -> u64 {
+        let counts = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        counts.get(key).copied().unwrap_or(0)
+    }
+
+    /// Other keys count now; those that stay keep their counts.
+    fn take_keys(&self, keys: impl Iterator<Item = String>) {
+        let mut counts = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let before = std::mem::take(&mut *counts);
+        *counts = keys
+            .map(|key| {
+                let count = before.get(&key).copied().unwrap_or(0);
+                (key, count)
+            })
+            .collect();
+    }
 }
 
 /// An image that is taken in.
@@ -69,7 +102,9 @@ pub struct Counts {
     /// Messages accepted and messages too old at the last status.
     at_last_status: u64,
     too_old_before: u64,
-    /// Time without a message, s.
+    /// Messages that had arrived by the last status, read or not.
+    arrived: u64,
+    /// Time in which no message arrived, s.
     silent_s: f64,
 }
 
@@ -80,16 +115,21 @@ impl Intake {
     /// An intake for the cameras of a rig; observations may be older than usual by `max_age_s` seconds.
     #[must_use]
     pub fn new(keys: Keys, cameras: impl IntoIterator<Item = CameraId>, max_age_s: f64) -> Self {
-        let cameras = cameras
-            .into_iter()
-            .map(|camera| (camera, Counts::default()))
-            .collect();
-        Self {
+        let mut intake = Self {
             keys,
-            cameras,
+            cameras: BTreeMap::new(),
+            arrivals: Arrivals::default(),
             foreign: Rejections::default(),
             max_age_ns: (max_age_s * 1e9) as u64,
-        }
+        };
+        intake.take_rig(cameras);
+        intake
+    }
+
+    /// Where to count every message that arrives.
+    #[must_use]
+    pub fn arrivals(&self) -> Arrivals {
+        self.arrivals.clone()
     }
 
     /// Forgets all ages after the host's clock was set.
@@ -107,6 +147,8 @@ impl Intake {
             (camera, counts)
         };
         self.cameras = cameras.into_iter().map(counts).collect();
+        let keys = self.cameras.keys().map(|id| self.keys.observations(id));
+        self.arrivals.take_keys(keys);
     }
 
     /// The observation of a message, or nothing and a count.
@@ -170,7 +212,7 @@ impl Intake {
             // No camera sends: then no single one is at fault.
             return Vec::new();
         }
-        let gone = |counts: &Counts| counts.received > 0 && counts.silent_s >= SILENCE_S;
+        let gone = |counts: &Counts| counts.arrived > 0 && counts.silent_s >= SILENCE_S;
         let silent = self.cameras.iter().filter(|(_, counts)| gone(counts));
         let notices = silent.map(|(camera, counts)| Notice::CameraSilent {
             camera: camera.clone(),
@@ -191,12 +233,15 @@ impl Intake {
         notices.collect()
     }
 
-    /// The status lines of every camera, with rates over the `elapsed_s` since the last call, in `listened_s` of which nothing was dropped
-    /// unread.
-    pub fn cameras(&mut self, elapsed_s: f64, listened_s: f64) -> Vec<CameraIntake> {
+    /// The status lines of every camera, with rates over the `elapsed_s` since the last call.
+    pub fn cameras(&mut self, elapsed_s: f64) -> Vec<CameraIntake> {
+        let (keys, arrivals) = (&self.keys, &self.arrivals);
         self.cameras
             .iter_mut()
-            .map(|(camera, counts)| counts.status(camera, elapsed_s, listened_s))
+            .map(|(camera, counts)| {
+                counts.note_arrivals(arrivals.of(&keys.observations(camera)), elapsed_s);
+                counts.status(camera, elapsed_s)
+            })
             .collect()
     }
 }
@@ -214,15 +259,20 @@ impl Counts {
         is_too_old
     }
 
-    fn status(&mut self, camera: &CameraId, elapsed_s: f64, listened_s: f64) -> CameraIntake {
+    /// A camera is silent while none of its messages arrives; whether they are read is this node's affair.
+    fn note_arrivals(&mut self, arrived: u64, elapsed_s: f64) {
+        self.silent_s = if arrived > self.arrived {
+            0.0
+        } else {
+            self.silent_s + elapsed_s
+        };
+        self.arrived = arrived;
+    }
+
+    fn status(&mut self, camera: &CameraId, elapsed_s: f64) -> CameraIntake {
         let new = self.received - self.at_last_status;
         self.at_last_status = self.received;
         self.too_old_before = self.too_old;
-        self.silent_s = if new > 0 {
-            0.0
-        } else {
-            self.silent_s + listened_s
-        };
         CameraIntake {
             camera: camera.clone(),
             received: self.received,
@@ -282,7 +332,7 @@ mod tests {
     fn a_good_message_is_received() {
         let (mut intake, key) = intake();
         assert!(intake.take(&key, &message("north"), after(0)).is_some());
-        let status = &intake.cameras(2.0, 2.0)[0];
+        let status = &intake.cameras(2.0)[0];
         assert_eq!((status.received, status.rate_hz), (1, 0.5));
     }
 
@@ -298,7 +348,7 @@ mod tests {
             total: 1,
         };
         assert_eq!(intake.late_cameras(), [late]);
-        let status = &intake.cameras(1.0, 1.0)[0];
+        let status = &intake.cameras(1.0)[0];
         assert_eq!((status.received, status.late), (3, 1));
         assert_eq!(intake.late_cameras(), []);
         // By another clock the same age is usual.
@@ -328,34 +378,21 @@ mod tests {
     fn a_message_on_another_cameras_key_is_refused() {
         let (mut intake, key) = intake();
         assert!(intake.take(&key, &message("south"), after(0)).is_none());
-        assert_eq!(intake.cameras(1.0, 1.0)[0].rejected.wrong_camera, 1);
-    }
-
-    #[test]
-    fn nobody_is_silent_whose_images_were_dropped_unread() {
-        let keys = Keys::new("site").unwrap();
-        let ids = ["north", "south"].map(|id| CameraId::new(id).unwrap());
-        let [north, south] = ids.each_ref().map(|id| keys.observations(id));
-        let mut intake = Intake::new(keys, ids, 0.5);
-        intake.take(&south, &message("south"), after(0));
-        for _ in 0..10 {
-            intake.take(&north, &message("north"), after(0));
-            intake.cameras(2.0, 0.0);
-        }
-        assert_eq!(intake.silent_cameras(), []);
+        assert_eq!(intake.cameras(1.0)[0].rejected.wrong_camera, 1);
     }
 
     #[test]
     fn a_camera_that_falls_silent_is_named_until_it_is_back() {
         let keys = Keys::new("site").unwrap();
         let ids = ["north", "south", "never"].map(|id| CameraId::new(id).unwrap());
-        let key_of = |id: &CameraId| keys.observations(id);
-        let (north, south) = (key_of(&ids[0]), key_of(&ids[1]));
-        let mut intake = Intake::new(keys.clone(), ids, 0.5);
-        intake.take(&south, &message("south"), after(0));
+        let [north, south, _] = ids.each_ref().map(|id| keys.observations(id));
+        let mut intake = Intake::new(keys, ids, 0.5);
+        // What arrives is not read: this node is overloaded.
+        let arrivals = intake.arrivals();
+        arrivals.count(&south);
         for _ in 0..3 {
-            intake.take(&north, &message("north"), after(0));
-            intake.cameras(2.0, 2.0);
+            arrivals.count(&north);
+            intake.cameras(2.0);
         }
         let silent = Notice::CameraSilent {
             camera: CameraId::new("south").unwrap(),
@@ -363,12 +400,25 @@ mod tests {
         };
         assert_eq!(intake.silent_cameras(), [silent]);
         // Where nobody sends the network is at fault.
-        intake.cameras(2.0, 2.0);
+        intake.cameras(2.0);
         assert!(intake.silent_cameras().is_empty());
-        intake.take(&south, &message("south"), after(0));
-        intake.take(&north, &message("north"), after(0));
-        intake.cameras(2.0, 2.0);
+        arrivals.count(&south);
+        arrivals.count(&north);
+        intake.cameras(2.0);
         assert!(intake.silent_cameras().is_empty());
+    }
+
+    #[test]
+    fn only_cameras_of_the_rig_are_counted() {
+        let (mut intake, key) = intake();
+        let arrivals = intake.arrivals();
+        let stranger = key.replace("north", "south");
+        (0..3).for_each(|_| arrivals.count(&key));
+        (0..3).for_each(|_| arrivals.count(&stranger));
+        assert_eq!((arrivals.of(&key), arrivals.of(&stranger)), (3, 0));
+        intake.take_rig(["north", "south"].map(|id| CameraId::new(id).unwrap()));
+        arrivals.count(&stranger);
+        assert_eq!((arrivals.of(&key), arrivals.of(&stranger)), (3, 1));
     }
 
     #[test]
@@ -379,7 +429,7 @@ mod tests {
         intake.take_rig(ids.clone());
         let received = |intake: &mut Intake| -> Vec<u64> {
             intake
-                .cameras(1.0, 1.0)
+                .cameras(1.0)
                 .iter()
                 .map(|camera| camera.received)
                 .collect()

@@ -30,5 +30,5 @@ mod status;
 mod storer;
 
 pub use config::{FusionConfig, Refinement, ShardingConfig};
-pub use intake::{AdmittedImage, Arrival, Counts, Intake};
+pub use intake::{AdmittedImage, Arrival, Arrivals, Counts, Intake};
 pub use node::run;

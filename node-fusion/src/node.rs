@@ -182,10 +182,15 @@ impl<'a> FusionNode<'a> {
         publishers.models(replica.payloads())?;
         publishers.formers(replica.formers())?;
         publishers.proposal(&proposing::message(None, node, 0)?)?;
+        let intake = Intake::new(keys.clone(), cameras_of(&models.rig), config.max_age_s);
+        let arrivals = intake.arrivals();
+        let (all, hear) = (keys.all_observations(), move |key: &str| {
+            arrivals.count(key)
+        });
         Ok(Self {
-            observations: bus.subscribe_stream(&keys.all_observations(), bounds, longest)?,
+            observations: bus.subscribe_stream_heard(&all, bounds, longest, hear)?,
             changes: bus.subscribe(&keys.all_config(), CHANGE_QUEUE, DropRule::Oldest, longest)?,
-            intake: Intake::new(keys.clone(), cameras_of(&models.rig), config.max_age_s),
+            intake,
             publishers,
             probe: ControlProbe::new(&keys.all_alive(), Instant::now()),
             standby,

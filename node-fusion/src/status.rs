@@ -112,13 +112,10 @@ impl StatusReporter {
         for late in intake.late_cameras() {
             self.notices.add(late, now_ns);
         }
-        let is_overloaded = losses.unread > self.losses.unread;
         self.note_losses(losses, now_ns);
         let elapsed_s = now_ns.saturating_sub(self.last_ns) as f64 / 1e9;
         self.last_ns = now_ns;
-        // A camera does not count as silent because this node dropped its observations unread.
-        let listened_s = if is_overloaded { 0.0 } else { elapsed_s };
-        let cameras = intake.cameras(elapsed_s, listened_s).into_iter();
+        let cameras = intake.cameras(elapsed_s).into_iter();
         let cameras = cameras.map(|camera| with_statistics(camera, machine.statistics()));
         let cameras = cameras.collect();
         let mut faults = machine.faults();

@@ -2,6 +2,7 @@
 
 mod recording;
 
+use crate::model_files::{read_rig, say_assumptions};
 use crate::output::{Format, print_line};
 use crate::words;
 use anyhow::{Context, bail, ensure};
@@ -12,8 +13,8 @@ use serde_json::json;
 use sextant_geometry::Lens;
 use sextant_process::{Exit, Failure, WithExit};
 use sextant_site_files::{
-    ForeignFormat, foreign_text, has_foreign_name, is_foreign, object_toml, read_board, read_rig,
-    read_text, rig_toml, write_keeping_former,
+    ForeignFormat, assumptions, foreign_text, has_foreign_name, is_foreign, object_toml,
+    read_board, read_text, rig_toml, write_keeping_former,
 };
 use sextant_site_model::{Camera, CameraId, ObjectModel, Rig};
 use std::path::{Path, PathBuf};
@@ -22,7 +23,7 @@ use std::path::{Path, PathBuf};
 #[derive(Args, Debug)]
 #[command(
     after_help = "FROM is a rig.toml, or a calibration of ROS (camera_info), Kalibr (camchain), OpenCV (YAML, JSON, XML), PhotonVision, WPILib, anipose,
-caliscope, MATLAB (JSON) or nerfstudio; the format is recognised by its contents. Or it
+caliscope, MATLAB (JSON), nerfstudio, EuRoC, ORB-SLAM, stella_vslam, Basalt, RealSense, ZED or Metashape; the format is recognised by its contents. Or it
 describes a board: a Kalibr target.yaml, a ChArUco board with squaresX, squaresY, squareLength, markerLength and dictionary, or a grid of
 markers with markersX, markersY, markerLength, markerSeparation and dictionary; then the object file of the board is written. Such a file is also accepted wherever an object file is expected.
 Cameras are merged into an existing rig.toml: one with the same id gets the new lens and keeps its pose if FROM has none.
@@ -34,6 +35,8 @@ edge (AprilTag's C library) are larger by half a pixel: use --pixel-origin edge.
 A recording is converted from a folder in EuRoC's layout to an MCAP file, or back; images and detections come back byte for byte. From a folder,
 --rig and --object put the models into the file, so that it can be replayed; detections need the rig. To a folder, rig.toml, OBJECT.toml,
 CAMERA/data.csv with CAMERA/data/*.png, and CAMERA/detections.jsonl are written; replay takes the detections where there are both.
+
+With --json and --out: {\"file\",\"cameras\",\"assumed\"} or {\"file\",\"object\",\"tags\",\"assumed\"}; assumed: what FROM leaves open, such as a unit.
 
 For example: sextant convert ost.yaml --camera north --out rig.toml
              sextant convert camchain.yaml --out rig.toml
@@ -131,7 +134,7 @@ pub fn run(arguments: &ConvertArguments, format: Format) -> anyhow::Result<()> {
         return Ok(print_line(text.trim_end())?);
     };
     write_keeping_former(out, text.as_bytes())?;
-    say(out, &cameras, format)
+    say(arguments, out, &cameras, format)
 }
 
 /// The board that FROM describes, named after the file to write, if it describes one.
@@ -145,12 +148,21 @@ fn board(arguments: &ConvertArguments) -> anyhow::Result<Option<ObjectModel>> {
         Some(id) => id,
         None => "board".parse()?,
     };
-    read_board(&arguments.from, &id).exit_with(Exit::Input)
+    let board = read_board(&arguments.from, &id).exit_with(Exit::Input)?;
+    if board.is_some() {
+        say_assumptions(&arguments.from).exit_with(Exit::Input)?;
+    }
+    Ok(board)
 }
 
 fn is_foreign_file(path: &Path) -> anyhow::Result<bool> {
     let text = read_text(path).exit_with(Exit::Input)?;
     Ok(is_foreign(path, &text))
+}
+
+/// What is assumed where the file leaves something open, for the line of JSON.
+fn assumed(arguments: &ConvertArguments) -> anyhow::Result<Vec<String>> {
+    assumptions(&arguments.from).exit_with(Exit::Input)
 }
 
 fn write_board(
@@ -171,17 +183,26 @@ fn write_board(
     let tags = board.tags().len();
     let line = match format {
         Format::Json => {
-            json!({"file": out, "object": board.id().as_str(), "tags": tags}).to_string()
+            let (object, assumed) = (board.id().as_str(), assumed(arguments)?);
+            json!({"file": out, "object": object, "tags": tags, "assumed": assumed}).to_string()
         }
         Format::Text => format!("{}: {}", out.display(), words::count(tags, "tag")),
     };
     Ok(print_line(&line)?)
 }
 
-fn say(out: &Path, cameras: &[Camera], format: Format) -> anyhow::Result<()> {
+fn say(
+    arguments: &ConvertArguments,
+    out: &Path,
+    cameras: &[Camera],
+    format: Format,
+) -> anyhow::Result<()> {
     let names: Vec<&str> = cameras.iter().map(|camera| camera.id.as_str()).collect();
     let line = match format {
-        Format::Json => json!({"file": out, "cameras": names}).to_string(),
+        Format::Json => {
+            let assumed = assumed(arguments)?;
+            json!({"file": out, "cameras": names, "assumed": assumed}).to_string()
+        }
         Format::Text => format!("{}: {}", out.display(), names.join(", ")),
     };
     Ok(print_line(&line)?)

@@ -6,6 +6,7 @@ mod otherwise;
 mod print;
 mod sight;
 
+use crate::model_files::read_rig;
 use crate::output::{Format, print_line};
 use anyhow::{Context, bail};
 use clap::{ArgGroup, Args};
@@ -15,7 +16,6 @@ use sextant_apriltag::{Detector, Options, Tracker};
 use sextant_explain::Explanation;
 use sextant_process::{Exit, Failure, WithExit};
 use sextant_replay::in_order;
-use sextant_site_files::read_rig;
 use sextant_site_model::{Camera, CameraId};
 use sight::{DetectedImage, detect, follow};
 use std::io::{self, BufRead, BufReader};

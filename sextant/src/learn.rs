@@ -1,5 +1,6 @@
 //! `sextant learn`: where each tag of an object sits, from images of the object being turned.
 
+use crate::model_files::{read_object, read_rig};
 use crate::output::{Format, print_line};
 use crate::procedure::{ImageArguments, ImageSelection, wrong};
 use crate::words;
@@ -8,7 +9,7 @@ use clap::Args;
 use sextant_calibrator::procedure::{Outcome, Plan, Procedure, Product, Report};
 use sextant_calibrator::{DiscoveredTags, DiscoveryPlan, Gauge, LearnPlan, LearnReport};
 use sextant_process::{Exit, WithExit};
-use sextant_site_files::{read_object, read_rig, write_object};
+use sextant_site_files::write_object;
 use sextant_site_model::{CameraId, ObjectId, ObjectModel, TagId};
 use sextant_tag_families::Family;
 use std::path::PathBuf;

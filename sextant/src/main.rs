@@ -21,6 +21,7 @@ mod listening;
 mod manual;
 mod mavlink;
 mod message_text;
+mod model_files;
 mod nodes;
 mod osc;
 mod output;

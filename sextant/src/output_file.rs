@@ -6,13 +6,14 @@ use sextant_process::{Exit, Failure};
 use sextant_site_files::Replacement;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind};
+use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 
 /// A file that is being written.
 pub struct OutputFile {
     file: File,
-    /// Where it takes the place of another one.
-    replacement: Option<Replacement>,
+    /// Where it takes the place of another one, which is locked until then.
+    replacement: Option<(Replacement, File)>,
 }
 
 impl OutputFile {
@@ -42,11 +43,15 @@ impl OutputFile {
         let found = std::fs::metadata(path);
         let (file, replacement) = match found {
             Ok(found) if found.is_file() && force => {
-                lock(&File::open(path)?)?;
+                let former = File::open(path)?;
+                lock(&former)?;
                 let replacement = Replacement::begin(path)?;
-                // Another program may have begun while this one waited.
-                lock(&File::open(path)?)?;
-                (replacement.file().try_clone()?, Some(replacement))
+                // Another program may have replaced it since it was opened.
+                if former.metadata()?.ino() != std::fs::metadata(path)?.ino() {
+                    return Err(ErrorKind::WouldBlock.into());
+                }
+                let file = replacement.file().try_clone()?;
+                (file, Some((replacement, former)))
             }
             Ok(found) if !found.is_file() && !found.is_dir() => {
                 (OpenOptions::new().write(true).open(path)?, None)
@@ -75,7 +80,7 @@ impl OutputFile {
     /// An I/O error; the former file is then unchanged.
     pub fn keep(&mut self) -> io::Result<()> {
         match self.replacement.take() {
-            Some(replacement) => replacement.commit().map(drop),
+            Some((replacement, _)) => replacement.commit().map(drop),
             None => Ok(()),
         }
     }
@@ -126,6 +131,8 @@ mod tests {
         assert!(refused(&path, true).contains("another program is writing this file"));
         drop(first);
         let mut second = OutputFile::create(&path, true).unwrap();
+        // It has no content yet.
+        assert!(refused(&path, true).contains("another program is writing this file"));
         second.keep().unwrap();
         assert!(refused(&path, true).contains("another program is writing this file"));
     }

@@ -5,20 +5,22 @@ mod poses_file;
 mod summary;
 mod table;
 
+use crate::model_files::{read_rig, say_assumptions};
 use crate::output::{Format, print_line};
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use delivery::Delivery;
 use poses_file::PosesFile;
 use sextant_evaluation::reference::{self, ReferenceError};
-use sextant_evaluation::{Alignment, compare as compared, plots};
+use sextant_evaluation::{
+    Alignment, compare as compared, no_common_time, other_conventions, plots,
+};
 use sextant_process::{Exit, Failure, WithExit};
 use sextant_proto::NodeId;
 use sextant_recordings::Dataset;
 use sextant_recordings::mcap::reader::Ending;
 use sextant_recordings::mcap::site_recording::SiteRecording;
 use sextant_replay::{Models, Order, Plan, Replacement, read_objects, replay_folder, replay_plan};
-use sextant_site_files::read_rig;
 use sextant_site_report::ObjectEstimate;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -132,6 +134,11 @@ fn compare(
     if arguments.against.is_empty() {
         return Ok(());
     }
+    if poses.is_empty() {
+        let words = summary.text();
+        let cause = anyhow::anyhow!("--against: the replay gives no pose to compare: {words}");
+        bail!(Failure::new(Exit::Input, cause));
+    }
     let objects: BTreeSet<_> = poses.iter().map(|p| p.object.clone()).collect();
     let references = reference::read(&arguments.against, &objects)
         .map_err(|error| match error {
@@ -144,14 +151,15 @@ fn compare(
     let alignment = arguments.align.into();
     let comparisons = compared(poses, &references, alignment);
     if comparisons.is_empty() {
-        let cause = anyhow::anyhow!(
-            "--against: no pose of the reference is of the time of a replayed pose of the same object"
-        );
+        let cause = anyhow::anyhow!("--against: {}", no_common_time(poses, &references));
         bail!(Failure::new(Exit::Input, cause));
     }
     if let Some(folder) = &arguments.plots {
         plots::write(folder, &comparisons)?;
     }
+    summary
+        .notices
+        .extend(other_conventions(poses, &references));
     summary.against = Some((alignment, comparisons));
     Ok(())
 }
@@ -167,6 +175,9 @@ fn folder_replayed(
         bail!(Failure::new(Exit::Usage, cause));
     };
     let models = Models::read(rig, &arguments.objects).exit_with(Exit::Input)?;
+    for file in arguments.objects.iter().chain([rig]) {
+        say_assumptions(file).exit_with(Exit::Input)?;
+    }
     let dataset = Dataset::open(&arguments.recording).exit_with(Exit::Input)?;
     dataset.check_times().exit_with(Exit::Input)?;
     models
@@ -190,6 +201,9 @@ fn file_replayed(
         [] => Ok(None),
         files => read_objects(files).map(Some),
     };
+    for file in &arguments.objects {
+        say_assumptions(file).exit_with(Exit::Input)?;
+    }
     let replacement = Replacement {
         rig: rig.exit_with(Exit::Input)?,
         objects: objects.exit_with(Exit::Input)?,

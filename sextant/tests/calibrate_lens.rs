@@ -31,10 +31,13 @@ fn wave(at: usize, kind: usize) -> f64 {
 /// `detections.jsonl` of images of the board, tilted up to `tilt` radians.
 fn write_images(folder: &Path, board: &ObjectModel, tilt: f64) {
     let lens = truth();
+    // Its tags face the camera, whichever way its frame looks.
+    let tag_from_board = board.tags()[0].object_from_tag.unwrap().rotation.inverse();
     let mut text = String::new();
     for at in 0..30 {
         let turn = Vector3::new(tilt * wave(at, 1), tilt * wave(at, 2), 0.3 * wave(at, 3));
         let facing = UnitQuaternion::from_scaled_axis(Vector3::x() * std::f64::consts::PI);
+        let facing = facing * tag_from_board;
         let depth = 0.4 + 0.1 * wave(at, 4);
         let place = Vector3::new(0.1 * wave(at, 5), 0.08 * wave(at, 6), depth);
         let pose = Pose::from_parts(

@@ -7,6 +7,7 @@ use sextant_site_model::{Camera, ImageObservation, TagCorners, TagId};
 use std::collections::BTreeMap;
 
 use crate::bundle::TagObservation;
+use crate::verdict::Finding;
 
 /// Standard deviation of a corner without a reported one, pixels. The adjustment estimates the noise; this only sets the unit.
 pub(crate) const DEFAULT_SIGMA_PX: f64 = 0.1;
@@ -103,6 +104,12 @@ impl ImageStore {
     /// Number of images received, stored or not.
     pub(crate) fn n_received(&self) -> usize {
         self.n_received
+    }
+
+    /// A finding where more images came than are stored.
+    pub(crate) fn thinned(&self) -> Option<Finding> {
+        let (stored, received) = (self.images.len(), self.n_received);
+        (stored < received).then_some(Finding::Thinned { stored, received })
     }
 
     pub(crate) fn iter(&self) -> impl Iterator<Item = &ImageObservation> {
@@ -212,6 +219,12 @@ mod tests {
             kept.push(&at("b", ms));
         }
         assert_eq!(kept.n_received(), 1200);
+        let said = kept.thinned().unwrap().to_string();
+        let stored = kept.iter().count();
+        assert!(
+            said.starts_with(&format!("{stored} of 1200 images were used")),
+            "{said}"
+        );
         let of = |name: &str| -> Vec<u64> {
             let own = kept.iter().filter(|i| i.camera.as_str() == name);
             own.map(|i| i.capture_ns / 1_000_000).collect()

@@ -14,15 +14,16 @@ pub use progress::{LearnDetails, LensDetails, Progress, ProgressDetails, RigDeta
 
 use crate::board_layout::{LayoutCheck, OtherLayout};
 use crate::lens::{LensOptions, LensRefusal, LensSession, Selection};
+use crate::verdict::listed;
 use crate::{
-    DiscoveryPlan, DiscoverySession, LearnError, LearnPlan, LearnSession, RigError, RigPlan,
-    RigSession,
+    DiscoveryPlan, DiscoverySession, Finding, LearnError, LearnPlan, LearnSession, RigError,
+    RigPlan, RigSession,
 };
 use serde::Serialize;
 use sextant_geometry::LensModel;
 use sextant_site_model::{CameraId, ImageObservation, ObjectModel, Rig};
 use sextant_tag_families::Family;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use thiserror::Error;
 
 /// A lens to be calibrated.
@@ -104,6 +105,14 @@ pub enum ProcedureError {
     /// Of an object.
     #[error(transparent)]
     Learn(#[from] LearnError),
+    /// Another one, where images were left out.
+    #[error("{cause}; {}", listed(left_out))]
+    LeftOut {
+        /// The other one.
+        cause: Box<ProcedureError>,
+        /// Which images, and why.
+        left_out: Vec<Finding>,
+    },
     /// The new lens makes no valid rig.
     #[error("the rig with the new lens: {0}")]
     Result(#[from] sextant_site_model::RigError),
@@ -115,6 +124,15 @@ pub struct Procedure {
     rig: Rig,
     session: Session,
     layout: Option<LayoutCheck>,
+    other_sizes: BTreeMap<CameraId, OtherSize>,
+}
+
+/// Images of a camera that have another size.
+#[derive(Clone, Copy, Debug)]
+struct OtherSize {
+    images: usize,
+    /// Of the last one.
+    size: [u32; 2],
 }
 
 #[derive(Clone, Debug)]
@@ -157,6 +175,7 @@ impl Procedure {
             rig,
             session,
             layout,
+            other_sizes: BTreeMap::new(),
         })
     }
 
@@ -179,11 +198,44 @@ impl Procedure {
         }
     }
 
-    /// Takes an image in; one of a camera that does not count is passed over.
+    /// Width and height of the images of a camera that counts.
+    fn expected_size(&self, camera: &CameraId) -> Option<[u32; 2]> {
+        match &self.session {
+            Session::Lens(session, own) => (own == camera).then_some(session.resolution()),
+            _ if self.counts(camera) => Some(self.rig.camera(camera)?.resolution),
+            _ => None,
+        }
+    }
+
+    /// Images that were left out, and why; by camera.
+    pub fn left_out(&self) -> Vec<Finding> {
+        let others = self.other_sizes.iter();
+        let findings = others.filter_map(|(camera, other)| {
+            Some(Finding::OtherSize {
+                camera: camera.clone(),
+                images: other.images,
+                size: other.size,
+                expected: self.expected_size(camera)?,
+            })
+        });
+        findings.collect()
+    }
+
+    /// Takes an image in; one of a camera that does not count is passed over. One that says that it is of another size than the lens is for is
+    /// counted and left out ([`Self::left_out`]).
     ///
     /// # Errors
-    /// An image that shows the plan to be wrong, such as one of another resolution. It is not taken in, others may follow.
+    /// An image that shows the plan to be wrong, such as one with tags beyond its border. It is not taken in, others may follow.
     pub fn handle(&mut self, image: &ImageObservation) -> Result<(), ProcedureError> {
+        let expected = self.expected_size(&image.camera);
+        if let (Some(size), Some(expected)) = (image.resolution, expected)
+            && size != expected
+        {
+            let other = self.other_sizes.entry(image.camera.clone());
+            let other = other.or_insert(OtherSize { images: 0, size });
+            (other.images, other.size) = (other.images + 1, size);
+            return Ok(());
+        }
         let image = &self.rig.timed(image.clone());
         if let Some(layout) = &mut self.layout {
             layout.observe(image);
@@ -202,6 +254,15 @@ impl Procedure {
 
     /// How far it is and what to do next. Milliseconds of work: for every look of a person, not for every image.
     pub fn progress(&self) -> Progress {
+        let mut progress = self.session_progress();
+        let left_out = self.left_out();
+        if !left_out.is_empty() {
+            progress.hint = format!("{} ({})", progress.hint, listed(&left_out));
+        }
+        progress
+    }
+
+    fn session_progress(&self) -> Progress {
         match &self.session {
             Session::Lens(session, _) => Progress::of_lens(&session.progress()),
             Session::Rig(session) => Progress::of_rig(session.progress()),
@@ -217,6 +278,18 @@ impl Procedure {
     /// # Errors
     /// What keeps these images from giving a result, with its cause.
     pub fn solve(&self) -> Result<Outcome, ProcedureError> {
+        let left_out = self.left_out();
+        match self.solve_session() {
+            Ok(outcome) => Ok(outcome.with(left_out)),
+            Err(cause) if left_out.is_empty() => Err(cause),
+            Err(cause) => Err(ProcedureError::LeftOut {
+                cause: Box::new(cause),
+                left_out,
+            }),
+        }
+    }
+
+    fn solve_session(&self) -> Result<Outcome, ProcedureError> {
         if let Some(layout) = &self.layout {
             layout.check()?;
         }

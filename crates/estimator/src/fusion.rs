@@ -183,7 +183,8 @@ impl Fusion {
     pub fn poll_timeout(&self) -> Option<u64> {
         let losses = (0..self.timelines.len()).filter_map(|object| self.loss_ns(object));
         let host_offset_ns = self.offset_search.host_offset_ns();
-        Some(losses.min()?.saturating_add_signed(host_offset_ns))
+        let losses = losses.map(|ns| ns.saturating_add_signed(host_offset_ns));
+        losses.chain(self.intake.next_gone_ns(self.now_ns)).min()
     }
 
     /// The pose of an object at any time, predicted from the images up to it; `None` where it is unknown or lost by then.
@@ -205,9 +206,13 @@ impl Fusion {
             &self.offset_search,
             self.now_ns,
         );
-        let frozen = self.frozen_cameras.frozen(self.now_ns);
+        let frozen = self.frozen_cameras.frozen();
         all.extend(faults::of_cameras(&self.site, frozen, &self.diagnosis));
         all.extend(faults::of_sizes(&self.site, self.intake.other_sizes()));
+        all.retain(|fault| {
+            let camera = faults::camera_of_images(fault);
+            camera.is_none_or(|camera| self.intake.is_present(camera, self.now_ns))
+        });
         // Of two cameras that contradict each other nobody knows which views are right.
         let is_explained = all
             .iter()
@@ -257,6 +262,7 @@ impl Fusion {
     }
 
     fn take_image(&mut self, now_ns: u64, image: &ImageObservation) {
+        self.intake.note_arrival(now_ns, &image.camera, &self.site);
         if self.intake.is_of_other_size(image, &self.site)
             || self
                 .intake

@@ -4,6 +4,7 @@
 //! that are no pose are passed over. Without a header the order is that of the format.
 
 use sextant_geometry::{Pose, PoseParts};
+use std::borrow::Cow;
 
 /// Where a pose stands in a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,6 +35,27 @@ impl PoseColumns {
         }
     }
 
+    /// Why a row is not of this format, which has no header; nothing where it may be.
+    pub(crate) fn complaint_without_header(&self, line: &str) -> Option<String> {
+        let columns = split(line);
+        let n = columns.len();
+        if n == 12 || n == 16 {
+            return Some(format!(
+                "{n} columns, as matrices have; write a time and a quaternion in their place"
+            ));
+        }
+        if *self == Self::TUM && n > 8 {
+            return Some(format!("{n} columns, of which nothing says what they are"));
+        }
+        let time = columns
+            .first()
+            .map(|time| time.as_ref())
+            .unwrap_or_default();
+        let is_whole = time.bytes().all(|byte| byte.is_ascii_digit());
+        (*self == Self::EUROC && !is_whole)
+            .then(|| format!("\"{time}\" is no whole number of nanoseconds"))
+    }
+
     /// How a row without a header is written.
     pub(crate) fn form(&self) -> &'static str {
         match *self == Self::EUROC {
@@ -58,11 +80,18 @@ impl PoseColumns {
             .collect();
         let has = |role: Role| found.iter().any(|(_, found, _)| *found == role);
         let n_named = Role::POSE.iter().filter(|role| has(**role)).count();
-        (has(Role::Time) && n_named >= 3).then(|| Self::of_roles(&found))
+        let is_timed = has(Role::Time) || has(Role::Stamp);
+        (is_timed && n_named >= 3).then(|| Self::of_roles(&found))
     }
 
     fn of_roles(found: &[(usize, Role, Option<&str>)]) -> Result<Self, String> {
+        let has = |role: Role| found.iter().any(|(_, found, _)| *found == role);
         let column = |role: Role| {
+            // Of ROS' tables the time of the message counts, not that at which it was recorded.
+            let role = match role {
+                Role::Time if has(Role::Stamp) => Role::Stamp,
+                role => role,
+            };
             let mut named = found.iter().filter(|(_, found, _)| *found == role);
             match (named.next(), named.next()) {
                 (Some((index, _, unit)), None) => Ok((*index, *unit)),
@@ -90,8 +119,20 @@ impl PoseColumns {
 
     /// The unit that a row's time seems to have, where the header names none.
     pub(crate) fn guessed_unit(&self, line: &str) -> Option<i32> {
-        let time = split(line).get(self.time.0).copied()?;
+        let columns = split(line);
+        let time = columns.get(self.time.0)?;
         self.time.1.is_none().then(|| probable_unit(time))
+    }
+
+    /// Whether a row has the time alone: the body was out of sight.
+    pub(crate) fn is_empty(&self, line: &str) -> bool {
+        let columns = split(line);
+        let position = self.position.iter().map(|(index, _)| index);
+        let mut all = position.chain(&self.quaternion);
+        all.any(|index| {
+            let cell = columns.get(*index).map(|cell| cell.as_ref());
+            cell.is_some_and(|cell: &str| cell.is_empty() || cell.eq_ignore_ascii_case("nan"))
+        })
     }
 
     /// Time, ns, and pose of a row.
@@ -102,7 +143,8 @@ impl PoseColumns {
         let columns = split(line);
         let text = |index: usize| {
             let missing = || format!("{} columns; column {} is missing", columns.len(), index + 1);
-            columns.get(index).copied().ok_or_else(missing)
+            let cell = columns.get(index).map(|cell| cell.as_ref());
+            cell.ok_or_else(missing)
         };
         let number = |index: usize| {
             let text = text(index)?;
@@ -128,6 +170,8 @@ impl PoseColumns {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Role {
     Time,
+    /// The time of a message, beside that at which it was recorded.
+    Stamp,
     /// x, y, z.
     Position(usize),
     /// x, y, z, w.
@@ -147,7 +191,7 @@ impl Role {
 
     fn word(self) -> String {
         match self {
-            Self::Time => "timestamp".to_owned(),
+            Self::Time | Self::Stamp => "timestamp".to_owned(),
             Self::Position(axis) => ["x", "y", "z"][axis].to_owned(),
             Self::Quaternion(axis) => ["qx", "qy", "qz", "qw"][axis].to_owned(),
         }
@@ -157,7 +201,11 @@ impl Role {
 /// The role that a name says: `timestamp`, `tx`, `p_RS_R_x`, `pose.position.x`, `q_RS_w`, `qw`.
 fn role_of(name: &str) -> Option<Role> {
     let name = name.to_lowercase();
-    if matches!(&*name, "t" | "time" | "timestamp" | "stamp" | "time_stamp") {
+    let name = name.trim_start_matches('_');
+    if name.ends_with("header.stamp") {
+        return Some(Role::Stamp);
+    }
+    if matches!(name, "t" | "time" | "timestamp" | "stamp" | "time_stamp") {
         return Some(Role::Time);
     }
     let axis = "xyzw".find(name.chars().next_back()?)?;
@@ -249,32 +297,40 @@ fn ns_of(text: &str, digits: i32) -> Option<u64> {
     }
 }
 
-/// The columns of a row: between commas or semicolons where there are any, else between blanks.
-fn split(line: &str) -> Vec<&str> {
+fn plain(cell: &str) -> &str {
+    cell.trim().trim_matches('"').trim()
+}
+
+/// The columns of a row: between semicolons, tabs or commas where there are any, else between blanks. Between the former two a comma is a
+/// decimal one.
+fn split(line: &str) -> Vec<Cow<'_, str>> {
     match separator(line) {
-        Some(separator) => line.split(separator).map(str::trim).collect(),
-        None => line.split_whitespace().collect(),
+        None => line.split_whitespace().map(Cow::from).collect(),
+        Some(',') => line.split(',').map(plain).map(Cow::from).collect(),
+        Some(separator) => {
+            let cells = line.split(separator).map(plain);
+            cells.map(|cell| cell.replace(',', ".").into()).collect()
+        }
     }
 }
 
 fn separator(line: &str) -> Option<char> {
-    [',', ';']
+    [';', '\t', ',']
         .into_iter()
         .find(|separator| line.contains(*separator))
 }
 
 /// The names of a header. Between blanks, a unit in brackets belongs to the name before it.
 fn names_of(line: &str) -> Vec<String> {
-    let line = line.trim_start_matches('#').trim();
-    let plain = |name: &str| name.trim().trim_matches('"').to_owned();
+    let line = line.trim_start_matches(['#', '%']).trim();
     if separator(line).is_some() {
-        return split(line).into_iter().map(plain).collect();
+        return split(line).into_iter().map(Cow::into_owned).collect();
     }
     let mut names: Vec<String> = Vec::new();
     for word in line.split_whitespace() {
         match names.last_mut() {
             Some(name) if word.starts_with(['[', '(']) => name.push_str(word),
-            _ => names.push(plain(word)),
+            _ => names.push(plain(word).to_owned()),
         }
     }
     names
@@ -352,6 +408,77 @@ mod tests {
                 .translation
                 .x,
             1.0
+        );
+    }
+
+    #[test]
+    fn tables_of_spreadsheets_and_of_ros_are_read() {
+        let columns = |header: &str| PoseColumns::of_header(header).unwrap().unwrap();
+        let expected = PoseColumns::TUM
+            .row("1700000000.25 1.5 2 3 0 0 0 1")
+            .unwrap();
+        let named = "Time [s];x;y;z;qx;qy;qz;qw";
+        assert_eq!(
+            columns(named).row("1700000000,25;1,5;2;3;0;0;0;1").unwrap(),
+            expected
+        );
+        let tabs = columns(&named.replace(';', "\t"));
+        assert_eq!(
+            tabs.row("1700000000.25\t1.5\t2\t3\t0\t0\t0\t1").unwrap(),
+            expected
+        );
+        let quoted = columns("\"time (s)\",\"x\",\"y\",\"z\",\"qx\",\"qy\",\"qz\",\"qw\"");
+        assert_eq!(
+            quoted
+                .row("\"1700000000.25\",\"1.5\",\"2\",\"3\",0,0,0,1")
+                .unwrap(),
+            expected
+        );
+        let bag = "%time,field.header.seq,field.header.stamp,field.header.frame_id,field.pose.position.x,field.pose.position.y,field.pose.position.z,field.pose.orientation.x,field.pose.orientation.y,field.pose.orientation.z,field.pose.orientation.w";
+        let row = "1700000000900000000,5,1700000000250000000,map,1.5,2,3,0,0,0,1";
+        assert_eq!(columns(bag).row(row).unwrap(), expected);
+        let plots = "__time,/cube/pose/position/x,/cube/pose/position/y,/cube/pose/position/z,/cube/pose/orientation/x,/cube/pose/orientation/y,/cube/pose/orientation/z,/cube/pose/orientation/w";
+        assert_eq!(
+            columns(plots).row("1700000000.25,1.5,2,3,0,0,0,1").unwrap(),
+            expected
+        );
+        // Out of sight.
+        for row in [
+            "1700000000.25;;;;;;;",
+            "1700000000.25;NaN;NaN;NaN;NaN;NaN;NaN;NaN",
+        ] {
+            assert!(columns(named).is_empty(row), "{row}");
+        }
+        assert!(!columns(named).is_empty("1700000000,25;1,5;2;3;0;0;0;1"));
+    }
+
+    #[test]
+    fn rows_without_a_header_are_of_their_format_or_refused() {
+        let refused = |columns: PoseColumns, row: &str| columns.complaint_without_header(row);
+        assert_eq!(
+            refused(PoseColumns::TUM, "1700000000.25 1 2 3 0 0 0 1"),
+            None
+        );
+        // KITTI's first row was the pose (0, 0, 0) at 1 s.
+        let kitti = "1 0 0 0 0 1 0 0 0 0 1 0";
+        assert!(
+            refused(PoseColumns::TUM, kitti)
+                .unwrap()
+                .contains("12 columns, as matrices")
+        );
+        assert!(
+            refused(PoseColumns::TUM, "1 1 2 3 0 0 0 1 7")
+                .unwrap()
+                .contains("9 columns")
+        );
+        assert_eq!(
+            refused(PoseColumns::EUROC, "1700000000250000000,1,2,3,1,0,0,0"),
+            None
+        );
+        let seconds = refused(PoseColumns::EUROC, "1700000000.25,1,2,3,0,0,0,1").unwrap();
+        assert!(
+            seconds.contains("no whole number of nanoseconds"),
+            "{seconds}"
         );
     }
 

@@ -23,6 +23,12 @@ pub struct Trajectory(BTreeMap<u64, Pose>);
 pub type References = BTreeMap<ObjectId, Trajectory>;
 
 impl Trajectory {
+    /// First and last time, ns.
+    pub fn span_ns(&self) -> Option<(u64, u64)> {
+        let first = self.0.first_key_value()?;
+        Some((*first.0, *self.0.last_key_value()?.0))
+    }
+
     /// The pose at a time: of exactly that time, or between its neighbours (linear, and along the shorter arc).
     pub fn at(&self, t_ns: u64) -> Option<Pose> {
         let (before_ns, before) = self.0.range(..=t_ns).next_back()?;
@@ -198,11 +204,23 @@ fn of_table(file: &Path, format: PoseColumns) -> Result<Trajectory, ReferenceErr
                     has_header = true;
                     return Ok(());
                 }
-                None if line.starts_with('#') => return Ok(()),
+                None if line.starts_with('#') || line.starts_with("sep=") => return Ok(()),
                 None => {}
+            }
+            if let Some(cause) = mocap_export(line) {
+                return Err(cause.to_owned());
             }
         }
         if line.starts_with('#') {
+            return Ok(());
+        }
+        if !has_header && let Some(cause) = columns.complaint_without_header(line) {
+            return Err(format!(
+                "{cause}; write {}, or a header that names the columns",
+                format.form()
+            ));
+        }
+        if columns.is_empty(line) {
             return Ok(());
         }
         let guessed = columns.guessed_unit(line);
@@ -223,6 +241,24 @@ fn of_table(file: &Path, format: PoseColumns) -> Result<Trajectory, ReferenceErr
         Ok(())
     })?;
     Ok(trajectory)
+}
+
+/// What a table of a motion capture system is, by its first line. These have several header lines, bodies side by side, frames in place of
+/// times, or angles.
+fn mocap_export(line: &str) -> Option<&'static str> {
+    let first = line.split([',', '\t']).next()?.trim().trim_matches('"');
+    match first {
+        "Format Version" => Some(
+            "this is an export of OptiTrack Motive; keep the time and the columns of one rigid body, and write one header: t [s],qx,qy,qz,qw,x,y,z (in the order and unit of the export, with quaternions and z up)",
+        ),
+        "Objects" | "Segments" | "Trajectories" => Some(
+            "this is an export of Vicon Nexus or Tracker, which has frames and angles; write t [s],x [mm],y [mm],z [mm],qx,qy,qz,qw with time = frame / rate",
+        ),
+        "NO_OF_FRAMES" => Some(
+            "this is an export of QTM, which has matrices or angles; write t [s],x [mm],y [mm],z [mm],qx,qy,qz,qw",
+        ),
+        _ => None,
+    }
 }
 
 /// Each line that is not empty, without a byte order mark; errors name it.
@@ -309,6 +345,22 @@ mod tests {
         ] {
             assert_eq!(read_text(name, text).unwrap(), expected, "{text}");
         }
+        let spreadsheet = "sep=;\r\ntime [s];x;y;z;qx;qy;qz;qw\r\n1700000000,0;1,0;2,0;3,0;0;0;0;1\r\n1700000000,1;;;;;;;\r\n";
+        assert_eq!(read_text("a.csv", spreadsheet).unwrap(), expected);
+        let motive = "Format Version,1.23,Take Name,Take 1\r\n\r\n,Type,Rigid Body\r\n";
+        let error = read_text("a.csv", motive).unwrap_err().to_string();
+        assert!(error.contains("an export of OptiTrack Motive"), "{error}");
+        let error = read_text("a.txt", "NO_OF_FRAMES\t100\n")
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains("an export of QTM"), "{error}");
+        let error = read_text("a.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n")
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.contains("matrices") && error.contains("write seconds x y z"),
+            "{error}"
+        );
         let error = read_text("a.csv", "t,x,y,z,qx,qy,qz\n1,1,2,3,0,0,0\n").unwrap_err();
         assert!(
             error

@@ -18,7 +18,8 @@ pub fn end_the_process() {
     std::panic::set_hook(Box::new(move |info| {
         print(info);
         if !IS_CONTAINED.get() {
-            let lack = lack_of(&message(info.payload())).or_else(lack_now);
+            let said = message(info.payload());
+            let lack = lack_of(&said).or_else(|| lack_now(&said));
             let (exit, words) = match lack {
                 Some(lack) => (
                     Exit::Fault,
@@ -44,7 +45,7 @@ fn last_words(info: &PanicHookInfo<'_>) -> String {
 
 /// What the system lacked, where a library panics for want of it.
 fn lack_of(message: &str) -> Option<&'static str> {
-    const LACKS: [(&str, i32, &str); 4] = [
+    const LACKS: [(&str, i32, &str); 3] = [
         (
             "Too many open files",
             libc::EMFILE,
@@ -60,23 +61,33 @@ fn lack_of(message: &str) -> Option<&'static str> {
             libc::ENOMEM,
             "more memory: end other programs, or raise the limit (`ulimit -v`, MemoryMax= of its unit)",
         ),
-        (
-            "Resource temporarily unavailable",
-            libc::EAGAIN,
-            "more threads: raise the limit (`ulimit -u`, TasksMax= of its unit)",
-        ),
     ];
-    let found = LACKS.into_iter().find(|(text, code, _)| {
-        message.contains(&format!("code: {code},"))
-            || message.contains(&format!("{text} (os error"))
-    });
-    found.map(|(_, _, lack)| lack)
+    let mut lacks = LACKS.into_iter();
+    let found = lacks.find(|(text, code, _)| has_error(message, text, *code));
+    let is_of_threads = may_lack_threads(message) && message.to_lowercase().contains("thread");
+    found
+        .map(|(_, _, lack)| lack)
+        .or(is_of_threads.then_some(THREADS))
 }
 
-/// The same, where the panic does not say it: nothing was closed since.
-fn lack_now() -> Option<&'static str> {
-    let refusal = std::fs::File::open("/dev/null").err()?;
-    lack_of(&refusal.to_string())
+const THREADS: &str = "more threads: raise the limit (`ulimit -u`, TasksMax= of its unit)";
+
+fn has_error(message: &str, text: &str, code: i32) -> bool {
+    message.contains(&format!("code: {code},")) || message.contains(&format!("{text} (os error"))
+}
+
+/// The system refuses threads with the error that sockets, pipes and locks have where they would block.
+fn may_lack_threads(message: &str) -> bool {
+    has_error(message, "Resource temporarily unavailable", libc::EAGAIN)
+}
+
+/// What the system lacks, where the panic does not say it: nothing was closed since, and no thread has ended.
+fn lack_now(message: &str) -> Option<&'static str> {
+    if let Err(refusal) = std::fs::File::open("/dev/null") {
+        return lack_of(&refusal.to_string());
+    }
+    let is_refused = || std::thread::Builder::new().spawn(|| {}).is_err();
+    (may_lack_threads(message) && is_refused()).then_some(THREADS)
 }
 
 /// Runs work whose panic does not end the process: long calculations on recorded data. Shared state must remain
@@ -125,6 +136,11 @@ mod tests {
             lack("failed to spawn thread: Resource temporarily unavailable (os error 11)")
                 .contains("TasksMax")
         );
+        let threads = "called `Result::unwrap()` on an `Err` value: ThreadPoolBuildError { kind: IOError(Os { code: 11, kind: WouldBlock, message: \"Resource temporarily unavailable\" }) }";
+        assert!(lack(threads).contains("TasksMax"));
+        let a_sockets = "called `Result::unwrap()` on an `Err` value: Os { code: 11, kind: WouldBlock, message: \"Resource temporarily unavailable\" }";
+        assert_eq!(lack(a_sockets), "a defect");
+        assert_eq!(lack_now(a_sockets), None);
         assert_eq!(
             lack("index out of bounds: the len is 24 but the index is 24"),
             "a defect"

@@ -19,6 +19,14 @@ pub(crate) fn read_data_csv(folder: &Path) -> Result<Vec<ImageLine>, RecordingEr
     let mut lines = Vec::new();
     let mut ascending = TimeOrder::default();
     each_line(&csv, |number, line| {
+        let is_header = number == 1
+            && line
+                .trim_start_matches('"')
+                .to_lowercase()
+                .starts_with("time");
+        if is_header {
+            return Ok(());
+        }
         let image = image_of(line, &pictures)
             .map_err(|(cause, remedy)| RecordingError::wrong(&csv, number, cause, remedy))?;
         ascending.check(&csv, number, image.capture_ns)?;
@@ -33,10 +41,19 @@ pub(crate) fn read_data_csv(folder: &Path) -> Result<Vec<ImageLine>, RecordingEr
     Ok(lines)
 }
 
+/// Times since 1970 up to this one, ns, are durations in truth where others are of today.
+const DURATION_NS: u64 = 1_000_000_000_000;
+/// Times since 1970 beyond this one, ns, are of today: September 2001.
+const TODAY_NS: u64 = 1_000_000_000_000_000_000;
+
 type Flaw = (String, &'static str);
 
 fn image_of(line: &str, pictures: &Path) -> Result<ImageLine, Flaw> {
-    let columns: Vec<&str> = line.split(',').map(str::trim).collect();
+    let is_separator = |c: char| matches!(c, ',' | ';' | '\t');
+    let columns = line.split(is_separator);
+    let columns: Vec<&str> = columns
+        .map(|column| column.trim().trim_matches('"'))
+        .collect();
     let (capture, name, arrival) = match columns.as_slice() {
         [capture, name] | [capture, name, ""] => (capture, name, None),
         [capture, name, arrival] => (capture, name, Some(arrival)),
@@ -48,9 +65,17 @@ fn image_of(line: &str, pictures: &Path) -> Result<ImageLine, Flaw> {
             ));
         }
     };
+    let capture_ns = time_of(capture)?;
+    let arrival_ns = arrival.copied().map(time_of).transpose()?;
+    if let Some(arrival_ns) = arrival_ns.filter(|ns| *ns < DURATION_NS && capture_ns > TODAY_NS) {
+        let cause = format!("{arrival_ns} in the third column is no time of arrival");
+        let remedy =
+            "write arrival [ns] there, or remove the column: exposures and gains are not read";
+        return Err((cause, remedy));
+    }
     Ok(ImageLine {
-        capture_ns: time_of(capture)?,
-        arrival_ns: arrival.copied().map(time_of).transpose()?,
+        capture_ns,
+        arrival_ns,
         picture: pictures.join(file_name_of(name)?),
     })
 }
@@ -109,6 +134,31 @@ mod tests {
         let times: Vec<_> = lines.iter().map(|l| (l.capture_ns, l.arrival_ns)).collect();
         assert_eq!(times, [(5, Some(7)), (6, None)]);
         assert_eq!(lines[0].picture, folder.path().join("data/a.png"));
+    }
+
+    #[test]
+    fn tables_of_spreadsheets_are_read() {
+        for csv in [
+            "timestamp [ns],filename\n5,a.png\n6,b.png\n",
+            "#timestamp [ns];filename\n5;a.png\n6;b.png\n",
+            "Timestamp\tfilename\n5\ta.png\n6\tb.png\n",
+            "\"timestamp\",\"filename\"\n\"5\",\"a.png\"\n\"6\",\"b.png\"\n",
+        ] {
+            let folder = folder(csv, &["a.png", "b.png"]);
+            let lines = read_data_csv(folder.path()).unwrap();
+            let times: Vec<_> = lines.iter().map(|line| line.capture_ns).collect();
+            assert_eq!(times, [5, 6], "{csv}");
+        }
+    }
+
+    #[test]
+    fn an_exposure_is_no_time_of_arrival() {
+        let csv = "#timestamp [ns],filename,exposure [us]\n1700000000000000000,a.png,4000\n";
+        let message = complaint_about(csv);
+        assert!(
+            message.contains("4000 in the third column is no time of arrival"),
+            "{message}"
+        );
     }
 
     #[test]

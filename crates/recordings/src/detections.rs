@@ -59,6 +59,8 @@ impl DetectionsLine {
             lines.push(line);
             Ok(())
         })?;
+        check_convention(&lines)
+            .map_err(|(cause, remedy)| RecordingError::wrong(path, None, cause, remedy))?;
         Ok(lines)
     }
 
@@ -77,7 +79,43 @@ impl DetectionsLine {
     }
 }
 
+/// Share of the tags from which they tell of their detector.
+const MOST: f64 = 0.9;
+
+/// Refuses corners in another order or unit, which nearly all tags of a file then have.
+fn check_convention(lines: &[DetectionsLine]) -> Result<(), (String, &'static str)> {
+    let tags = || lines.iter().flat_map(|line| &line.detections);
+    let are_most = |has: fn(&DetectedTag) -> bool| {
+        let n = tags().filter(|tag| has(tag)).count();
+        n > 0 && n as f64 > MOST * tags().count() as f64
+    };
+    if are_most(DetectedTag::is_below_a_pixel) {
+        let cause = "the tags are smaller than a pixel: are their corners shares of the image?";
+        return Err((cause.to_owned(), "write pixels"));
+    }
+    if are_most(DetectedTag::is_mirrored) {
+        let cause = "the corners of the tags run counterclockwise in the image";
+        let remedy =
+            "write those of the upright tag: top left, top right, bottom right, bottom left";
+        return Err((cause.to_owned(), remedy));
+    }
+    Ok(())
+}
+
 impl DetectedTag {
+    fn is_below_a_pixel(&self) -> bool {
+        let [first, ..] = self.corners;
+        let mut others = self.corners.iter();
+        others.all(|[x, y]| (x - first[0]).abs() < 1.0 && (y - first[1]).abs() < 1.0)
+    }
+
+    /// Whether the corners run counterclockwise for a viewer of the image, as those of no tag do that faces the camera.
+    fn is_mirrored(&self) -> bool {
+        let after = self.corners.iter().cycle().skip(1);
+        let edges = self.corners.iter().zip(after);
+        edges.map(|(a, b)| a[0] * b[1] - b[0] * a[1]).sum::<f32>() < 0.0
+    }
+
     fn check(&self) -> Result<(), (String, &'static str)> {
         let tag = format!("{}:{}", self.family, self.id);
         // Written so that NaN is refused.
@@ -163,6 +201,40 @@ mod tests {
             (3, [1.1, 2.0], None)
         );
         assert_eq!(tag.corner_covariance, None);
+    }
+
+    #[test]
+    fn corners_in_another_order_or_unit_are_refused() {
+        let lines = |corners: &str| -> String {
+            let line = |k: u64| {
+                format!(
+                    r#"{{"t_ns":{k},"detections":[{{"family":"tag36h11","id":3,"corners":{corners}}}]}}"#
+                ) + "\n"
+            };
+            (0..5).map(|k| line(1_000_000_000 * (k + 1))).collect()
+        };
+        assert!(read(&lines("[[10,20],[50,20],[50,60],[10,60]]")).is_ok());
+        let error = read(&lines("[[10,60],[50,60],[50,20],[10,20]]")).unwrap_err();
+        assert!(
+            error.contains("run counterclockwise in the image; write those of the upright tag"),
+            "{error}"
+        );
+        let error = read(&lines("[[0.1,0.2],[0.2,0.2],[0.2,0.4],[0.1,0.4]]")).unwrap_err();
+        assert!(error.contains("smaller than a pixel"), "{error}");
+        // One such among others is an error of a detector.
+        let one = lines("[[10,60],[50,60],[50,20],[10,20]]");
+        let first = one
+            .lines()
+            .next()
+            .unwrap()
+            .replace(":1000000000,", ":1000,");
+        assert!(
+            read(&format!(
+                "{first}\n{}",
+                lines("[[10,20],[50,20],[50,60],[10,60]]")
+            ))
+            .is_ok()
+        );
     }
 
     #[test]

@@ -5,6 +5,8 @@ use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Write};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
+use std::thread;
+use std::time::Duration;
 
 /// Writes a file atomically: writes a temporary file beside it, flushes it to disk, and renames it. A symbolic link remains a link, and
 /// the permissions of an existing file are kept.
@@ -21,7 +23,7 @@ pub fn write_atomically(path: &Path, content: &[u8]) -> Result<(), FileError> {
 }
 
 /// A new file beside the one that it is to replace, `.NAME.tmp`. It is locked: of two processes that replace one file the second
-/// waits, and a file that one left behind is removed by the next. Dropped without [`Self::commit`], it is removed.
+/// waits for two seconds at most, and a file that one left behind is removed by the next. Dropped without [`Self::commit`], it is removed.
 #[derive(Debug)]
 pub struct Replacement {
     /// Nothing once it was committed.
@@ -34,7 +36,7 @@ impl Replacement {
     /// Creates the new file, with the permissions of the old one.
     ///
     /// # Errors
-    /// An I/O error, as for a folder in place of the file.
+    /// An I/O error, as for a folder in place of the file; [`io::ErrorKind::WouldBlock`] where another process goes on writing.
     pub fn begin(path: &Path) -> io::Result<Self> {
         let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         if target.is_dir() {
@@ -104,6 +106,10 @@ fn locked(temporary: &Path) -> io::Result<File> {
     }
 }
 
+/// How often a lock is tried, and the time between.
+const TRIES: u32 = 200;
+const BETWEEN: Duration = Duration::from_millis(10);
+
 /// Removes a temporary file after its writer has released its lock.
 fn remove_leftover(temporary: &Path) -> io::Result<()> {
     match fs::symlink_metadata(temporary) {
@@ -116,12 +122,16 @@ fn remove_leftover(temporary: &Path) -> io::Result<()> {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
         Err(error) => return Err(error),
     };
-    // Waits for a living writer, who then has renamed it.
-    let _ = file.lock();
-    match is_at(&file, temporary) {
-        true => fs::remove_file(temporary),
-        false => Ok(()),
+    for _ in 0..TRIES {
+        let is_written = matches!(file.try_lock(), Err(TryLockError::WouldBlock));
+        match (is_at(&file, temporary), is_written) {
+            (false, _) => return Ok(()),
+            (true, false) => return fs::remove_file(temporary),
+            (true, true) => thread::sleep(BETWEEN),
+        }
     }
+    let cause = "another program is writing this file; end it, or choose another name";
+    Err(io::Error::new(io::ErrorKind::WouldBlock, cause))
 }
 
 /// Whether a path leads to an open file, and not to another one meanwhile.
@@ -324,7 +334,7 @@ mod tests {
         write_atomically(&path, b"whole").unwrap();
         assert_eq!(names_in(folder.path()), ["rig.toml"]);
         let first = written(&path, b"first").unwrap();
-        let second = std::thread::scope(|scope| {
+        let second = thread::scope(|scope| {
             let second = scope.spawn(|| write_atomically(&path, b"second"));
             first.commit().unwrap();
             second.join().unwrap()
@@ -336,11 +346,26 @@ mod tests {
     }
 
     #[test]
+    fn a_writer_that_goes_on_is_named_rather_than_awaited() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("poses.jsonl");
+        let first = written(&path, b"first").unwrap();
+        let error = write_atomically(&path, b"second").unwrap_err().to_string();
+        assert!(
+            error.contains("another program is writing this file; end it"),
+            "{error}"
+        );
+        // Once it has replaced the file it is in nobody's way, though it holds its lock.
+        let _file = first.commit().unwrap();
+        write_atomically(&path, b"third").unwrap();
+    }
+
+    #[test]
     fn many_writers_at_once_leave_one_whole_file() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("rig.toml");
         let content = |writer: u8| vec![b'a' + writer; 10_000];
-        std::thread::scope(|scope| {
+        thread::scope(|scope| {
             for writer in 0..8 {
                 let path = &path;
                 scope.spawn(move || {

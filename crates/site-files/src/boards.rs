@@ -6,7 +6,7 @@
 
 mod anipose;
 mod chessboard;
-mod layouts;
+pub(crate) mod layouts;
 mod marker_grid;
 mod reading;
 

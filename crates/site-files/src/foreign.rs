@@ -1,5 +1,5 @@
 //! Calibrations of other tools: ROS `camera_info`, Kalibr `camchain` and OpenCV's YAML, read and written; OpenCV's JSON and XML,
-//! PhotonVision, WPILib, anipose, caliscope, MATLAB, nerfstudio and camodocal, read. What a file is, its content says, not its name.
+//! PhotonVision, WPILib, anipose, caliscope, MATLAB, nerfstudio, camodocal, EuRoC, SLAM systems and makers of cameras, read. What a file is, its content says, not its name.
 //!
 //! The three that are written count pixels from the centre of the top left one and look along z with y down, as here, so lens parameters and
 //! camera axes are unchanged. Kalibr's chain gives each camera relative to the previous one (`T_cn_cnm1`, a map of points of
@@ -10,7 +10,7 @@
 //! Rational and thin-prism terms become the nearest lens that is known here ([`refit`]). What has no counterpart is refused with the
 //! cause: skew, other models.
 
-mod anipose;
+pub(crate) mod anipose;
 mod camera_info;
 mod distortion;
 mod document;
@@ -19,12 +19,14 @@ mod matrix;
 mod opencv;
 mod others;
 mod refit;
+mod slam;
 
 use crate::error::{Complaint, FileError, InvalidFile};
 use crate::read::read_text;
 pub use document::has_foreign_name;
 pub(crate) use document::parse_document;
 use document::{Syntax, syntax_of};
+use sextant_geometry::Intrinsics;
 use sextant_site_model::{Camera, Rig, RigError};
 use std::fmt;
 use std::path::Path;
@@ -49,6 +51,18 @@ pub enum ForeignFormat {
     Nerfstudio,
     /// A camera file of camodocal, as VINS reads it.
     Camodocal,
+    /// EuRoC's `sensor.yaml`.
+    Euroc,
+    /// Settings of ORB-SLAM or stella_vslam.
+    OrbSlam,
+    /// Basalt's calibration.
+    Basalt,
+    /// Intrinsics of a RealSense.
+    RealSense,
+    /// A ZED's configuration.
+    Zed,
+    /// Metashape's calibration as XML.
+    Metashape,
 }
 
 impl fmt::Display for ForeignFormat {
@@ -62,6 +76,12 @@ impl fmt::Display for ForeignFormat {
             Self::Matlab => "MATLAB JSON",
             Self::Nerfstudio => "nerfstudio transforms.json",
             Self::Camodocal => "camodocal YAML",
+            Self::Euroc => "EuRoC sensor.yaml",
+            Self::OrbSlam => "ORB-SLAM YAML",
+            Self::Basalt => "Basalt JSON",
+            Self::RealSense => "RealSense JSON",
+            Self::Zed => "ZED configuration",
+            Self::Metashape => "Metashape XML",
         })
     }
 }
@@ -70,8 +90,9 @@ impl fmt::Display for ForeignFormat {
 pub fn is_foreign(path: &Path, text: &str) -> bool {
     match syntax_of(path, text) {
         Syntax::Yaml | Syntax::Xml => true,
-        // Cameras of anipose; boards of its projects are read with object files.
-        Syntax::Toml => toml::from_str(text).is_ok_and(|document| anipose::has_cameras(&document)),
+        // Cameras of anipose and of the ZED; boards of anipose's projects are read with object files.
+        Syntax::Toml => toml::from_str(text)
+            .is_ok_and(|document| anipose::has_cameras(&document) || slam::has_zed(&document)),
     }
 }
 
@@ -94,7 +115,7 @@ pub fn parse_foreign(path: &Path, text: &str) -> Result<(ForeignFormat, Rig), Fi
         wrong(Complaint::new(
             "",
             "this is no calibration that is known",
-            "known are ROS camera_info (camera_matrix, distortion_model), Kalibr camchains (cam0: ...), OpenCV's YAML, JSON and XML, PhotonVision, anipose, caliscope, MATLAB as JSON and nerfstudio's transforms.json",
+            "known are ROS camera_info (camera_matrix, distortion_model), Kalibr camchains (cam0: ...), OpenCV's YAML, JSON and XML, PhotonVision, anipose, caliscope, MATLAB as JSON, nerfstudio's transforms.json, EuRoC's sensor.yaml, ORB-SLAM, stella_vslam, Basalt, RealSense, ZED and Metashape",
         ))
     })?;
     let one = |read: fn(&Value, &str) -> Result<Camera, Complaint>| {
@@ -106,10 +127,23 @@ pub fn parse_foreign(path: &Path, text: &str) -> Result<(ForeignFormat, Rig), Fi
         ForeignFormat::Matlab => one(others::matlab),
         ForeignFormat::Nerfstudio => one(others::nerfstudio),
         ForeignFormat::Camodocal => one(others::camodocal),
+        ForeignFormat::Euroc => kalibr::euroc(&document, folder_or_stem(path)).map(|one| vec![one]),
+        ForeignFormat::OrbSlam => slam::orb_slam(&document, stem_of(path)),
+        ForeignFormat::Basalt => slam::basalt(&document),
+        ForeignFormat::RealSense => one(slam::realsense),
+        ForeignFormat::Zed => slam::zed(&document),
+        ForeignFormat::Metashape => one(slam::metashape),
         ForeignFormat::Ros | ForeignFormat::OpenCv | ForeignFormat::PhotonVision => {
-            one(camera_info::camera)
+            camera_info::cameras(&document, stem_of(path))
         }
     };
+    let cameras = cameras.and_then(|cameras| {
+        // A region of interest may lie anywhere.
+        let is_whole = document.get("roi").is_none();
+        let mut checked = cameras.iter().filter(|_| is_whole);
+        checked.try_for_each(check_size)?;
+        Ok(cameras)
+    });
     let rig = cameras.and_then(|cameras| Rig::new(cameras).map_err(|error| refused(&error)));
     Ok((format, rig.map_err(wrong)?))
 }
@@ -153,6 +187,18 @@ fn format_of(document: &Value, text: &str) -> Option<ForeignFormat> {
         Some(ForeignFormat::Nerfstudio)
     } else if has("model_type") {
         Some(ForeignFormat::Camodocal)
+    } else if slam::has_orb_slam(document) {
+        Some(ForeignFormat::OrbSlam)
+    } else if has("value0") {
+        Some(ForeignFormat::Basalt)
+    } else if has("ppx") {
+        Some(ForeignFormat::RealSense)
+    } else if slam::has_zed(document) {
+        Some(ForeignFormat::Zed)
+    } else if has("projection") && has("f") {
+        Some(ForeignFormat::Metashape)
+    } else if kalibr::is_euroc(document) {
+        Some(ForeignFormat::Euroc)
     } else if text.starts_with("%YAML:1.0") || text.contains("opencv-matrix") {
         Some(ForeignFormat::OpenCv)
     } else if camera_info::MATRIX.into_iter().any(has) {
@@ -160,6 +206,40 @@ fn format_of(document: &Value, text: &str) -> Option<ForeignFormat> {
     } else {
         None
     }
+}
+
+/// Distance of a principal point from the middle of the image, as a share of the image, from which it may be that of other images.
+const OFF_CENTRE: f64 = 0.1;
+
+/// Refuses a size that is not that of the images of the calibration: the principal point is outside of it, or in the middle of the image
+/// only where width and height change places.
+fn check_size(camera: &Camera) -> Result<(), Complaint> {
+    let [width, height] = camera.resolution;
+    let Intrinsics { cx, cy, .. } = camera.lens.intrinsics();
+    let is_inside = |at: f64, pixels: u32| (0.0..=f64::from(pixels)).contains(&at);
+    let is_central = |at: f64, pixels: u32| (at / f64::from(pixels) - 0.5).abs() < OFF_CENTRE;
+    let (id, place) = (
+        camera.id.as_str(),
+        format!("the principal point ({cx:.0}, {cy:.0})"),
+    );
+    if is_central(cx, height)
+        && is_central(cy, width)
+        && !is_central(cx, width)
+        && !is_central(cy, height)
+    {
+        let cause = format!(
+            "{place} is in the middle of images of {height} x {width} pixels, not of {width} x {height}"
+        );
+        return Err(Complaint::new(id, cause, "exchange width and height"));
+    }
+    if is_inside(cx, width) && is_inside(cy, height) {
+        return Ok(());
+    }
+    let cause = format!(
+        "{place} lies outside of the images of {width} x {height} pixels: they are not those of the calibration"
+    );
+    let remedy = "state the size of the images with which it was calibrated";
+    Err(Complaint::new(id, cause, remedy))
 }
 
 fn refused(error: &RigError) -> Complaint {
@@ -171,6 +251,15 @@ pub(crate) fn stem_of(path: &Path) -> &str {
     path.file_stem()
         .and_then(|stem| stem.to_str())
         .unwrap_or("camera")
+}
+
+/// As [`stem_of`]; of `cam0/sensor.yaml` the folder's name.
+fn folder_or_stem(path: &Path) -> &str {
+    let folder = path.parent().and_then(Path::file_name);
+    let folder = folder.and_then(|name| name.to_str());
+    folder
+        .filter(|_| stem_of(path) == "sensor")
+        .unwrap_or_else(|| stem_of(path))
 }
 
 /// A valid name from a tool's name of a camera or file: lower case, other characters as `_`.

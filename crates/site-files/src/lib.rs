@@ -4,6 +4,7 @@
 //! - [`write_rig`], [`write_object`]: models to files; numbers keep every digit.
 //! - [`AprilGrid`], [`CharucoBoard`], [`MarkerGrid`], [`Chessboard`]: calibration boards; [`read_object`] reads their files as well.
 //! - [`read_foreign`], [`foreign_text`]: calibrations of other tools; [`read_rig`] reads them as well.
+//! - [`assumptions`]: what such a file leaves open, and what is assumed.
 //! - [`read_toml`], [`read_toml_checked`], [`write_toml`]: any other configuration, with the same kind of errors.
 //! - [`with_value`]: changes one value of a text and keeps comments.
 //! - [`write_atomically`], [`Replacement`]: replace a file atomically.
@@ -13,6 +14,7 @@
 //! Every error names file, line, column and key, cause and remedy: [`FileError`].
 //! Metres, pixels, quaternions x, y, z, w, as in the files; no network and no clock here.
 
+mod assumptions;
 mod atomic;
 mod boards;
 mod document;
@@ -27,6 +29,7 @@ mod read;
 mod rig;
 mod values;
 
+pub use assumptions::assumptions;
 pub use atomic::{
     FORMER_VERSIONS, Replacement, former_of, former_version, write_atomically, write_keeping_former,
 };

@@ -34,10 +34,10 @@ pub fn read_text(path: &Path) -> Result<String, FileError> {
         );
         return Err(unreadable(io::Error::other(cause), remedy));
     }
-    decoded(bytes).map_err(|bytes| match known_binary(&bytes) {
-        Some((cause, remedy)) => unreadable(io::Error::other(cause), remedy),
-        None => unreadable(io::ErrorKind::InvalidData.into(), remedy),
-    })
+    if let Some((cause, remedy)) = known_other(&bytes) {
+        return Err(unreadable(io::Error::other(cause), remedy));
+    }
+    decoded(bytes).map_err(|_| unreadable(io::ErrorKind::InvalidData.into(), remedy))
 }
 
 fn decoded(bytes: Vec<u8>) -> Result<String, Vec<u8>> {
@@ -60,10 +60,10 @@ fn decoded(bytes: Vec<u8>) -> Result<String, Vec<u8>> {
     })
 }
 
-/// Formats of other tools that are no text: what they are, and what to write in their place.
-fn known_binary(bytes: &[u8]) -> Option<(&'static str, &'static str)> {
+/// Formats of other tools that are not read: what they are, and what to give in their place.
+fn known_other(bytes: &[u8]) -> Option<(&'static str, &'static str)> {
     const NUMPY: &str = "write it as YAML: cv2.FileStorage(\"lens.yaml\", cv2.FILE_STORAGE_WRITE)";
-    let known: [(&[u8], _, _); 4] = [
+    let known: [(&[u8], _, _); 7] = [
         (
             b"MATLAB",
             "this is a binary file of MATLAB",
@@ -79,6 +79,21 @@ fn known_binary(bytes: &[u8]) -> Option<(&'static str, &'static str)> {
             b"\x89MCAP",
             "this is a recording, not a text file",
             "give a rig, an object or a configuration",
+        ),
+        (
+            b"# oST version",
+            "this is the ost.txt of ROS' calibrator",
+            "give the ost.yaml beside it",
+        ),
+        (
+            b"Calibration results",
+            "this is a report of Kalibr",
+            "give the ...camchain.yaml beside it",
+        ),
+        (
+            b"# Camera list with one line of data per camera",
+            "this is a cameras.txt of COLMAP",
+            "make a transforms.json of it with nerfstudio (ns-process-data), or write its numbers into a rig.toml; pixels there begin half a pixel earlier",
         ),
     ];
     let found = known

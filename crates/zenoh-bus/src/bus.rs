@@ -139,6 +139,7 @@ impl Bus {
             key_expr,
             max_bytes,
             Queue::new(StreamBounds::new(capacity, usize::MAX), rule),
+            |_| {},
         )
     }
 
@@ -149,7 +150,20 @@ impl Bus {
         bounds: StreamBounds,
         max_bytes: usize,
     ) -> Result<Subscription, BusError> {
-        self.subscribe_by(key_expr, max_bytes, Queue::new(bounds, DropRule::Oldest))
+        self.subscribe_stream_heard(key_expr, bounds, max_bytes, |_| {})
+    }
+
+    /// As [`Self::subscribe_stream`]. `hear` gets the key of every message as it arrives, also of those that are dropped unread; it is called on
+    /// a zenoh thread and must not block.
+    pub fn subscribe_stream_heard(
+        &self,
+        key_expr: &str,
+        bounds: StreamBounds,
+        max_bytes: usize,
+        hear: impl Fn(&str) + Send + Sync + 'static,
+    ) -> Result<Subscription, BusError> {
+        let queue = Queue::new(bounds, DropRule::Oldest);
+        self.subscribe_by(key_expr, max_bytes, queue, hear)
     }
 
     fn subscribe_by(
@@ -157,10 +171,12 @@ impl Bus {
         key_expr: &str,
         max_bytes: usize,
         queue: Queue<Item>,
+        hear: impl Fn(&str) + Send + Sync + 'static,
     ) -> Result<Subscription, BusError> {
         let queue = Arc::new(queue);
         let intake = Arc::clone(&queue);
         let subscriber = self.subscriber(key_expr, max_bytes, move |item| {
+            hear(&item.key);
             let bytes = item.held_bytes();
             intake.push(item, bytes);
         })?;

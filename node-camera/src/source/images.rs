@@ -1,5 +1,6 @@
 //! A recorded camera: the pictures of a folder in the EuRoC layout, at their own pace or one after the other.
 
+use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -9,6 +10,7 @@ use sextant_process::{Exit, Shutdown, now_ns};
 use sextant_recordings::{CameraRecording, Dataset, Frame, Row, read_picture};
 use sextant_site_model::CameraId;
 
+use super::common_start::CommonStart;
 use super::{Capture, ImageSource, Next, SourceError, checked_resolution};
 use crate::config::Pace;
 
@@ -16,11 +18,13 @@ use crate::config::Pace;
 const LONGEST_WAIT: Duration = Duration::from_millis(200);
 
 /// How to play.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(crate) struct Play {
     pub(crate) pace: Pace,
     pub(crate) repeat: bool,
     pub(crate) start_ns: Option<u64>,
+    /// File that the nodes of this host share which play this recording without a `start_ns`.
+    pub(crate) shared: Option<PathBuf>,
 }
 
 /// The player.
@@ -32,7 +36,11 @@ pub(crate) struct Player {
     shift_ns: i64,
     /// This host's time minus time stamp, ns: when each is played. None until the first image.
     play_shift_ns: Option<i64>,
-    /// Length of the recording in time, ns: how much later everything is in the next round.
+    /// Held while this node plays together with others.
+    common: Option<CommonStart>,
+    /// Time stamp of the first image of any camera, ns.
+    earliest_ns: u64,
+    /// Length of the recording of all cameras in time, ns: how much later everything is in the next round.
     length_ns: u64,
     sequence: u64,
     next: usize,
@@ -67,24 +75,21 @@ impl Player {
                 picture.height
             );
         };
-        let earliest = dataset
-            .cameras()
-            .iter()
-            .flat_map(|camera| camera.rows.first())
-            .map(|row| row.capture_ns)
-            .min();
-        let shift_ns = match (play.start_ns, earliest) {
-            (Some(start), Some(earliest)) => start.wrapping_sub(earliest) as i64,
-            _ => 0,
-        };
+        let firsts = dataset.cameras().iter();
+        let firsts = firsts.filter_map(|camera| Some(camera.rows.first()?.capture_ns));
+        let earliest_ns = firsts.min().unwrap_or(0);
+        let start_ns = play.start_ns;
+        let shift_ns = start_ns.map_or(0, |start| start.wrapping_sub(earliest_ns) as i64);
         let play_shift_ns = play.start_ns.map(|_| 0);
-        let length_ns = length_ns(&rows);
+        let length_ns = length_ns(&dataset);
         Ok(Self {
             rows,
             play,
             resolution,
             shift_ns,
             play_shift_ns,
+            common: None,
+            earliest_ns,
             length_ns,
             sequence: 0,
             next: 0,
@@ -121,16 +126,49 @@ impl Player {
         Ok(())
     }
 
-    /// How long until the next image is due; zero when it is late, or at no pace.
-    fn wait(&mut self, stamp_ns: u64) -> Duration {
-        if self.play.pace == Pace::AsFastAsPossible {
-            return Duration::ZERO;
+    /// Begins to play at recorded pace, or goes on where the other nodes of this host are in the recording.
+    fn begin(&mut self, now_ns: u64) -> io::Result<()> {
+        if self.play.pace == Pace::AsFastAsPossible || self.play_shift_ns.is_some() {
+            return Ok(());
         }
-        let now = now_ns();
-        let shift = *self
+        let mut start_ns = now_ns;
+        if let Some(shared) = &self.play.shared {
+            let mut common = CommonStart::join(shared, now_ns)?;
+            let is_over = now_ns.saturating_sub(common.start_ns()) >= self.length_ns;
+            if is_over && !self.play.repeat {
+                common.begin(now_ns)?;
+            }
+            start_ns = common.start_ns();
+            self.common = Some(common);
+        }
+        self.play_shift_ns = Some(start_ns.wrapping_sub(self.earliest_ns) as i64);
+        self.seek(now_ns.saturating_sub(start_ns));
+        Ok(())
+    }
+
+    /// Goes to the first image that is not over so long after the start.
+    fn seek(&mut self, elapsed_ns: u64) {
+        let (rounds, rest_ns) = match self.play.repeat {
+            true => (elapsed_ns / self.length_ns, elapsed_ns % self.length_ns),
+            false => (0, elapsed_ns),
+        };
+        let from_ns = self.earliest_ns.saturating_add(rest_ns);
+        let shift_ns = rounds.saturating_mul(self.length_ns);
+        self.shift_ns = self.shift_ns.saturating_add_unsigned(shift_ns);
+        self.next = self.rows.partition_point(|(at_ns, _)| *at_ns < from_ns);
+        if self.next == self.rows.len() && self.play.repeat {
+            self.next = 0;
+            self.shift_ns = self.shift_ns.saturating_add_unsigned(self.length_ns);
+        }
+    }
+
+    /// How long until the next image is due; zero when it is late, or at no pace.
+    fn wait(&self, stamp_ns: u64) -> Duration {
+        let due_ns = self
             .play_shift_ns
-            .get_or_insert(now.wrapping_sub(stamp_ns) as i64);
-        Duration::from_nanos(stamp_ns.saturating_add_signed(shift).saturating_sub(now))
+            .map(|ns| stamp_ns.saturating_add_signed(ns));
+        let due_ns = due_ns.filter(|_| self.play.pace == Pace::Recorded);
+        Duration::from_nanos(due_ns.unwrap_or(0).saturating_sub(now_ns()))
     }
 
     fn advance(&mut self) {
@@ -150,6 +188,10 @@ impl ImageSource for Player {
     }
 
     fn next(&mut self, pixels: &mut [u8], shutdown: &Shutdown) -> Result<Next, SourceError> {
+        self.begin(now_ns()).map_err(|cause| {
+            let place = self.play.shared.clone().unwrap_or_default();
+            SourceError::new(Exit::Unavailable, format!("{}: {cause}", place.display()))
+        })?;
         let Some(stamp_ns) = self.stamp_ns() else {
             return Ok(Next::End);
         };
@@ -184,14 +226,18 @@ fn pictures(recording: &CameraRecording) -> anyhow::Result<Vec<(u64, PathBuf)>> 
     recording.rows.iter().map(picture).collect()
 }
 
-/// From the first image to one mean period after the last.
-fn length_ns(rows: &[(u64, PathBuf)]) -> u64 {
-    let (Some((first, _)), Some((last, _))) = (rows.first(), rows.last()) else {
-        return 0;
-    };
-    let span = last.saturating_sub(*first);
-    let periods = rows.len().saturating_sub(1).max(1) as u64;
-    span + (span / periods).max(1)
+/// From the first image of any camera to one mean period after the last; at least 1 ns.
+fn length_ns(dataset: &Dataset) -> u64 {
+    let ends = dataset.cameras().iter().filter_map(|camera| {
+        let (first, last) = (camera.rows.first()?, camera.rows.last()?);
+        let span = last.capture_ns.saturating_sub(first.capture_ns);
+        let periods = camera.rows.len().saturating_sub(1).max(1) as u64;
+        Some((first.capture_ns, last.capture_ns, span / periods))
+    });
+    let (first, last, period) = ends.fold((u64::MAX, 0, 1), |all, one| {
+        (all.0.min(one.0), all.1.max(one.1), all.2.max(one.2))
+    });
+    last.saturating_sub(first).saturating_add(period)
 }
 
 #[cfg(test)]
@@ -203,10 +249,15 @@ mod tests {
     /// A recording of three pictures, 10 ms apart, the n-th filled with n.
     fn recording() -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
-        let camera = folder.path().join("north");
+        record(folder.path(), "north", 3);
+        folder
+    }
+
+    fn record(folder: &Path, camera: &str, n: u8) {
+        let camera = folder.join(camera);
         fs::create_dir_all(camera.join("data")).unwrap();
         let mut csv = String::from("#timestamp [ns],filename\n");
-        for number in 0..3u8 {
+        for number in 0..n {
             let image = GreyImage {
                 width: 20,
                 height: 16,
@@ -219,7 +270,6 @@ mod tests {
             );
         }
         fs::write(camera.join("data.csv"), csv).unwrap();
-        folder
     }
 
     fn player(folder: &tempfile::TempDir, play: Play) -> Player {
@@ -246,6 +296,7 @@ mod tests {
         pace: Pace::AsFastAsPossible,
         repeat: false,
         start_ns: None,
+        shared: None,
     };
 
     #[test]
@@ -290,14 +341,43 @@ mod tests {
                 &folder,
                 Play {
                     pace: Pace::Recorded,
-                    repeat: false,
                     start_ns: Some(start),
+                    ..FAST
                 },
             ),
             9,
         );
         assert_eq!(played[2], (2, start + 20_000_000, 2));
         assert!(now_ns() >= start + 20_000_000);
+    }
+
+    /// As two nodes that are started one after the other by hand.
+    #[test]
+    fn nodes_that_begin_one_after_the_other_play_the_same_moment() {
+        let folder = tempfile::tempdir().unwrap();
+        record(folder.path(), "north", 100);
+        record(folder.path(), "south", 99);
+        for repeat in [false, true] {
+            let open = |camera: &str| {
+                let play = Play {
+                    pace: Pace::Recorded,
+                    shared: Some(folder.path().join("start")),
+                    repeat,
+                    ..FAST
+                };
+                Player::open(folder.path(), &CameraId::new(camera).unwrap(), play).unwrap()
+            };
+            let (mut north, mut south) = (open("north"), open("south"));
+            let n = if repeat { 130 } else { 30 };
+            let last = play_all(&mut north, n)[n - 1];
+            assert_eq!(last.0, n as u64 - 1);
+            let first = play_all(&mut south, 1)[0];
+            assert!(first.0 == 0 && first.1 > last.1, "{first:?} {last:?}");
+            // Neither is ahead of the clock.
+            let begun_ns = north.common.as_ref().unwrap().start_ns();
+            let at_ns = begun_ns + (first.1 - 1_000_000_000);
+            assert!(now_ns() >= at_ns);
+        }
     }
 
     #[test]

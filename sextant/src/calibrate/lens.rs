@@ -4,6 +4,7 @@ mod chart;
 mod pictures;
 mod words;
 
+use crate::model_files::{read_object, read_rig};
 use crate::output::{Format, print_line};
 use crate::print::with_remedy;
 use crate::procedure::{ImageArguments, ImageSelection, Images, wrong};
@@ -16,7 +17,7 @@ use sextant_process::{Exit, WithExit};
 use sextant_recordings::{Dataset, Frame, read_picture};
 use sextant_replay::{ChessboardSearch, PartialViews};
 use sextant_sheets::enlarged;
-use sextant_site_files::{read_object, read_rig, write_rig};
+use sextant_site_files::write_rig;
 use sextant_site_model::{Camera, CameraId, ObjectModel, Rig};
 use std::path::{Path, PathBuf};
 
@@ -32,6 +33,8 @@ visible. Without --model cross-validation selects the simplest model that predic
 images do not determine the lens, the cause is reported and nothing is written. The camera keeps its pose in the rig file, or is
 added to it; the previous file is kept as FILE.former.
 
+Of more than 60 images those are used that show the board in another place, tilt or size than the ones before; the report says how many.
+
 DIR may also be a folder of pictures (JPEG, PNG and others) without data.csv, or have one named after the camera.
 
 With --live the images come from a camera of the running site: hold the board as instructed until there are enough images, or
@@ -41,7 +44,7 @@ press Ctrl-C; then the lens is solved. With --json, progress is one line per sec
 The scale of the board does not affect the lens.
 
 --report DIR writes residuals.png, uncertainty.png and lens.json.
-With --json, the result is one line on standard output: {\"camera\",\"resolution\",\"lens\",\"sigmas\",\"rms_px\",\"noise_px\",\"images\",\"views\",\"tags\",\"wrong_tags\",
+With --json, the result is one line on standard output: {\"camera\",\"resolution\",\"lens\",\"sigmas\",\"rms_px\",\"noise_px\",\"images\",\"views\",\"alike\",\"without_board\",\"tags\",\"wrong_tags\",
 \"suspicious\",\"models\":[{\"model\",\"held_out_rms_px\"}],\"coverage\",\"uncertainty_px\":{\"mean\",\"largest\"},
 \"cells\":[[{\"corners\",\"mean_px\",\"rms_px\",\"sigma_px\"}]],\"verdict\":{\"grade\",\"because\"}}"
 )]

@@ -1,5 +1,6 @@
 //! `sextant calibrate rig`: where every camera is, from an object carried through what they see.
 
+use crate::model_files::{read_object, read_rig};
 use crate::output::{Format, print_line};
 use crate::procedure::{ImageArguments, ImageSelection, wrong};
 use crate::words;
@@ -9,7 +10,7 @@ use sextant_calibrator::procedure::{Outcome, Plan, Procedure, Product, Report};
 use sextant_calibrator::{Origin, RigPlan, RigReport, Up};
 use sextant_process::{Exit, WithExit};
 use sextant_replay::{ChessboardSearch, PartialViews};
-use sextant_site_files::{Chessboard, read_object, read_rig, write_rig};
+use sextant_site_files::{Chessboard, write_rig};
 use sextant_site_model::{CameraId, ObjectModel, TagId};
 use std::path::PathBuf;
 
@@ -27,7 +28,7 @@ With --live the images come from the running site: follow the instructions until
 it is solved. With --json, progress is one line per second at most: {\"kind\",\"images\",\"fraction\",\"is_enough\",\"hint\",
 \"details\":{\"cameras\":[{\"camera\",\"images\",\"seeing\",\"fields\":[12],\"distances\",\"group\"}],\"together\":[[\"a\",\"b\",images]]}}.
 
-The column \"ahead ms\" says by how much a clock is ahead; clock_offset_ms in JSON is what has to be added to its timestamps.
+The column \"ahead ms\", clock_offset_ms in JSON, is the clock of a camera minus that of the reference, as fusion and replay report it.
 
 With --json, the result is one line on standard output: {\"reference\",\"images\",\"images_used\",\"instants\",\"synchronised\",\"rms_px\",\"noise_ratio\",
 \"cameras\":[{\"camera\",\"images\",\"tags\",\"left_out\",\"sigma_mm\",\"sigma_deg\",\"sigma_axes_mm\":[3],\"sigma_axes_deg\":[3],\"rms_px\",\"clock_offset_ms\",\"clock_sigma_ms\"}],
@@ -201,10 +202,8 @@ fn text(report: &RigReport, arguments: &RigArguments) -> String {
         "camera            images   tags  left out  sigma mm    deg    rms px  ahead ms".to_owned(),
     ];
     lines.extend(report.cameras.iter().map(|camera| {
-        // As fusion and replay say it: ahead of the others is positive.
-        let clock = camera
-            .clock_offset_ms
-            .map_or("-".to_owned(), |ms| format!("{:+.2}", -ms));
+        let clock = camera.clock_offset_ms;
+        let clock = clock.map_or("-".to_owned(), |ms| format!("{ms:+.2}"));
         format!(
             "{:<16} {:>7} {:>6} {:>9} {:>9.2} {:>6.3} {:>9.3} {:>9}",
             camera.camera,

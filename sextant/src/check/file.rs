@@ -15,7 +15,9 @@ use sextant_proto::{ObjectConfig, RigConfig, encode};
 use sextant_recordings::DetectionsLine;
 use sextant_recordings::mcap::is_mcap_file;
 use sextant_sheets::length_text;
-use sextant_site_files::{is_foreign, read_board, read_object, read_rig, read_text, read_toml};
+use sextant_site_files::{
+    assumptions, is_foreign, read_board, read_object, read_rig, read_text, read_toml,
+};
 use sextant_site_model::{ObjectId, ObjectModel};
 use sextant_zenoh_bus::{Profile, Security};
 use std::path::Path;
@@ -56,7 +58,9 @@ pub fn check(path: &Path, stated: Option<ConfigKind>, together: &mut CrossChecks
         ConfigKind::Router => router(path)?,
         ConfigKind::Viewer => viewer(path)?,
     };
-    Ok((kind.word(), summary))
+    let assumed = assumptions(path)?;
+    let all: Vec<String> = std::iter::once(summary).chain(assumed).collect();
+    Ok((kind.word(), all.join("; ")))
 }
 
 fn recognised(path: &Path, content: &Value) -> anyhow::Result<ConfigKind> {
@@ -121,10 +125,11 @@ fn object(path: &Path, together: &mut CrossChecks) -> anyhow::Result<String> {
         _ => "not learned: they take no part until `sextant learn` has placed them",
     };
     let summary = format!(
-        "\"{}\" with {}{}{}",
+        "\"{}\" with {}{}{}{}",
         object.id(),
         words::count(tags.len(), "tag"),
         sizes(&object),
+        extent(&object),
         missing(n_unlearned, remedy)
     );
     together.object(object);
@@ -150,6 +155,26 @@ fn sizes(object: &ObjectModel) -> String {
     match most < LARGE_M {
         true => range,
         false => format!("{range} (tags of {most} m are unusual: sizes are metres)"),
+    }
+}
+
+/// Distances from the origin from which the places of tags are large enough to ask about: m, and sizes of a tag.
+const FAR_M: f64 = 10.0;
+const FAR_SIZES: f64 = 300.0;
+
+/// A question where places of tags are implausible.
+fn extent(object: &ObjectModel) -> String {
+    let tags = object.tags().iter();
+    let placed = tags.filter_map(|tag| Some((tag.object_from_tag?, tag.size_m)));
+    let far = placed.filter_map(|(place, size_m)| {
+        let distance_m = place.translation.vector.norm();
+        (distance_m > FAR_M && distance_m > FAR_SIZES * size_m).then_some(distance_m)
+    });
+    match far.reduce(f64::max) {
+        None => String::new(),
+        Some(most) => {
+            format!(" (a tag {most:.0} m from the origin is unusual: positions are metres)")
+        }
     }
 }
 
@@ -289,6 +314,12 @@ mod tests {
         );
         let (_, summary) = found("giant.toml", giant).unwrap();
         assert!(summary.contains("sizes are metres"), "{summary}");
+        let far = giant.replace(
+            "88.0",
+            "0.04\nobject_from_tag = { position = [0, 0, 30], orientation = [0, 0, 0, 1] }",
+        );
+        let (_, summary) = found("far.toml", &far).unwrap();
+        assert!(summary.contains("a tag 30 m from the origin"), "{summary}");
         let millimetres = grid.replace("0.088", "88");
         let error = found("grid.yaml", &millimetres).unwrap_err().to_string();
         assert!(error.contains("are these millimetres?"), "{error}");

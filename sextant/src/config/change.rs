@@ -2,6 +2,7 @@
 
 use crate::config::answers::AwaitedAnswer;
 use crate::config::get::known_object;
+use crate::model_files::{read_object, read_rig};
 use crate::output::{Format, print_line};
 use crate::site::{SiteArguments, check_may_change};
 use crate::words;
@@ -9,7 +10,6 @@ use anyhow::{Context, bail};
 use sextant_gateways::site::SiteSession;
 use sextant_process::{Exit, Failure, WithExit};
 use sextant_proto::{ConfigAnswer, Message, ObjectConfig, Outcome, RigConfig, encode};
-use sextant_site_files::{read_object, read_rig};
 use sextant_site_model::ObjectId;
 use sextant_zenoh_bus::Qos;
 use std::path::Path;

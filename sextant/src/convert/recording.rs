@@ -1,5 +1,6 @@
 //! Recordings in EuRoC folders to MCAP files and back: images bit for bit, detections, rig and objects.
 
+use crate::model_files::{read_object, read_rig};
 use crate::output::{Format, print_line};
 use crate::simulate::make_empty;
 use crate::words;
@@ -18,7 +19,7 @@ use sextant_recordings::mcap::{RecordingInfo, is_mcap_file};
 use sextant_recordings::{
     Dataset, DetectedTag, DetectionsLine, Frame, Row, grey_png, is_grey_png, read_picture,
 };
-use sextant_site_files::{read_object, read_rig, write_object, write_rig};
+use sextant_site_files::{write_object, write_rig};
 use sextant_site_model::{CameraId, ObjectModel, Rig};
 use std::collections::BTreeMap;
 use std::fs::{self, OpenOptions};

@@ -87,7 +87,13 @@ impl Live {
             self.collect(&mut procedure, looking, least_images)?;
             let images = procedure.progress().images;
             if images == 0 {
-                bail!(interrupted("ended before any image came".to_owned()));
+                let left_out = procedure.left_out();
+                let left_out: Vec<String> = left_out.iter().map(ToString::to_string).collect();
+                let words = match &left_out[..] {
+                    [] => "ended before any image came".to_owned(),
+                    all => format!("ended before any image was used: {}", all.join("; ")),
+                };
+                bail!(interrupted(words));
             }
             self.teller.say("solving ...")?;
             let solved = self.site.shutdown.interruptible(|| procedure.solve());
@@ -112,8 +118,7 @@ impl Live {
         least_images: usize,
     ) -> anyhow::Result<()> {
         while !self.site.shutdown.is_requested() {
-            if let Some((image, resolution)) = self.next() {
-                check_resolution(looking, &image.camera, resolution)?;
+            if let Some(image) = self.next() {
                 procedure.handle(&image).exit_with(Exit::Input)?;
             }
             if self.teller.is_due() {
@@ -129,14 +134,13 @@ impl Live {
     }
 
     /// The next image, if one arrives soon; invalid messages are ignored.
-    fn next(&mut self) -> Option<(ImageObservation, [u32; 2])> {
+    fn next(&mut self) -> Option<ImageObservation> {
         let item = self.messages.recv_timeout(SHUTDOWN_POLL)?;
         let update = take(&self.site.keys, &mut self.mirror, &item, monotonic_ns())?;
         let AnyMessage::Observations(message) = update.message else {
             return None;
         };
-        let resolution = message.resolution.map(u32::from);
-        Some((ImageObservation::from(&message), resolution))
+        Some(ImageObservation::from(&message))
     }
 
     /// Remarks on the network and the cameras.
@@ -177,20 +181,4 @@ impl Live {
 
 fn interrupted(cause: String) -> Failure {
     Failure::new(Exit::Interrupted, anyhow!(cause))
-}
-
-/// Checks the resolution, since a lens is valid for one resolution only.
-fn check_resolution(
-    looking: &ImageSelection,
-    camera: &CameraId,
-    resolution: [u32; 2],
-) -> anyhow::Result<()> {
-    let known = looking.rig.camera(camera).map(|known| known.resolution);
-    match known.filter(|known| *known != resolution) {
-        Some([width, height]) => super::wrong(format!(
-            "camera {camera} sends pictures of {} x {} pixels, but its lens in the rig file is for {width} x {height}: calibrate the lens again or set the camera back",
-            resolution[0], resolution[1]
-        )),
-        None => Ok(()),
-    }
 }

@@ -151,6 +151,9 @@ impl LearnSession {
 
     fn verdict(&self, tags: &[LearnedTag], solved: &SolvedConstellation) -> Verdict {
         let mut verdict = Verdict::new();
+        if let Some(finding) = self.images.thinned() {
+            verdict.add(Grade::Good, finding);
+        }
         let (well_mm, well_deg) = (WELL_PLACED.0 * 1e3, WELL_PLACED.1.to_degrees());
         for (factor, grade) in [(3.0, Grade::Poor), (1.0, Grade::Usable)] {
             let vague = tags.iter().filter(|t| {

@@ -26,6 +26,10 @@ pub struct LensCalibration {
     pub images: usize,
     /// Images used for the fit.
     pub views: usize,
+    /// Images that differed too little from those, which [`Selection::New`](super::Selection::New) passes over.
+    pub alike: usize,
+    /// Images that showed too little of the board.
+    pub without_board: usize,
     /// Tags used for the fit.
     pub tags: usize,
     /// Outlier tags, which are not where the board file says.

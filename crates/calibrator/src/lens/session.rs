@@ -97,6 +97,8 @@ pub struct LensSession {
     places: Vec<(nalgebra::Point2<f64>, f64, [f64; 2])>,
     coverage: Coverage,
     images: usize,
+    alike: usize,
+    without_board: usize,
     foreign: BTreeSet<TagId>,
     twice: BTreeSet<TagId>,
 }
@@ -114,9 +116,16 @@ impl LensSession {
             places: Vec::new(),
             coverage: Coverage::default(),
             images: 0,
+            alike: 0,
+            without_board: 0,
             foreign: BTreeSet::new(),
             twice: BTreeSet::new(),
         })
+    }
+
+    /// Width and height of the images, px.
+    pub fn resolution(&self) -> [u32; 2] {
+        self.options.resolution
     }
 
     /// Handles an image.
@@ -130,6 +139,7 @@ impl LensSession {
         self.twice.extend(sorted.twice);
         let view = sorted.view;
         if view.tags.len() < LEAST_TAGS {
+            self.without_board += 1;
             return Ok(ViewOutcome::TooFewTags);
         }
         let pose = self.guess(&view);
@@ -137,6 +147,7 @@ impl LensSession {
         let place = (centre, spread, pose.map_or([0.0; 2], |pose| lean(&pose)));
         let wanted = self.options.selection == Selection::All || self.is_new(&place);
         if !wanted || self.views.len() >= MOST_VIEWS {
+            self.alike += 1;
             return Ok(ViewOutcome::Duplicate);
         }
         self.coverage
@@ -236,6 +247,8 @@ impl LensSession {
             noise_px: fit.adjustment.solution.rms_px / std::f64::consts::SQRT_2,
             images: self.images,
             views: fit.adjustment.view_of.len(),
+            alike: self.alike,
+            without_board: self.without_board,
             tags: all - wrong_tags,
             wrong_tags,
             suspicious: self.suspicious(&wrong),

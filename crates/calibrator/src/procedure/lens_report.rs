@@ -25,6 +25,10 @@ pub struct LensReport {
     pub images: usize,
     /// Images used for the fit.
     pub views: usize,
+    /// Images of a stream that were left out, since they differed too little from those used.
+    pub alike: usize,
+    /// Images that showed too little of the board.
+    pub without_board: usize,
     /// Tags used for the fit.
     pub tags: usize,
     /// Outlier tags, which are not where the board file says.
@@ -79,6 +83,8 @@ impl LensReport {
             noise_px: found.noise_px,
             images: found.images,
             views: found.views,
+            alike: found.alike,
+            without_board: found.without_board,
             tags: found.tags,
             wrong_tags: found.wrong_tags,
             suspicious: found.suspicious,

@@ -2,7 +2,7 @@
 
 use super::{Kind, LensReport, ProcedureError};
 use crate::lens::LensCalibration;
-use crate::{CalibratedRig, LearnReport, LearnedObject, RigReport, Verdict};
+use crate::{CalibratedRig, Finding, Grade, LearnReport, LearnedObject, RigReport, Verdict};
 use serde::Serialize;
 use sextant_site_model::{Camera, CameraId, ObjectModel, Prior, Rig};
 
@@ -48,6 +48,20 @@ impl Outcome {
             Report::Rig(report) => &report.unsolved,
             Report::Learn(report) => &report.unsolved,
         }
+    }
+
+    /// With findings on images that were left out.
+    pub(super) fn with(mut self, left_out: Vec<Finding>) -> Self {
+        let in_report = match &mut self.report {
+            Report::Lens(report) => &mut report.verdict,
+            Report::Rig(report) => &mut report.verdict,
+            Report::Learn(report) => &mut report.verdict,
+        };
+        for finding in left_out {
+            in_report.add(Grade::Good, finding);
+        }
+        self.verdict.clone_from(in_report);
+        self
     }
 
     /// The lens goes into the rig: into its camera, which keeps its pose, or into a new one without.

@@ -220,3 +220,54 @@ fn an_image_of_another_resolution_is_refused_and_the_next_is_taken() {
         .unwrap();
     assert_eq!(procedure.progress().images, 1);
 }
+
+#[test]
+fn images_of_another_size_are_left_out_and_said() {
+    let of_size = |step: usize, size: [u32; 2]| ImageObservation {
+        resolution: Some(size),
+        ..image("a", step, &camera_from_object(step))
+    };
+    let mut procedure = Procedure::start(rig(), learn_plan()).unwrap();
+    (0..40).for_each(|step| procedure.handle(&of_size(step, [320, 240])).unwrap());
+    let words = "40 images of a were left out, since they have 320 x 240 pixels and not 640 x 480";
+    assert_eq!(procedure.progress().images, 0);
+    assert!(procedure.progress().hint.contains(words));
+    let refused = procedure.solve().unwrap_err().to_string();
+    assert!(refused.contains(words), "{refused}");
+    // A camera that does not count may have any size.
+    let other = ImageObservation {
+        camera: named("b"),
+        ..of_size(0, [32, 24])
+    };
+    procedure.handle(&other).unwrap();
+    (40..130).for_each(|step| procedure.handle(&of_size(step, [640, 480])).unwrap());
+    let outcome = procedure.solve().unwrap();
+    assert_eq!(outcome.verdict.grade, Grade::Good, "{}", outcome.verdict);
+    let Report::Learn(report) = &outcome.report else {
+        panic!("not learning");
+    };
+    for verdict in [&outcome.verdict, &report.verdict] {
+        assert_eq!(verdict.because.len(), 1, "{verdict}");
+        assert!(verdict.to_string().contains(words), "{verdict}");
+    }
+}
+
+#[test]
+fn the_report_on_a_lens_says_what_became_of_each_image() {
+    let mut procedure = run(lens_plan(), "new");
+    for step in 0..90 {
+        let mut seen = image("new", step, &camera_from_object(step));
+        seen.tags.truncate(if step % 3 == 0 { 6 } else { 1 });
+        procedure.handle(&seen).unwrap();
+    }
+    let Report::Lens(report) = procedure.solve().unwrap().report else {
+        panic!("not a lens");
+    };
+    assert_eq!(report.images, 180);
+    let (alike, without_board) = (report.alike, report.without_board);
+    assert!(
+        without_board >= 60 && alike >= 20,
+        "{alike} {without_board}"
+    );
+    assert_eq!(report.views + alike + without_board, 180);
+}

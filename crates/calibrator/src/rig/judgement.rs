@@ -77,6 +77,9 @@ impl RigSession {
         (left_out, weak): (&[(String, usize, usize)], &[Finding]),
     ) -> Verdict {
         let mut verdict = Verdict::new();
+        if let Some(finding) = self.images.thinned() {
+            verdict.add(Grade::Good, finding);
+        }
         for finding in weak {
             verdict.add(Grade::Poor, finding.clone());
         }

@@ -36,7 +36,8 @@ pub struct CalibratedCamera {
     pub sigma_axes_deg: [f64; 3],
     /// RMS reprojection error, pixels.
     pub rms_px: f64,
-    /// Clock offset to add to its times, milliseconds; `None` if it was not estimated.
+    /// Its clock minus that of the reference, milliseconds, as fusion reports it: positive where its times are too late. `None` if it was
+    /// not estimated.
     pub clock_offset_ms: Option<f64>,
     /// Standard deviation of the same.
     pub clock_sigma_ms: Option<f64>,
@@ -200,7 +201,8 @@ impl RigSession {
             sigma_axes_mm: axes_mm,
             sigma_axes_deg: axes_deg,
             rms_px: rms_px(found, |image| image.camera == at),
-            clock_offset_ms: clock.map(|c| c.offset_s * 1e3),
+            // The adjustment has what is to be added to its times.
+            clock_offset_ms: clock.map(|c| -c.offset_s * 1e3),
             clock_sigma_ms: clock.map(|c| c.sigma_s * 1e3),
         }
     }

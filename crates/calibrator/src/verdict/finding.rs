@@ -71,7 +71,7 @@ pub enum Finding {
     ClockOffset {
         /// The camera.
         camera: String,
-        /// Time to add to its timestamps, milliseconds.
+        /// Its clock minus those of the others, milliseconds.
         ms: f64,
         /// Standard deviation of the same.
         sigma_ms: f64,
@@ -125,6 +125,24 @@ pub enum Finding {
     LooseTags(Vec<String>),
     /// Cameras or tags that could not be placed, with cause and remedy.
     Unplaced(String),
+    /// More images than are used: whole stretches of time were left out.
+    Thinned {
+        /// The number of images used.
+        stored: usize,
+        /// The number of images received.
+        received: usize,
+    },
+    /// Images of another size than the lens is for, which were left out.
+    OtherSize {
+        /// The camera.
+        camera: CameraId,
+        /// The number of these images.
+        images: usize,
+        /// Width and height of the last one, px.
+        size: [u32; 2],
+        /// Those of the images that are used, px.
+        expected: [u32; 2],
+    },
 }
 
 /// A motion of a camera that images hardly determine.
@@ -215,7 +233,7 @@ impl fmt::Display for Finding {
                 f,
                 "the clock of {camera} is {:.1} ms (one sigma {sigma_ms:.1}) {} those of the others, which was corrected",
                 ms.abs(),
-                if *ms > 0.0 { "behind" } else { "ahead of" }
+                if *ms > 0.0 { "ahead of" } else { "behind" }
             ),
             Self::RarelyFits { tag, fits, seen } => write!(
                 f,
@@ -264,6 +282,19 @@ impl fmt::Display for Finding {
                 listed(tags)
             ),
             Self::Unplaced(cause) => f.write_str(cause),
+            Self::Thinned { stored, received } => write!(
+                f,
+                "{stored} of {received} images were used, in stretches of half a second spread over the whole time: more only cost time"
+            ),
+            Self::OtherSize {
+                camera,
+                images,
+                size: [width, height],
+                expected: [expected_width, expected_height],
+            } => write!(
+                f,
+                "{images} images of {camera} were left out, since they have {width} x {height} pixels and not {expected_width} x {expected_height}: set the camera back, or calibrate its lens for images of that size"
+            ),
         }
     }
 }

@@ -51,26 +51,20 @@ impl FrozenCameras {
         }
     }
 
-    /// The cameras that are there.
-    fn present(&self, now_ns: u64) -> impl Iterator<Item = (usize, &LastPicture)> {
-        let cameras = self.cameras.iter();
-        let present =
-            cameras.filter(move |(_, last)| last.last_ns.saturating_add(GONE_NS) >= now_ns);
-        present.map(|(camera, last)| (*camera, last))
-    }
-
     /// Whether the pictures of a camera stand still while another's do not: then they show what is no more. Where all stand still, somebody
     /// shows a picture.
     pub fn is_left_behind(&self, camera_index: usize, now_ns: u64) -> bool {
         let is_frozen = |index: usize| self.cameras.get(&index).is_some_and(LastPicture::is_frozen);
+        let is_there = |last: &LastPicture| last.last_ns.saturating_add(GONE_NS) >= now_ns;
         let lives = |last: &LastPicture| !last.tags.is_empty() && !last.is_frozen();
-        is_frozen(camera_index) && self.present(now_ns).any(|(_, last)| lives(last))
+        let mut others = self.cameras.values();
+        is_frozen(camera_index) && others.any(|last| is_there(last) && lives(last))
     }
 
     /// The cameras whose pictures stand still, by index, and for how long, s.
-    pub fn frozen(&self, now_ns: u64) -> impl Iterator<Item = (usize, f64)> {
-        let frozen = self.present(now_ns).filter(|(_, last)| last.is_frozen());
-        frozen.map(|(camera, last)| (camera, last.still_s()))
+    pub fn frozen(&self) -> impl Iterator<Item = (usize, f64)> {
+        let frozen = self.cameras.iter().filter(|(_, last)| last.is_frozen());
+        frozen.map(|(camera, last)| (*camera, last.still_s()))
     }
 }
 
@@ -108,7 +102,7 @@ mod tests {
         for n in 0..40_u64 {
             let now_ns = n * 33_000_000;
             cameras.record(0, now_ns, &image(100.0));
-            assert!(n > 9 || cameras.frozen(now_ns).next().is_none());
+            assert!(n > 9 || cameras.frozen().next().is_none());
             assert!(!cameras.is_left_behind(0, now_ns));
         }
         let now_ns = 40 * 33_000_000;
@@ -118,6 +112,6 @@ mod tests {
         cameras.record(0, later_ns, &image(100.0));
         assert!(!cameras.is_left_behind(0, later_ns));
         cameras.record(0, later_ns, &image(100.01));
-        assert!(cameras.frozen(later_ns).next().is_none());
+        assert!(cameras.frozen().next().is_none());
     }
 }

@@ -149,6 +149,16 @@ pub(crate) fn of_sizes<'a>(
     faults.collect()
 }
 
+/// The camera of a fault that is one of its images, and known for as long as they arrive.
+pub(crate) fn camera_of_images(fault: &Fault) -> Option<&CameraId> {
+    match fault {
+        Fault::CameraFrozen { camera, .. }
+        | Fault::ImageSize { camera, .. }
+        | Fault::Untimely { camera, .. } => Some(camera),
+        _ => None,
+    }
+}
+
 /// What keeps an object from being tracked, whatever camera or tag it is due to.
 pub(crate) fn of_objects(
     site: &Site,

@@ -12,6 +12,8 @@ pub(crate) struct ImageIntake {
     statistics: Statistics,
     /// Capture times of each camera's images within the window, to know duplicates.
     recent_ns: BTreeMap<CameraId, BTreeSet<u64>>,
+    /// When the last image of each camera of the rig arrived, ns.
+    arrived_ns: BTreeMap<CameraId, u64>,
     /// Size of the last image of each camera whose images are of another size than the rig says.
     other_sizes: BTreeMap<CameraId, [u32; 2]>,
     /// When the clock was last set, by the clock as it is since; 0 where it never was.
@@ -23,12 +25,15 @@ pub(crate) struct ImageIntake {
 const LEAST_INTERVAL_NS: u64 = 2_000_000;
 /// Most capture times remembered of a camera, however long the window.
 const MOST_RECENT: usize = 4096;
+/// After so long without an image nothing is known of a camera's images any more, ns.
+const GONE_NS: u64 = 2_000_000_000;
 
 impl ImageIntake {
     pub fn new(site: &Site) -> Self {
         let mut intake = Self {
             statistics: Statistics::default(),
             recent_ns: BTreeMap::new(),
+            arrived_ns: BTreeMap::new(),
             other_sizes: BTreeMap::new(),
             stepped_ns: 0,
         };
@@ -52,7 +57,28 @@ impl ImageIntake {
             .cameras
             .retain(|id, _| site.camera(id).is_some());
         self.recent_ns.retain(|id, _| site.camera(id).is_some());
+        self.arrived_ns.retain(|id, _| site.camera(id).is_some());
         self.other_sizes.clear();
+    }
+
+    /// Notes that an image arrived at `now_ns`, whatever becomes of it.
+    pub fn note_arrival(&mut self, now_ns: u64, camera: &CameraId, site: &Site) {
+        if site.camera(camera).is_some() {
+            self.arrived_ns.insert(camera.clone(), now_ns);
+        }
+    }
+
+    /// Whether images of a camera of the rig arrive.
+    pub fn is_present(&self, camera: &CameraId, now_ns: u64) -> bool {
+        let arrived_ns = self.arrived_ns.get(camera);
+        arrived_ns.is_some_and(|arrived_ns| now_ns < arrived_ns.saturating_add(GONE_NS))
+    }
+
+    /// When the first of the cameras whose images arrive will be gone if no other image comes, ns.
+    pub fn next_gone_ns(&self, now_ns: u64) -> Option<u64> {
+        let arrived_ns = self.arrived_ns.values();
+        let gone_ns = arrived_ns.map(|arrived_ns| arrived_ns.saturating_add(GONE_NS));
+        gone_ns.filter(|gone_ns| now_ns < *gone_ns).min()
     }
 
     /// Whether an image is of another size than the rig says, whose corners the lens can't place. Counts such images.
@@ -83,6 +109,7 @@ impl ImageIntake {
     /// The clock was set to `now_ns`: the capture times of former images are by another clock.
     pub fn clock_stepped(&mut self, now_ns: u64) {
         self.stepped_ns = now_ns;
+        self.arrived_ns.clear();
     }
 
     /// Times before now can't be compared with those to come.

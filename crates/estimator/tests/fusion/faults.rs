@@ -68,6 +68,13 @@ fn images_of_another_size_than_the_rig_says_are_left_out_and_named() {
         of_rig,
     };
     assert!(fusion.faults().contains(&named));
+    let silent_ns = fusion.poll_timeout().unwrap();
+    fusion.handle(silent_ns, Input::Tick);
+    fusion.handle(silent_ns + 2_000_000_000, Input::Tick);
+    assert!(!fusion.faults().contains(&named));
+    let last = images.iter().rfind(|image| image.camera == camera);
+    feed(&mut fusion, last.unwrap().clone());
+    assert!(fusion.faults().contains(&named));
     let as_in_the_rig = ImageObservation {
         resolution: Some(of_rig),
         ..images

@@ -7,25 +7,140 @@ use sextant_site_model::{ObjectId, ObjectModel, ObjectTag, TagId};
 use sextant_tag_families::Family;
 use yaml_serde::Value;
 
-/// Edge of the tags of a field, m: those of FRC since 2024, 6.5 inches, tag36h11. The files have neither.
+/// Edge of the tags of a field of FRC since 2024, 6.5 inches, and of 2023, 6 inches; m.
 const FIELD_TAG_M: f64 = 0.1651;
-/// The family that `apriltag_ros` has by default; another is stated in another file.
-const FAMILY: Family = Family::Tag36h11;
+const FIELD_TAG_2023_M: f64 = 0.1524;
+/// Length and width of the fields of FRC, m, by the year: 2023, whose tags are of tag16h5, then those of tag36h11.
+const FIELD_2023: [f64; 2] = [16.541_75, 8.0137];
+const FIELDS: [[f64; 2]; 3] = [[16.541, 8.211], [17.548, 8.052], [16.541, 8.069]];
+/// Largest difference of a length or a width that is the same, m.
+const SAME_M: f64 = 2e-3;
+
+/// What the tags of a document have in common: the files of the tools state neither, people may add both.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct TagKind {
+    family: Family,
+    /// m; of fields only, since bundles have the size of each tag.
+    size_m: f64,
+    /// What is assumed rather than stated.
+    assumed: Assumed,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Assumed {
+    Nothing,
+    /// The tags of FRC in 2023, by the size of the field and the ids.
+    Of2023,
+    /// The default.
+    Default,
+}
+
+/// What describes the tags of a document: a bundle or a field.
+enum Layout<'a> {
+    Bundles(&'a [Value]),
+    Field(&'a Value),
+}
+
+fn layout_of(document: &Value) -> Option<Layout<'_>> {
+    if let Some(bundles) = document.get("tag_bundles").and_then(Value::as_sequence) {
+        Some(Layout::Bundles(bundles))
+    } else {
+        let field = document.get("field")?;
+        document.get("tags").map(|_| Layout::Field(field))
+    }
+}
 
 /// The object of a document that lists places of tags; nothing of another document.
 pub(super) fn object(document: &Value, id: &ObjectId) -> Option<Result<ObjectModel, Complaint>> {
-    let tags = if let Some(bundles) = document.get("tag_bundles").and_then(Value::as_sequence) {
-        bundle(bundles).and_then(|bundle| list(bundle, "layout", of_bundle))
-    } else if document.get("field").is_some() && document.get("tags").is_some() {
-        list(document, "tags", of_field)
-    } else {
-        return None;
-    };
+    let layout = layout_of(document)?;
+    let tags = tag_kind(document, &layout).and_then(|kind| match layout {
+        Layout::Bundles(bundles) => list(bundle(bundles)?, "layout", kind, of_bundle),
+        Layout::Field(_) => list(document, "tags", kind, of_field),
+    });
     let object = |tags| {
         ObjectModel::new(id.clone(), tags)
             .map_err(|error| Complaint::new("", error.to_string(), "write metres"))
     };
     Some(tags.and_then(object))
+}
+
+/// What is assumed of the tags of a document.
+pub(crate) fn assumption(document: &Value) -> Option<String> {
+    let layout = layout_of(document)?;
+    let kind = tag_kind(document, &layout).ok()?;
+    let (family, mm) = (kind.family, kind.size_m * 1e3);
+    let remedy = "else write \"family\"";
+    match (layout, kind.assumed) {
+        (_, Assumed::Nothing) => None,
+        (Layout::Field(_), Assumed::Of2023) => Some(format!(
+            "the tags are taken for {family} of {mm} mm, as FRC had them in 2023 on a field of this size; {remedy} and \"tagSize\" (m) beside \"field\" in it"
+        )),
+        (Layout::Field(_), _) => Some(format!(
+            "the tags are taken for {family} of {mm} mm, as FRC has them since 2024, since the file does not say it; {remedy} and \"tagSize\" (m) beside \"field\" in it"
+        )),
+        (Layout::Bundles(_), _) => Some(format!(
+            "the tags are taken for {family}, since the file does not say it; else write family beside tag_bundles in it, such as family: tag16h5"
+        )),
+    }
+}
+
+/// The family and the size of the tags: what is written beside them, else what their ids and the field allow.
+fn tag_kind(document: &Value, layout: &Layout<'_>) -> Result<TagKind, Complaint> {
+    let keys = ["family", "tag_family", "tagFamily"];
+    let family = keys
+        .iter()
+        .find_map(|key| Some((*key, document.get(*key)?)));
+    let family = family.map(|(key, value)| {
+        let name = value.as_str().unwrap_or_default();
+        let family = name.parse::<Family>();
+        family.map_err(|error| Complaint::new(key, error.to_string(), ""))
+    });
+    let family = family.transpose()?;
+    let size_m = match document.get("tagSize") {
+        Some(_) => Some(number(document, "tagSize")?),
+        None => None,
+    };
+    let inferred = inferred(document, layout);
+    Ok(TagKind {
+        family: family.unwrap_or(inferred.family),
+        size_m: size_m.unwrap_or(inferred.size_m),
+        assumed: match (family, layout) {
+            (Some(_), Layout::Bundles(_)) => Assumed::Nothing,
+            (Some(_), Layout::Field(_)) if size_m.is_some() => Assumed::Nothing,
+            _ => inferred.assumed,
+        },
+    })
+}
+
+/// Of FRC's families tag16h5 has 30 tags, and was on the field of 2023 only.
+fn inferred(document: &Value, layout: &Layout<'_>) -> TagKind {
+    let of_36h11 = |assumed| TagKind {
+        family: Family::Tag36h11,
+        size_m: FIELD_TAG_M,
+        assumed,
+    };
+    let Layout::Field(field) = layout else {
+        return of_36h11(Assumed::Default);
+    };
+    let tags = document.get("tags").and_then(Value::as_sequence);
+    let ids = tags.into_iter().flatten();
+    let ids = ids.filter_map(|tag| tag.get("ID").and_then(Value::as_u64));
+    let last = ids.max().unwrap_or(0);
+    let is_field = |[length, width]: [f64; 2]| {
+        let is = |key: &str, m: f64| number(field, key).is_ok_and(|is| (is - m).abs() < SAME_M);
+        is("length", length) && is("width", width)
+    };
+    if is_field(FIELD_2023) && last <= 8 {
+        TagKind {
+            family: Family::Tag16h5,
+            size_m: FIELD_TAG_2023_M,
+            assumed: Assumed::Of2023,
+        }
+    } else if FIELDS.into_iter().any(is_field) {
+        of_36h11(Assumed::Nothing)
+    } else {
+        of_36h11(Assumed::Default)
+    }
 }
 
 /// The only bundle.
@@ -49,12 +164,13 @@ fn bundle(bundles: &[Value]) -> Result<&Value, Complaint> {
 fn list(
     parent: &Value,
     key: &str,
-    tag: fn(&Value) -> Result<ObjectTag, Complaint>,
+    kind: TagKind,
+    tag: fn(&Value, TagKind) -> Result<ObjectTag, Complaint>,
 ) -> Result<Vec<ObjectTag>, Complaint> {
     let tags = parent.get(key).and_then(Value::as_sequence);
     let tags = tags.ok_or_else(|| Complaint::new(key, "this is no list of tags", ""))?;
     let read = tags.iter().enumerate().map(|(index, value)| {
-        tag(value).map_err(|complaint| Complaint {
+        tag(value, kind).map_err(|complaint| Complaint {
             key: format!("{key}[{index}].{}", complaint.key),
             ..complaint
         })
@@ -63,7 +179,7 @@ fn list(
 }
 
 /// `{id, size, x, y, z, qw, qx, qy, qz}`, with the axes of tags here.
-fn of_bundle(value: &Value) -> Result<ObjectTag, Complaint> {
+fn of_bundle(value: &Value, kind: TagKind) -> Result<ObjectTag, Complaint> {
     let place = |key: &str| {
         number(value, key).or_else(|error| match value.get(key) {
             None if key != "qw" => Ok(0.0),
@@ -76,14 +192,14 @@ fn of_bundle(value: &Value) -> Result<ObjectTag, Complaint> {
         [place("qw")?, place("qx")?, place("qy")?, place("qz")?],
     )?;
     Ok(ObjectTag::new(
-        tag_id(value, "id")?,
+        tag_id(value, "id", kind.family)?,
         number(value, "size")?,
         Some(pose),
     ))
 }
 
 /// `{ID, pose: {translation, rotation: {quaternion}}}`. There a tag's x points out of its face and z up, so that y is to the right.
-fn of_field(value: &Value) -> Result<ObjectTag, Complaint> {
+fn of_field(value: &Value, kind: TagKind) -> Result<ObjectTag, Complaint> {
     let part = |value: &Value, key: &'static str| {
         let part = value.get(key).cloned();
         part.ok_or_else(|| Complaint::new(key, "it is missing", ""))
@@ -98,18 +214,18 @@ fn of_field(value: &Value) -> Result<ObjectTag, Complaint> {
     let theirs_from_ours = pose([0.0; 3], [0.5; 4])?;
     let field_from_tag = field_from_theirs * theirs_from_ours;
     Ok(ObjectTag::new(
-        tag_id(value, "ID")?,
-        FIELD_TAG_M,
+        tag_id(value, "ID", kind.family)?,
+        kind.size_m,
         Some(field_from_tag),
     ))
 }
 
-fn tag_id(value: &Value, key: &str) -> Result<TagId, Complaint> {
+fn tag_id(value: &Value, key: &str, family: Family) -> Result<TagId, Complaint> {
     let id = value.get(key).and_then(Value::as_u64);
-    let known = id.filter(|id| (*id as usize) < FAMILY.data().codes.len());
-    let id = known.ok_or_else(|| Complaint::new(key, format!("{FAMILY} has no such tag"), ""))?;
+    let known = id.filter(|id| (*id as usize) < family.data().codes.len());
+    let id = known.ok_or_else(|| Complaint::new(key, format!("{family} has no such tag"), ""))?;
     Ok(TagId {
-        family: FAMILY,
+        family,
         id: id as u32,
     })
 }

@@ -1,7 +1,7 @@
 //! Boards as other tools describe them, and where their tags are.
 
 use super::*;
-use crate::read_object;
+use crate::{assumptions, read_object};
 use nalgebra::Point3;
 use sextant_geometry::tag_corners_in_tag;
 use std::fs;
@@ -301,5 +301,49 @@ fn a_field_of_wpilib_is_an_object() {
     assert!(
         error.contains("tags[0].ID: tag36h11 has no such tag"),
         "{error}"
+    );
+}
+
+/// The field of 2023 has tag16h5 of 6 inches, that of 2024 tag36h11 of 6.5 inches; what no field of FRC says is assumed, and said.
+#[test]
+fn the_family_of_a_fields_tags_follows_from_the_field_or_is_said() {
+    let field = |last: u32, [length, width]: [f64; 2], more: &str| {
+        let tag = |id: u32| {
+            format!(
+                r#"{{"ID": {id}, "pose": {{"translation": {{"x": {id}.0, "y": 0.2, "z": 1.3}},
+                "rotation": {{"quaternion": {{"W": 1.0, "X": 0.0, "Y": 0.0, "Z": 0.0}}}}}}}}"#
+            )
+        };
+        let tags: Vec<String> = [1, last].map(tag).into();
+        format!(
+            r#"{{"tags": [{}], {more} "field": {{"length": {length}, "width": {width}}}}}"#,
+            tags.join(", ")
+        )
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("field.json");
+    let check = |text: String, family: Family, size_m: f64, said: &str| {
+        fs::write(&file, &text).unwrap();
+        let object = read_object(&file).unwrap();
+        let tag = &object.tags()[0];
+        assert_eq!((tag.tag.family, tag.size_m), (family, size_m));
+        let assumed = assumptions(&file).unwrap().join("; ");
+        assert!(assumed.contains(said), "{assumed}");
+        assert_eq!(assumed.is_empty(), said.is_empty(), "{assumed}");
+    };
+    let of_2023 = [16.54175, 8.0137];
+    check(field(8, of_2023, ""), Family::Tag16h5, 0.1524, "in 2023");
+    check(field(16, [16.541, 8.211], ""), Family::Tag36h11, 0.1651, "");
+    let own = field(8, [4.0, 3.0], "");
+    check(own, Family::Tag36h11, 0.1651, "tag36h11 of 165.1 mm");
+    let named = field(8, of_2023, r#""family": "tag36h11", "tagSize": 0.2,"#);
+    check(named, Family::Tag36h11, 0.2, "");
+    let bundle = "tag_bundles: [{name: a, layout: [{id: 0, size: 0.05}]}]\n".to_owned();
+    check(bundle.clone(), Family::Tag36h11, 0.05, "family: tag16h5");
+    check(
+        format!("family: tag25h9\n{bundle}"),
+        Family::Tag25h9,
+        0.05,
+        "",
     );
 }

@@ -2,7 +2,8 @@
 //! and the pose `camera_from_world` as a rotation vector and a translation.
 //!
 //! Translations are in the unit of the calibration board, which the file does not name. Distances of 50 and more are millimetres:
-//! cameras of one room are no 50 m apart, and no two of them 50 mm.
+//! cameras of one room are no 50 m apart, and no two of them 50 mm. `unit` in its table `metadata`, which these tools pass over, says
+//! otherwise.
 
 use super::distortion::{Keys, lens_of};
 use super::matrix::{exactly, intrinsics, missing, numbers, pixels};
@@ -33,6 +34,17 @@ pub(super) fn has_cameras(document: &Value) -> bool {
 
 /// The cameras of a document, as the file orders them.
 pub(super) fn cameras(document: &Value) -> Result<Vec<Camera>, Complaint> {
+    let mut cameras = placed(document)?;
+    let (metres, _) = unit_of(document, farthest(&cameras))?;
+    let poses = cameras.iter_mut();
+    for pose in poses.filter_map(|camera| camera.world_from_camera.as_mut()) {
+        pose.translation.vector *= metres;
+    }
+    Ok(cameras)
+}
+
+/// The cameras with translations in the file's unit.
+fn placed(document: &Value) -> Result<Vec<Camera>, Complaint> {
     let tables = tables(document).into_iter().flatten();
     let mut cameras = Vec::new();
     for (key, table) in tables.filter(|(_, table)| is_camera(table)) {
@@ -42,19 +54,52 @@ pub(super) fn cameras(document: &Value) -> Result<Vec<Camera>, Complaint> {
             ..complaint
         })?);
     }
-    let distances = cameras.iter().filter_map(|camera| camera.world_from_camera);
-    let farthest = distances
-        .map(|pose| pose.translation.vector.norm())
-        .fold(0.0, f64::max);
-    if farthest >= MOST_METRES {
-        for pose in cameras
-            .iter_mut()
-            .filter_map(|camera| camera.world_from_camera.as_mut())
-        {
-            pose.translation.vector *= 1e-3;
-        }
-    }
     Ok(cameras)
+}
+
+/// Units of length in metres, by the word for each.
+const UNITS: [(&str, f64); 3] = [("m", 1.0), ("cm", 1e-2), ("mm", 1e-3)];
+
+/// The unit of translations in metres; and the word for it where it is assumed.
+fn unit_of(document: &Value, farthest: f64) -> Result<(f64, Option<&'static str>), Complaint> {
+    let named = document.get("metadata").and_then(|table| table.get("unit"));
+    let Some(named) = named else {
+        let word = if farthest < MOST_METRES {
+            "metres"
+        } else {
+            "millimetres"
+        };
+        let metres = if farthest < MOST_METRES { 1.0 } else { 1e-3 };
+        return Ok((metres, Some(word)));
+    };
+    let known = UNITS.iter().find(|(word, _)| named.as_str() == Some(word));
+    match known {
+        Some((_, metres)) => Ok((*metres, None)),
+        None => Err(Complaint::new(
+            "metadata.unit",
+            "this is no unit of length that is known",
+            "write m, cm or mm",
+        )),
+    }
+}
+
+/// What is assumed of the unit, where it matters.
+pub(crate) fn assumption(document: &Value) -> Option<String> {
+    let cameras = placed(document).ok()?;
+    let farthest = farthest(&cameras);
+    let (metres, word) = unit_of(document, farthest).ok()?;
+    let word = word.filter(|_| farthest > 0.0)?;
+    Some(format!(
+        "lengths are taken for {word}, since the file does not say their unit: the farthest camera is {:.3} m from the origin; else write unit = \"m\", \"cm\" or \"mm\" below [metadata] in it",
+        farthest * metres
+    ))
+}
+
+/// Distance of the farthest camera from the origin, in the file's unit.
+fn farthest(cameras: &[Camera]) -> f64 {
+    let poses = cameras.iter().filter_map(|camera| camera.world_from_camera);
+    let distances = poses.map(|pose| pose.translation.vector.norm());
+    distances.fold(0.0, f64::max)
 }
 
 fn camera(key: &str, table: &Value) -> Result<Camera, Complaint> {

@@ -37,11 +37,39 @@ const COEFFICIENTS: [&str; 11] = [
     "distortion",
 ];
 
+/// The camera of a document, or the two of a stereo calibration of OpenCV, without places: its unit of length is that of the board.
+pub(super) fn cameras(document: &Value, stem: &str) -> Result<Vec<Camera>, Complaint> {
+    const OF_TWO: [([&str; 2], [&str; 2]); 3] = [
+        (["M1", "D1"], ["M2", "D2"]),
+        (["K1", "D1"], ["K2", "D2"]),
+        (
+            ["cameraMatrix1", "distCoeffs1"],
+            ["cameraMatrix2", "distCoeffs2"],
+        ),
+    ];
+    let has = |[matrix, _]: [&str; 2]| document.get(matrix).is_some();
+    let Some((first, second)) = OF_TWO.into_iter().find(|two| has(two.0) && has(two.1)) else {
+        return camera(document, stem).map(|camera| vec![camera]);
+    };
+    let one = |number: u32, [matrix, coefficients]: [&str; 2]| {
+        let mut alone = document.as_mapping().cloned().unwrap_or_default();
+        for (key, of_two) in [
+            ("camera_matrix", matrix),
+            ("distortion_coefficients", coefficients),
+        ] {
+            let value = document.get(of_two).cloned().unwrap_or_default();
+            alone.insert(key.into(), value);
+        }
+        camera(&Value::Mapping(alone), &format!("{stem}_{number}"))
+    };
+    Ok(vec![one(1, first)?, one(2, second)?])
+}
+
 /// The camera of a document; a camera without a name gets that of its file.
-pub(super) fn camera(document: &Value, stem: &str) -> Result<Camera, Complaint> {
+fn camera(document: &Value, stem: &str) -> Result<Camera, Complaint> {
     check_binning(document)?;
     let (key, matrix) = first(document, &MATRIX).ok_or_else(|| missing(MATRIX[0]))?;
-    let intrinsics = intrinsics(key, matrix)?;
+    let mut intrinsics = intrinsics(key, matrix)?;
     let coefficients = match first(document, &COEFFICIENTS) {
         Some((key, value)) => (key, numbers(key, value)?),
         None => (COEFFICIENTS[0], Vec::new()),
@@ -50,7 +78,12 @@ pub(super) fn camera(document: &Value, stem: &str) -> Result<Camera, Complaint> 
         model: "distortion_model",
         coefficients: coefficients.0,
     };
-    let size = [size(document, 0)?, size(document, 1)?];
+    let mut size = [size(document, 0)?, size(document, 1)?];
+    if let Some(shown) = region(document)? {
+        let [x, y] = shown.upper_left;
+        size = shown.size;
+        (intrinsics.cx, intrinsics.cy) = (intrinsics.cx - x, intrinsics.cy - y);
+    }
     let lens = lens_of(&keys, model(document), intrinsics, &coefficients.1, size)?;
     let name = document.get("camera_name").and_then(Value::as_str);
     let id = CameraId::new(&name_of(name.unwrap_or(stem)))
@@ -88,6 +121,28 @@ fn model(document: &Value) -> &str {
         (None, Some(flag)) if flag != 0.0 => "fisheye",
         _ => "plumb_bob",
     }
+}
+
+/// A part of the full image, in its pixels.
+struct Region {
+    upper_left: [f64; 2],
+    size: [u32; 2],
+}
+
+/// The part of the full image that a message's images show; nothing where that is all.
+fn region(document: &Value) -> Result<Option<Region>, Complaint> {
+    let Some(roi) = document.get("roi") else {
+        return Ok(None);
+    };
+    let number = |key: &str| roi.get(key).and_then(Value::as_f64).unwrap_or(0.0);
+    if number("width") == 0.0 || number("height") == 0.0 {
+        return Ok(None);
+    }
+    let size = |key: &str| pixels("roi", roi.get(key).unwrap_or(&Value::Null));
+    Ok(Some(Region {
+        upper_left: [number("x_offset"), number("y_offset")],
+        size: [size("width")?, size("height")?],
+    }))
 }
 
 /// A message with binning describes images of another size.

@@ -19,7 +19,7 @@ pub(super) fn lens_of(
     size: [u32; 2],
 ) -> Result<Lens, Complaint> {
     let lens = match model {
-        "plumb_bob" | "radtan" | "rational_polynomial" => {
+        "plumb_bob" | "radtan" | "radial-tangential" | "rational_polynomial" => {
             polynomial(keys, intrinsics, coefficients, size)?
         }
         "equidistant" | "fisheye" => {

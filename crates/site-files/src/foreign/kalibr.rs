@@ -17,6 +17,9 @@ const KEYS: Keys = Keys {
 /// The cameras of a chain. With more than one, the first is the world frame.
 pub(super) fn cameras(document: &Value) -> Result<Vec<Camera>, Complaint> {
     let links = links_of(document);
+    if links.iter().all(|(name, _)| name.starts_with("cam")) {
+        check_numbers(document, links.len())?;
+    }
     let mut cameras: Vec<Camera> = Vec::new();
     let mut world_from_former = Pose::identity();
     for (index, (name, link)) in links.iter().enumerate() {
@@ -32,6 +35,34 @@ pub(super) fn cameras(document: &Value) -> Result<Vec<Camera>, Complaint> {
         cameras.push(camera);
     }
     Ok(cameras)
+}
+
+/// Whether a document is EuRoC's `sensor.yaml` of a camera, which has the keys of a link.
+pub(super) fn is_euroc(document: &Value) -> bool {
+    let keys = ["camera_model", "intrinsics", "resolution"];
+    keys.iter().all(|key| document.get(*key).is_some())
+}
+
+/// The camera of EuRoC's `sensor.yaml`. Its place on the body is passed over.
+pub(super) fn euroc(document: &Value, name: &str) -> Result<Camera, Complaint> {
+    camera(name, document)
+}
+
+/// Refuses a chain that lacks a camera before another: poses are relative to the one before.
+fn check_numbers(document: &Value, n: usize) -> Result<(), Complaint> {
+    let keys = document.as_mapping().into_iter().flatten();
+    let number = |key: &Value| key.as_str()?.strip_prefix("cam")?.parse::<usize>().ok();
+    let numbers = keys.filter_map(|(key, _)| number(key));
+    match numbers.max() {
+        Some(last) if n > 0 && last >= n => Err(Complaint::new(
+            format!("cam{n}"),
+            format!(
+                "it is missing, but there is cam{last}: each pose is relative to the camera before"
+            ),
+            "give the whole chain, numbered from cam0",
+        )),
+        _ => Ok(()),
+    }
 }
 
 /// `cam0`, `cam1`, ... in this order; else every mapping that has a camera model, as the file orders them.
@@ -88,7 +119,9 @@ fn camera(name: &str, link: &Value) -> Result<Camera, Complaint> {
         return Err(Complaint::new("camera_model", cause, remedy));
     }
     let list = |key: &'static str| {
-        let (key, value) = first(link, &[key]).ok_or_else(|| missing(key))?;
+        let spellings = [key, "distortion_coefficients"];
+        let n = 1 + usize::from(key == KEYS.coefficients);
+        let (key, value) = first(link, &spellings[..n]).ok_or_else(|| missing(key))?;
         numbers(key, value)
     };
     let [fx, fy, cx, cy] = exactly("intrinsics", list("intrinsics")?)?;

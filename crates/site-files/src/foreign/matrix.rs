@@ -68,7 +68,16 @@ pub(super) fn pixels(key: &str, value: &Value) -> Result<u32, Complaint> {
 
 /// Focal lengths and principal point of a camera matrix, row by row; refuses skew and other matrices.
 pub(super) fn intrinsics(key: &str, value: &Value) -> Result<Intrinsics, Complaint> {
-    let [fx, skew, cx, shear, fy, cy, a, b, one] = exactly(key, numbers(key, value)?)?;
+    let all: [f64; 9] = exactly(key, numbers(key, value)?)?;
+    if all == [0.0; 9] {
+        let cause = "all zeros: this camera has not been calibrated";
+        return Err(Complaint::new(
+            key,
+            cause,
+            "calibrate its lens: `sextant calibrate lens`",
+        ));
+    }
+    let [fx, skew, cx, shear, fy, cy, a, b, one] = all;
     if skew != 0.0 {
         return Err(Complaint::new(
             key,

@@ -426,8 +426,27 @@ distortions = [-0.41, 0.57, 0.0, 0.001, -2.2]\n\n[metadata]\nadjusted = false\n"
     let caliscope = anipose
         .replace("[cam_0]", "[cameras.0]")
         .replace("name = \"north\"\n", "port = 0\n");
+    let euroc = "sensor_type: camera\nT_BS:\n  cols: 4\n  rows: 4\n  data: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\nresolution: [640, 480]
+camera_model: pinhole\nintrinsics: [650.0, 660.0, 319.5, 239.5]\ndistortion_model: radial-tangential\ndistortion_coefficients: [-0.41, 0.57, 0.0, 0.001, -2.2]\n";
+    let orb = "%YAML:1.0\nCamera.type: \"PinHole\"\nCamera1.fx: 650.0\nCamera1.fy: 660.0\nCamera1.cx: 319.5\nCamera1.cy: 239.5
+Camera1.k1: -0.41\nCamera1.k2: 0.57\nCamera1.p1: 0.0\nCamera1.p2: 0.001\nCamera1.k3: -2.2\nCamera.width: 640\nCamera.height: 480\n";
+    let stella = "Camera:\n  name: \"any\"\n  model: \"perspective\"\n  fx: 650.0\n  fy: 660.0\n  cx: 319.5\n  cy: 239.5\n  k1: -0.41\n  k2: 0.57\n  p1: 0.0
+  p2: 0.001\n  k3: -2.2\n  cols: 640\n  rows: 480\n";
+    let basalt = r#"{"value0": {"T_imu_cam": [{"px": 1, "py": 0, "pz": 0, "qx": 0, "qy": 0, "qz": 0, "qw": 1}],
+        "intrinsics": [{"camera_type": "pinhole-radtan8", "intrinsics": {"fx": 650.0, "fy": 660.0, "cx": 319.5, "cy": 239.5, "k1": -0.41, "k2": 0.57, "p1": 0.0, "p2": 0.001, "k3": -2.2}}],
+        "resolution": [[640, 480]]}}"#;
+    let realsense = r#"{"width": 640, "height": 480, "ppx": 319.5, "ppy": 239.5, "fx": 650.0, "fy": 660.0, "model": "distortion.brown_conrady",
+        "coeffs": [-0.41, 0.57, 0.0, 0.001, -2.2]}"#;
+    let metashape = "<?xml version=\"1.0\"?>\n<calibration>\n<projection>frame</projection><width>640</width><height>480</height><f>660</f><b1>-10</b1>
+<k1>-0.41</k1><k2>0.57</k2><k3>-2.2</k3><p1>0.001</p1><date>2023-01-01</date></calibration>\n";
     let expected = parsed(OPENCV).unwrap().1.cameras()[0].lens;
     for (text, format) in [
+        (euroc, ForeignFormat::Euroc),
+        (orb, ForeignFormat::OrbSlam),
+        (stella, ForeignFormat::OrbSlam),
+        (basalt, ForeignFormat::Basalt),
+        (realsense, ForeignFormat::RealSense),
+        (metashape, ForeignFormat::Metashape),
         (json, ForeignFormat::OpenCv),
         (xml, ForeignFormat::OpenCv),
         (wpical, ForeignFormat::Ros),
@@ -476,6 +495,177 @@ fn poses_of_anipose_are_inverted_and_in_the_unit_that_makes_sense() {
             "{centre}"
         );
     }
+}
+
+/// The window of a message is that of the full image, whose centre is elsewhere in the window.
+#[test]
+fn a_region_of_interest_moves_the_principal_point() {
+    let whole = parsed(MESSAGE).unwrap().1.cameras()[0].clone();
+    let roi = |window: &str| {
+        let none = "roi:\n  x_offset: 0\n  do_rectify: false\n";
+        assert!(MESSAGE.contains(none));
+        MESSAGE.replace(none, &format!("roi: {{{window}}}\n"))
+    };
+    let full = roi("x_offset: 0, y_offset: 0, height: 0, width: 0, do_rectify: false");
+    assert_eq!(parsed(&full).unwrap().1.cameras()[0], whole);
+    let part = roi("x_offset: 160, y_offset: 120, height: 240, width: 320, do_rectify: false");
+    let part = parsed(&part).unwrap().1.cameras()[0].clone();
+    assert_eq!(part.resolution, [320, 240]);
+    let (all, part) = (whole.lens.intrinsics(), part.lens.intrinsics());
+    assert_eq!((part.cx, part.cy), (all.cx - 160.0, all.cy - 120.0));
+}
+
+#[test]
+fn no_camera_of_a_file_is_passed_over() {
+    let names = |text: &str| -> Vec<String> {
+        let (_, rig) = parsed(text).unwrap();
+        rig.cameras()
+            .iter()
+            .map(|camera| camera.id.to_string())
+            .collect()
+    };
+    let matrix = |fx: f64| {
+        format!(
+            "!!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [ {fx:?}, 0., 330., 0., 530., 230., 0., 0., 1. ]"
+        )
+    };
+    let stereo = format!(
+        "%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\nM1: {}\nD1: [0.1, 0, 0, 0, 0]\nM2: {}\nD2: [0.2, 0, 0, 0, 0]\n",
+        matrix(530.0),
+        matrix(531.0)
+    );
+    assert_eq!(names(&stereo), ["north_1", "north_2"]);
+    let (_, rig) = parsed(&stereo).unwrap();
+    let second = rig.cameras()[1].lens;
+    assert_eq!(
+        (second.intrinsics().fx, second.distortion()[0]),
+        (531.0, 0.2)
+    );
+    let link = "  camera_model: pinhole\n  intrinsics: [600, 600, 320, 240]\n  distortion_model: radtan\n  distortion_coeffs: [0, 0, 0, 0]\n  resolution: [640, 480]\n";
+    let error = parsed(&format!("cam0:\n{link}cam2:\n{link}")).unwrap_err();
+    assert!(
+        error.contains("cam1: it is missing, but there is cam2"),
+        "{error}"
+    );
+    let zed = "[LEFT_CAM_HD]\nfx=700.5\nfy=700.5\ncx=640\ncy=360.5\nk1=-0.17\nk2=0.02\np1=0\np2=0\nk3=0\n\n[RIGHT_CAM_VGA]\nfx=350\nfy=350\ncx=336\ncy=188\n\n[STEREO]\nBaseline=119.9\n";
+    assert_eq!(names(zed), ["left_hd", "right_vga"]);
+    assert!(is_foreign(Path::new("SN1234.conf"), zed));
+    let at = |px: f64| {
+        format!(r#"{{"px": {px}, "py": 0, "pz": 0, "qx": 0, "qy": 0, "qz": 0, "qw": 1}}"#)
+    };
+    let lens = r#"{"camera_type": "kb4", "intrinsics": {"fx": 461.5, "fy": 460.2, "cx": 365.8, "cy": 249.1, "k1": -0.01, "k2": 0, "k3": 0, "k4": 0}}"#;
+    let basalt = format!(
+        r#"{{"value0": {{"T_imu_cam": [{}, {}], "intrinsics": [{lens}, {lens}], "resolution": [[752, 480], [752, 480]]}}}}"#,
+        at(0.5),
+        at(0.75)
+    );
+    let (_, rig) = parsed(&basalt).unwrap();
+    let apart = rig.cameras()[1].world_from_camera.unwrap().translation.x;
+    assert_eq!(
+        (names(&basalt), apart),
+        (vec!["cam0".to_owned(), "cam1".to_owned()], 0.25)
+    );
+    let error = parsed(&basalt.replacen("kb4", "ds", 2)).unwrap_err();
+    assert!(error.contains("`ds` has no counterpart"), "{error}");
+}
+
+#[test]
+fn a_size_of_other_images_is_refused() {
+    let file = |k: &str, size: &str| {
+        format!(
+            r#"{{"camera_matrix": {k}, "dist_coeffs": [0.1, 0, 0, 0, 0], "image_size": {size}}}"#
+        )
+    };
+    let vga = "[[600, 0, 320], [0, 600, 240], [0, 0, 1]]";
+    assert!(parsed(&file(vga, "[640, 480]")).is_ok());
+    // As numpy's `shape` has it.
+    let error = parsed(&file(vga, "[480, 640]")).unwrap_err();
+    assert!(
+        error.contains("in the middle of images of 640 x 480 pixels"),
+        "{error}"
+    );
+    assert!(error.contains("exchange width and height"), "{error}");
+    let hd = "[[1200, 0, 960], [0, 1200, 540], [0, 0, 1]]";
+    let error = parsed(&file(hd, "[640, 480]")).unwrap_err();
+    assert!(
+        error.contains("(960, 540) lies outside of the images of 640 x 480"),
+        "{error}"
+    );
+}
+
+#[test]
+fn the_name_of_eurocs_camera_is_its_folders() {
+    let text = "camera_model: pinhole\nintrinsics: [650.0, 660.0, 319.5, 239.5]\ndistortion_model: none\nresolution: [640, 480]\n";
+    let (_, rig) = parse_foreign(Path::new("mav0/cam1/sensor.yaml"), text).unwrap();
+    assert_eq!(rig.cameras()[0].id.as_str(), "cam1");
+}
+
+#[test]
+fn what_is_no_calibration_or_none_yet_is_said() {
+    let zeros = "image_width: 640\nimage_height: 480\ncamera_matrix: {rows: 3, cols: 3, data: [0, 0, 0, 0, 0, 0, 0, 0, 0]}\n";
+    let error = parsed(zeros).unwrap_err();
+    assert!(
+        error.contains("this camera has not been calibrated"),
+        "{error}"
+    );
+    let inverse = r#"{"width": 640, "height": 480, "ppx": 319.5, "ppy": 239.5, "fx": 650.0, "fy": 660.0, "model": "distortion.inverse_brown_conrady",
+        "coeffs": [-0.05, 0.06, 0.0, 0.001, -0.02]}"#;
+    let error = parsed(inverse).unwrap_err();
+    assert!(
+        error.contains("`inverse_brown_conrady` has no counterpart"),
+        "{error}"
+    );
+    let folder = tempfile::tempdir().unwrap();
+    for (text, remedy) in [
+        (
+            "# oST version 5.0 parameters\n\n[image]\n\nwidth\n640\n",
+            "give the ost.yaml",
+        ),
+        (
+            "Calibration results\n====================\n",
+            "camchain.yaml",
+        ),
+        (
+            "# Camera list with one line of data per camera:\n1 PINHOLE 640 480 600 600 320 240\n",
+            "COLMAP",
+        ),
+    ] {
+        let file = folder.path().join("lens.txt");
+        std::fs::write(&file, text).unwrap();
+        let error = crate::read_rig(&file).unwrap_err().to_string();
+        assert!(error.contains(remedy), "{error}");
+    }
+}
+
+#[test]
+fn the_unit_of_anipose_is_assumed_and_said_or_named() {
+    let camera = "size = [640, 480]\nmatrix = [[650.0, 0.0, 319.5], [0.0, 660.0, 239.5], [0.0, 0.0, 1.0]]\ndistortions = [0.0, 0.0, 0.0, 0.0, 0.0]\n";
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("calibration.toml");
+    let read = |x: f64, unit: &str| {
+        let text = format!(
+            "[cam_0]\n{camera}rotation = [0.0, 0.0, 0.0]\ntranslation = [{x}, 0.0, 0.0]\n[metadata]\nadjusted = false\n{unit}"
+        );
+        std::fs::write(&file, text).unwrap();
+        let assumed = crate::assumptions(&file).map(|all| all.join("; "));
+        let rig = crate::read_rig(&file).map_err(|error| error.to_string())?;
+        let pose = rig.cameras()[0].world_from_camera.unwrap();
+        Ok::<_, String>((-pose.translation.x, assumed.unwrap()))
+    };
+    let (x, assumed) = read(150.0, "").unwrap();
+    assert_eq!(x, 0.15);
+    for part in ["millimetres", "0.150 m from the origin", "[metadata]"] {
+        assert!(assumed.contains(part), "{assumed}");
+    }
+    let (x, assumed) = read(1.5, "").unwrap();
+    assert!(x == 1.5 && assumed.contains("for metres"), "{assumed}");
+    assert_eq!(read(150.0, "unit = \"cm\"\n"), Ok((1.5, String::new())));
+    let error = read(150.0, "unit = \"inch\"\n").unwrap_err();
+    assert!(
+        error.contains("metadata.unit: this is no unit") && error.contains("write m, cm or mm"),
+        "{error}"
+    );
+    assert_eq!(read(0.0, ""), Ok((0.0, String::new())));
 }
 
 #[test]

@@ -71,7 +71,7 @@ function rigFigures(report: RigReport): HTMLElement {
     { ...UNCERTAINTY.rms, text: (row) => fixed(row.rms_px, 3), bar: (row) => row.rms_px },
     { title: "Images", about: "Images used", text: (row) => String(row.images) },
     ...(clocks
-      ? [{ title: "Clock", unit: "ms", about: "What has to be added to its times", text: (row: RigReport["cameras"][number]) => fixed(row.clock_offset_ms, 2) }]
+      ? [{ title: "Clock", unit: "ms", about: "By how much its clock is ahead of the reference camera's", text: (row: RigReport["cameras"][number]) => fixed(row.clock_offset_ms, 2) }]
       : []),
   ]);
   return element("div", "figures", table);

@@ -1,5 +1,6 @@
 //! Text report of a lens calibration.
 
+use crate::words;
 use sextant_calibrator::procedure::LensReport;
 use std::path::Path;
 
@@ -31,6 +32,14 @@ pub fn text(report: &LensReport, rig: &Path) -> String {
         lines.push(format!(
             "{}: seen elsewhere than the board says, or twice; is there a second one in the room?",
             tags.join(", ")
+        ));
+    }
+    if report.alike > 0 {
+        lines.push(format!(
+            "{} were left out, since they show the board much as others do (of {} images or fewer all are used); {} show too little of it",
+            words::count(report.alike, "image"),
+            super::MANY,
+            report.without_board
         ));
     }
     lines.push(format!(
