@@ -18,6 +18,12 @@ const FOCAL: f64 = 0.002;
 /// the image width.
 const CENTRE: f64 = 0.003;
 const DISTORTION: f64 = 0.002;
+/// Relative sigma of the focal length of an unknown lens about an estimate from single tags; sigmas of its principal point about the middle
+/// of the image, and of radial and tangential distortion by their displacement of a corner of the image, as shares of the image width.
+const UNKNOWN_FOCAL: f64 = 0.3;
+const UNKNOWN_CENTRE: f64 = 0.03;
+const UNKNOWN_RADIAL: f64 = 0.1;
+const UNKNOWN_TANGENTIAL: f64 = 0.005;
 /// A scale grows by no more than this beyond one, that of lenses by no more than the second, and not at all where the object is held:
 /// lenses would take on what is wrong with it.
 const MOST_SCALE: [f64; 2] = [30.0, 10.0];
@@ -140,6 +146,42 @@ impl Priors {
                     sigma,
                 };
                 self.anchors.push((anchor, given));
+            }
+        }
+    }
+
+    /// Frees the lens of a camera of which only the image size is known, with its value as the mean of a wide prior.
+    pub(crate) fn free_unknown_lens(
+        &mut self,
+        cameras: &mut [BundleCamera],
+        camera: usize,
+        resolution: [u32; 2],
+    ) {
+        let lens = cameras[camera].lens;
+        let fx = lens.intrinsics().fx;
+        let [width, height] = resolution.map(|pixels| f64::from(pixels) - 1.0);
+        let corner = Point2::new(width, height);
+        let by_parameter = lens
+            .unproject(&corner)
+            .ok()
+            .and_then(|ray| lens.parameter_jacobian(&ray.into()));
+        for (parameter, value) in lens.parameters().into_iter().enumerate() {
+            let by = by_parameter.map_or(fx, |by| by.column(parameter).norm());
+            let sigma = match parameter {
+                0 | 1 => UNKNOWN_FOCAL * fx,
+                2 | 3 => UNKNOWN_CENTRE * width,
+                6 | 7 => UNKNOWN_TANGENTIAL * width / by,
+                _ => UNKNOWN_RADIAL * width / by,
+            };
+            if sigma.is_finite() && sigma > 0.0 {
+                cameras[camera].free_lens.0[parameter] = Freedom::Free;
+                let anchor = Anchor::Lens {
+                    camera,
+                    parameter,
+                    value,
+                    sigma,
+                };
+                self.anchors.push((anchor, true));
             }
         }
     }

@@ -19,13 +19,13 @@ const SIGNIFICANT: f64 = 6.0;
 const HARMFUL_S: f64 = 0.002;
 /// A camera's clock: seconds to be added to its time, one standard deviation.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Clock {
+pub(crate) struct Clock {
     pub offset_s: f64,
     pub sigma_s: f64,
 }
 
 /// Clock of each camera; `None` if it was not estimated.
-pub(super) type Clocks = Vec<Option<Clock>>;
+pub(crate) type Clocks = Vec<Option<Clock>>;
 
 /// Clocks that are clearly off although shutters are synchronised; `None` if none is.
 fn off(adjusted: &Adjustment, views: &[ImageView]) -> Result<Option<Clocks>, RigError> {
@@ -39,7 +39,7 @@ fn off(adjusted: &Adjustment, views: &[ImageView]) -> Result<Option<Clocks>, Rig
 
 /// Clock offsets of synchronised shutters, if they explain the images clearly better than clocks that agree; with the first solution
 /// as the start of an adjustment.
-pub(super) fn of_synchronised(
+pub(crate) fn of_synchronised(
     still: &AdjustmentResult,
     views: &[ImageView],
 ) -> Result<Option<(Adjustment, Bundle)>, RigError> {
@@ -81,7 +81,7 @@ const FIRST_STAMP_SIGMA_S: f64 = 0.01;
 
 /// Free-running shutters: the object moves between images. How the clocks behave is what the images have most evidence for: clocks that
 /// agree or, where that explains them far better, have constant offsets; stamps of each camera that are exact or jitter.
-pub(super) fn of_free_running(
+pub(crate) fn of_free_running(
     mut whole: Adjustment,
     views: &[ImageView],
 ) -> Result<(AdjustmentResult, Clocks), RigError> {
@@ -213,7 +213,7 @@ fn noise_of_single_images(whole: &Adjustment, views: &[ImageView]) -> Result<Vec
 }
 
 /// Solves with free clocks.
-pub(super) fn solved(
+pub(crate) fn solved(
     whole: Adjustment,
     views: &[ImageView],
 ) -> Result<(AdjustmentResult, Clocks), RigError> {
