@@ -137,6 +137,8 @@ impl Instant {
 const FLOOR_SECONDS: f64 = -1e5;
 /// Instants of one body are on one time axis; those of the next begin this much later than its first, s: longer than any recording.
 pub(crate) const OTHER_BODY_S: f64 = 1e5;
+/// Stretches of an excerpt.
+const STRETCHES: usize = 10;
 /// Least time between two instants, s; images closer together share one.
 const LEAST_APART_S: f64 = 1e-3;
 
@@ -218,14 +220,22 @@ impl Adjustment {
         (self.instants, self.images) = (instants, images);
     }
 
-    /// The first instants of each body, at most so many in all, with their images.
-    pub(crate) fn beginning(&self, most: usize) -> Self {
+    /// Stretches of instants from all over the recording, at most so many instants in all, the same number of each body, with their
+    /// images. Within a single stretch the clock of a camera is hard to tell from its position.
+    pub(crate) fn excerpt(&self, most: usize) -> Self {
         let runs = self.runs();
         let share = most / runs.iter().filter(|run| run.len() > 1).count().max(1);
+        let length = share.div_ceil(STRETCHES);
+        let stretches = |run: Range<usize>| {
+            let n = if run.len() <= share { 1 } else { STRETCHES };
+            let length = if n == 1 { run.len() } else { length };
+            let first = move |k: usize| run.start + k * (run.len() - length) / (n - 1).max(1);
+            (0..n).map(first).flat_map(move |first| first..first + length)
+        };
         let mut place = vec![None; self.instants.len()];
         let mut part = self.clone();
         part.instants.clear();
-        for at in runs.into_iter().flat_map(|run| run.take(share)) {
+        for at in runs.into_iter().flat_map(stretches) {
             place[at] = Some(part.instants.len());
             part.instants.push(self.instants[at].clone());
         }

@@ -71,6 +71,8 @@ pub(crate) struct Priors {
     /// Priors with their given or default sigmas, and whether each was given.
     anchors: Vec<(Anchor, bool)>,
     scales: BTreeMap<(Kind, bool), f64>,
+    /// Whether no scale exceeds one.
+    is_bounded: bool,
 }
 
 /// One number with a prior, at a solution.
@@ -83,6 +85,14 @@ struct Member {
 }
 
 impl Priors {
+    /// Priors whose sigmas only shrink: where no pose of a tag has a prior, sizes with weak ones would let the common scale drift.
+    pub(crate) fn bounded() -> Self {
+        Self {
+            is_bounded: true,
+            ..Self::default()
+        }
+    }
+
     /// Frees the pose of a tag, with its value as the mean of its prior.
     pub(crate) fn free_pose(&mut self, tags: &mut [BundleTag], tag: usize) {
         tags[tag].pose = Freedom::Free;
@@ -351,6 +361,7 @@ impl Priors {
             if let Some(least) = limits.get(&kind) {
                 let is_lens = matches!(kind.0, Kind::Focal | Kind::Centre | Kind::Distortion);
                 let most = match (is_lens, self.holds_tags()) {
+                    _ if self.is_bounded => 1.0,
                     (false, _) => MOST_SCALE[0],
                     (true, false) => MOST_SCALE[1],
                     (true, true) => 1.0,

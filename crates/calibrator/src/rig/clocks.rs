@@ -97,13 +97,14 @@ pub(crate) fn of_free_running(
     let mut loosely = weighed(held, views)?.1;
     loosely.motion = Some(CARRIED);
     let (strictly, loosely) = (weighed(strictly, views)?, weighed(loosely, views)?);
+    if std::env::var("DBG2").is_ok() { for x in [&strictly,&loosely] { eprintln!("{} {:?}", x.0, x.1.cameras.iter().map(|c| c.clock_offset_s*1e3).collect::<Vec<_>>()); } }
     // Either alone ends in a local minimum now and then.
     let (_, held) = if strictly.0 > loosely.0 {
         strictly
     } else {
         loosely
     };
-    let found = likeliest_clocks(&held.beginning(MOST_INSTANTS), views)?;
+    let found = likeliest_clocks(&held.excerpt(MOST_INSTANTS), views)?;
     (whole.motion, whole.instants, whole.images) = (held.motion, held.instants, held.images);
     if has_offsets(&found) {
         free_clocks(&mut whole);
@@ -162,6 +163,7 @@ fn likeliest_clocks(start: &Adjustment, views: &[ImageView]) -> Result<Adjustmen
             let (evidence, found) = weighed(last, views)?;
             last = found;
             let evidence = evidence - margin;
+            if std::env::var("DBG2").is_ok() { eprintln!("{sigma_s} {margin} {evidence} {:?}", last.cameras.iter().map(|c| c.clock_offset_s*1e3).collect::<Vec<_>>()); }
             if best.as_ref().is_none_or(|(most, _)| evidence > *most) {
                 best = Some((evidence, last.clone()));
             }
@@ -236,7 +238,7 @@ fn free_clocks(whole: &mut Adjustment) {
 
 /// Clocks estimated from a part of the images.
 fn asked_clocks(whole: &Adjustment, views: &[ImageView]) -> Result<Clocks, RigError> {
-    let mut part = whole.beginning(MOST_INSTANTS);
+    let mut part = whole.excerpt(MOST_INSTANTS);
     free_clocks(&mut part);
     give_twists(&mut part.instants);
     Ok(clocks(&solve(part.bundle(views), &options())?))

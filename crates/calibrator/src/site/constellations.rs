@@ -11,7 +11,7 @@ use sextant_site_model::Rig;
 use std::collections::BTreeSet;
 
 /// Images of a body in a camera that are used.
-const MOST_IMAGES: usize = 50;
+const MOST_IMAGES: usize = 200;
 
 /// What images tell one by one.
 #[derive(Clone, Debug)]
@@ -52,7 +52,7 @@ pub(super) fn constellations(
         ..BundleCamera::with_known_lens(camera.lens, Pose::identity())
     });
     let mut cameras: Vec<BundleCamera> = cameras.collect();
-    let mut priors = Priors::default();
+    let mut priors = Priors::bounded();
     let used: BTreeSet<usize> = images.iter().map(|image| image.camera).collect();
     for camera in used {
         let resolution = rig.cameras()[camera].resolution;

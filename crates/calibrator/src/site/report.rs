@@ -150,7 +150,7 @@ impl SiteSession {
             objects: reports,
             still: still.iter().map(|own| own.tag.to_string()).collect(),
             unassigned: loose.iter().map(ToString::to_string).collect(),
-            scale_factor: scale.factor,
+            scale_factor: scale.correction,
             scale_sigma: scale.sigma,
             unsolved: Vec::new(),
             verdict: Verdict::new(),

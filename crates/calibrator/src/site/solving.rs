@@ -48,10 +48,12 @@ impl SiteSession {
         let mut known = constellations(&rig, &members, &seen)?;
         for _ in 1..ROUNDS {
             rig = with_lenses(&rig, &known.lenses)?;
+            if std::env::var("DBG").is_ok() { for c in rig.cameras() { eprintln!("{} {:?} {:?}", c.id, c.lens.intrinsics(), c.lens.distortion()); } }
             seen = self.body_views(&rig, &members);
             known = constellations(&rig, &members, &seen)?;
         }
         rig = with_lenses(&rig, &known.lenses)?;
+            if std::env::var("DBG").is_ok() { for c in rig.cameras() { eprintln!("{} {:?} {:?}", c.id, c.lens.intrinsics(), c.lens.distortion()); } }
         seen = self
             .body_views(&rig, &members)
             .thinned(rig.cameras().len());
@@ -196,7 +198,7 @@ fn adjustment(
     (seen, sightings): (&BodyViews, &Sightings),
     placement: &Placement,
 ) -> Adjustment {
-    let mut priors = Priors::default();
+    let mut priors = Priors::bounded();
     let cameras = rig.cameras().iter().zip(&placement.poses).enumerate();
     let cameras = cameras.map(|(at, (camera, pose))| BundleCamera {
         pose: if pose.is_some() && at != placement.reference {

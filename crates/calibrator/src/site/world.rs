@@ -6,7 +6,7 @@
 use super::members::Members;
 use super::report::SiteSolution;
 use super::{MeasuredDistance, SiteError, SitePlan};
-use crate::bundle::KeptCovariance;
+use crate::bundle::{Freedom, KeptCovariance};
 use crate::learn::framing::whole_covariance;
 use nalgebra::{DMatrix, Vector3};
 use sextant_geometry::Pose;
@@ -33,7 +33,10 @@ pub(super) struct WorldFrame {
 /// Correction of all lengths.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scale {
+    /// By which all lengths of the adjustment are multiplied.
     pub factor: f64,
+    /// What the measured distances contribute to it.
+    pub correction: f64,
     /// Relative standard deviation that remains.
     pub sigma: f64,
 }
@@ -76,20 +79,22 @@ fn why_not(tag: TagId, members: &Members) -> &'static str {
 }
 
 impl Scale {
-    /// By the measured distances; without any, that of the prints.
+    /// By the measured distances; without any, that of the given sizes.
     pub fn of(distances: &[MeasuredDistance], found: &SiteSolution) -> Result<Self, SiteError> {
         let covariance = found.covariance_at_known_scale();
         let (mut logarithm, mut variance) = (0.0_f64, SIZE_SIGMA * SIZE_SIGMA);
+        let common = found.common_size_error();
         for distance in distances {
             let (estimated_m, sigma_m) = distance_between(distance, found, &covariance)?;
             let noise = (distance.sigma_m.powi(2) + sigma_m.powi(2)) / estimated_m.powi(2);
-            let innovation = (distance.distance_m / estimated_m).ln() - logarithm;
+            let innovation = (distance.distance_m / estimated_m).ln() + common - logarithm;
             let gain = variance / (variance + noise);
             logarithm += gain * innovation;
             variance *= 1.0 - gain;
         }
         Ok(Self {
-            factor: logarithm.exp(),
+            factor: (logarithm - found.common_size_error()).exp(),
+            correction: logarithm.exp(),
             sigma: variance.sqrt(),
         })
     }
@@ -147,6 +152,17 @@ fn distance_between(
 }
 
 impl SiteSolution {
+    /// Mean logarithm of the adjusted sizes by the given ones. Images tell only their ratios; the motion model would have all of them
+    /// smaller.
+    fn common_size_error(&self) -> f64 {
+        let tags = &self.adjusted.solution.bundle.tags;
+        let free = tags.iter().zip(&self.members.wanted);
+        let free = free.filter(|(tag, _)| tag.size == Freedom::Free);
+        let errors = free.map(|(tag, wanted)| (tag.size_m / wanted.size_m).ln());
+        let errors: Vec<f64> = errors.collect();
+        errors.iter().sum::<f64>() / errors.len().max(1) as f64
+    }
+
     /// Covariance of the tags' poses on their bodies, six rows each, the common scale apart; zero for tags that define a frame or stand
     /// still.
     pub(super) fn covariance_at_known_scale(&self) -> DMatrix<f64> {
