@@ -2,6 +2,7 @@
 
 mod lens;
 mod rig;
+mod site;
 
 use crate::output::Format;
 use clap::{Args, Subcommand};
@@ -19,6 +20,8 @@ enum What {
     Lens(lens::LensArguments),
     /// Find where every camera is, from an object carried through what they see.
     Rig(rig::RigArguments),
+    /// Find lenses, camera poses, objects and clocks at once, from tagged things carried about; nothing but sizes is known before.
+    Site(site::SiteArguments),
 }
 
 /// Runs `sextant calibrate`.
@@ -29,5 +32,6 @@ pub fn run(arguments: &CalibrateArguments, format: Format) -> anyhow::Result<()>
     match &arguments.what {
         What::Lens(arguments) => lens::run(arguments, format),
         What::Rig(arguments) => rig::run(arguments, format),
+        What::Site(arguments) => site::run(arguments, format),
     }
 }
