@@ -45,7 +45,6 @@ fn main() {
         for seed in first..first + number(2, 4) {
             let truth = site(kind, seed);
             let mut session = SiteSession::new(truth.plan()).unwrap();
-            if std::env::var("DBG2").is_ok() { eprintln!("{:?}", truth.clock_offsets_s); } if std::env::var("DBG").is_ok() { for c in truth.rig.cameras() { eprintln!("{} {:?} {:?}", c.id, c.lens.intrinsics(), c.lens.distortion()); } }
             let start = Instant::now();
             truth.images.iter().for_each(|image| session.handle(image));
             match session.solve() {

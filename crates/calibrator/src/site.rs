@@ -84,7 +84,7 @@ pub enum SiteError {
     )]
     NotConnected,
     /// The requested world frame is not usable.
-    #[error("tag {0} is to be the world, but {1}")]
+    #[error("{0} is to be the world, but {1}")]
     World(TagId, &'static str),
     /// A measured distance that the images cannot use.
     #[error("the distance between {0} and {1}: {2}")]

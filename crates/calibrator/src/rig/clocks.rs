@@ -97,7 +97,6 @@ pub(crate) fn of_free_running(
     let mut loosely = weighed(held, views)?.1;
     loosely.motion = Some(CARRIED);
     let (strictly, loosely) = (weighed(strictly, views)?, weighed(loosely, views)?);
-    if std::env::var("DBG2").is_ok() { for x in [&strictly,&loosely] { eprintln!("{} {:?}", x.0, x.1.cameras.iter().map(|c| c.clock_offset_s*1e3).collect::<Vec<_>>()); } }
     // Either alone ends in a local minimum now and then.
     let (_, held) = if strictly.0 > loosely.0 {
         strictly
@@ -163,7 +162,6 @@ fn likeliest_clocks(start: &Adjustment, views: &[ImageView]) -> Result<Adjustmen
             let (evidence, found) = weighed(last, views)?;
             last = found;
             let evidence = evidence - margin;
-            if std::env::var("DBG2").is_ok() { eprintln!("{sigma_s} {margin} {evidence} {:?}", last.cameras.iter().map(|c| c.clock_offset_s*1e3).collect::<Vec<_>>()); }
             if best.as_ref().is_none_or(|(most, _)| evidence > *most) {
                 best = Some((evidence, last.clone()));
             }

@@ -77,7 +77,7 @@ impl SiteSolution {
         let lost = tags.filter(|&tag| !self.is_tag_placed(tag));
         for tag in lost {
             let cause = format!(
-                "tag {} could not be placed on its object: show it nearer, together with its neighbours",
+                "{} could not be placed on its object: show it nearer, together with its neighbours",
                 self.members.wanted[tag].tag
             );
             report.unsolved.push(cause.clone());

@@ -139,7 +139,7 @@ impl SiteSession {
         let mut report = SiteReport {
             world: world.tag.map_or_else(
                 || format!("camera {}", found.rig.cameras()[found.reference].id),
-                |tag| format!("tag {tag}"),
+                |tag| tag.to_string(),
             ),
             reference: found.rig.cameras()[found.reference].id.to_string(),
             images: self.images.n_received(),

@@ -48,12 +48,10 @@ impl SiteSession {
         let mut known = constellations(&rig, &members, &seen)?;
         for _ in 1..ROUNDS {
             rig = with_lenses(&rig, &known.lenses)?;
-            if std::env::var("DBG").is_ok() { for c in rig.cameras() { eprintln!("{} {:?} {:?}", c.id, c.lens.intrinsics(), c.lens.distortion()); } }
             seen = self.body_views(&rig, &members);
             known = constellations(&rig, &members, &seen)?;
         }
         rig = with_lenses(&rig, &known.lenses)?;
-            if std::env::var("DBG").is_ok() { for c in rig.cameras() { eprintln!("{} {:?} {:?}", c.id, c.lens.intrinsics(), c.lens.distortion()); } }
         seen = self
             .body_views(&rig, &members)
             .thinned(rig.cameras().len());
