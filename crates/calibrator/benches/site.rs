@@ -34,9 +34,11 @@ fn main() {
         ("free", SiteKind::FREE),
         ("rolling", SiteKind { readout_s: 0.015, ..SiteKind::FREE }),
         ("rolling30", SiteKind { readout_s: 0.030, ..SiteKind::FREE }),
+        ("triggered15", SiteKind { readout_s: 0.015, ..SiteKind::TRIGGERED }),
+        ("triggered30", SiteKind { readout_s: 0.030, ..SiteKind::TRIGGERED }),
         ("still", SiteKind { n_still: 3, ..SiteKind::TRIGGERED }),
     ];
-    println!("kind         seed   cameras mm    deg sigmas   focal % sigmas   tags mm    deg   clock ms sigmas   seconds");
+    println!("kind         seed   cameras mm    deg sigmas   focal % sigmas   tags mm    deg   clock ms sigmas   line delay % sigmas   seconds");
     for (name, kind) in kinds {
         if arguments.first().is_some_and(|wanted| wanted != name && wanted != "all") {
             continue;
@@ -52,7 +54,7 @@ fn main() {
                 Ok(found) => {
                     let errors = SiteErrors::of(&found, &truth);
                     println!(
-                        "{name:12} {seed:4} {:12.3} {:6.3} {:6.2} {:9.3} {:6.2} {:9.3} {:6.3} {:10.3} {:6.2} {:9.1}",
+                        "{name:12} {seed:4} {:12.3} {:6.3} {:6.2} {:9.3} {:6.2} {:9.3} {:6.3} {:10.3} {:6.2} {:14.2} {:6.2} {:9.1}",
                         errors.camera_mm,
                         errors.camera_deg,
                         errors.camera_sigmas,
@@ -62,6 +64,8 @@ fn main() {
                         errors.tag_deg,
                         errors.clock_ms,
                         errors.clock_sigmas,
+                        errors.line_delay_percent,
+                        errors.line_delay_sigmas,
                         start.elapsed().as_secs_f64()
                     );
                     if std::env::var("WORDS").is_ok() {

@@ -47,6 +47,7 @@ enum Kind {
     CameraPosition,
     CameraRotation,
     Clock,
+    LineDelay,
 }
 
 impl Kind {
@@ -60,6 +61,7 @@ impl Kind {
             KeptParameter::Lens { .. } => Self::Distortion,
             KeptParameter::CameraPosition { .. } => Self::CameraPosition,
             KeptParameter::Clock { .. } => Self::Clock,
+            KeptParameter::LineDelay { .. } => Self::LineDelay,
             KeptParameter::CameraRotation { .. } => Self::CameraRotation,
         }
     }
@@ -223,6 +225,22 @@ impl Priors {
         self.anchors.push((anchor, true));
     }
 
+    /// Frees the line delay of a camera, with its value as the mean of its prior. The scale of line delays is not estimated.
+    pub(crate) fn free_line_delay(
+        &mut self,
+        cameras: &mut [BundleCamera],
+        camera: usize,
+        sigma_s: f64,
+    ) {
+        cameras[camera].line_delay = Freedom::Free;
+        let anchor = Anchor::LineDelay {
+            camera,
+            line_delay_s: cameras[camera].line_delay_s,
+            sigma: sigma_s,
+        };
+        self.anchors.push((anchor, true));
+    }
+
     /// Anchors with scaled sigmas.
     pub(crate) fn anchors(&self) -> Vec<Anchor> {
         let scaled = self.anchors.iter().map(|(anchor, given)| {
@@ -286,7 +304,7 @@ impl Priors {
             let parameters = anchor.parameters().into_iter().enumerate();
             parameters.filter_map(move |(at, parameter)| {
                 let row = *rows.get(&parameter)?;
-                (Kind::of(parameter) != Kind::Clock).then(|| Member {
+                (!matches!(Kind::of(parameter), Kind::Clock | Kind::LineDelay)).then(|| Member {
                     row,
                     error: errors[at],
                     sigma: sigmas[at],

@@ -1,6 +1,6 @@
 //! Solves for the camera poses of a session: consensus, spanning tree, adjustment, clocks, frame.
 
-use super::clocks::Clocks;
+use super::clocks::{Clocks, middle_row};
 use super::comparison::{BETTER, left_by, options};
 use super::instants::{carried, floor};
 use super::pairs::joined_cameras;
@@ -305,6 +305,8 @@ impl RigSession {
             } else {
                 Freedom::Free
             },
+            line_delay_s: camera.line_delay_s.unwrap_or(0.0),
+            middle_row: middle_row(camera),
             ..BundleCamera::with_known_lens(camera.lens, *pose)
         });
         let mut cameras: Vec<BundleCamera> = cameras.collect();

@@ -8,7 +8,7 @@ use crate::bundle::KeptParameter;
 use crate::learn::framing::sigma as pose_sigma;
 use crate::learn::gauge::{aligned, centroid, turned};
 use crate::lens::lens_sigma;
-use crate::rig::clocks::Clocks;
+use crate::rig::clocks::{self, Clocks};
 use crate::verdict::Verdict;
 use nalgebra::{DMatrix, Matrix6};
 use serde::Serialize;
@@ -43,6 +43,10 @@ pub struct SiteCameraReport {
     pub clock_offset_ms: Option<f64>,
     /// Standard deviation of the same.
     pub clock_sigma_ms: Option<f64>,
+    /// Line delay of its shutter, microseconds from a row to the next; `None` if it was not estimated.
+    pub line_delay_us: Option<f64>,
+    /// Standard deviation of the same.
+    pub line_delay_sigma_us: Option<f64>,
 }
 
 /// One object of a calibrated site.
@@ -185,6 +189,9 @@ impl SiteSolution {
                 world_from_camera: self.is_placed[at].then(|| scale.apply(&pose)),
                 pose_prior: self.is_placed[at].then_some(sigma).into(),
                 lens_prior: self.lens_prior(at),
+                line_delay_s: clocks::line_delay(&self.adjusted.solution, at)
+                    .filter(|found| found.is_rolling(camera))
+                    .map(|found| found.line_delay_s),
                 ..camera.clone()
             }
         });
@@ -219,6 +226,7 @@ impl SiteSolution {
         let own = own.filter(|residual| solution.bundle.images[residual.image].camera == at);
         let squares: Vec<f64> = own.map(|residual| residual.rms_px().powi(2)).collect();
         let clock = self.clocks[at];
+        let line_delay = clocks::line_delay(solution, at);
         SiteCameraReport {
             camera: self.rig.cameras()[at].id.to_string(),
             placed: self.is_placed[at],
@@ -232,6 +240,8 @@ impl SiteSolution {
             rms_px: (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt(),
             clock_offset_ms: clock.map(|clock| clock.offset_s * 1e3),
             clock_sigma_ms: clock.map(|clock| clock.sigma_s * 1e3),
+            line_delay_us: line_delay.map(|found| found.line_delay_s * 1e6),
+            line_delay_sigma_us: line_delay.map(|found| found.sigma_s * 1e6),
         }
     }
 

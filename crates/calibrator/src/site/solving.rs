@@ -204,6 +204,7 @@ fn adjustment(
         } else {
             Freedom::Fixed
         },
+        middle_row: clocks::middle_row(camera),
         ..BundleCamera::with_known_lens(camera.lens, pose.unwrap_or_default())
     });
     let mut cameras: Vec<BundleCamera> = cameras.collect();

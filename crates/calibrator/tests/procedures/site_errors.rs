@@ -17,6 +17,9 @@ pub struct SiteErrors {
     pub tag_deg: f64,
     pub clock_ms: f64,
     pub clock_sigmas: f64,
+    /// Of the line delays, per cent; zero with global shutters.
+    pub line_delay_percent: f64,
+    pub line_delay_sigmas: f64,
 }
 
 impl SiteErrors {
@@ -32,6 +35,14 @@ impl SiteErrors {
             let off = focal(calibrated) - focal(camera);
             errors.focal_percent = errors.focal_percent.max(100.0 * off.abs() / focal(camera));
             errors.focal_sigmas = errors.focal_sigmas.max(off.abs() / stated.focal_sigma_px);
+            if let (Some(us), Some(sigma)) = (stated.line_delay_us, stated.line_delay_sigma_us) {
+                let off = (us - truth.line_delay_s * 1e6).abs();
+                errors.line_delay_sigmas = errors.line_delay_sigmas.max(off / sigma);
+                if truth.line_delay_s > 0.0 {
+                    let percent = 1e-4 * off / truth.line_delay_s;
+                    errors.line_delay_percent = errors.line_delay_percent.max(percent);
+                }
+            }
             if at == 0 {
                 continue;
             }

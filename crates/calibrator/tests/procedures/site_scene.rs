@@ -55,6 +55,8 @@ pub struct SimulatedSite {
     pub rig: Rig,
     /// Seconds to be added to each camera's stamps.
     pub clock_offsets_s: Vec<f64>,
+    /// Of all cameras.
+    pub line_delay_s: f64,
     pub objects: Vec<ObjectModel>,
     pub images: Vec<ImageObservation>,
 }
@@ -232,6 +234,7 @@ pub fn site(kind: SiteKind, seed: u64) -> SimulatedSite {
     SimulatedSite {
         rig: Rig::new(cameras).unwrap(),
         clock_offsets_s,
+        line_delay_s: kind.readout_s / HEIGHT,
         objects,
         images,
     }
