@@ -101,6 +101,47 @@ fn timing(adjusted: &Adjustment, views: &[ImageView]) -> Result<Option<Timing>, 
     Ok(is_any.then_some(timing))
 }
 
+/// Most steps of a factor of two by which a density of acceleration is changed.
+const MOST_STEPS: usize = 5;
+
+/// The model with the densities of acceleration for which its images have most evidence. Too large ones attribute the errors of a line delay
+/// to the speed of the object, as in a regression with errors in both variables.
+fn likeliest_motion(model: Adjustment, views: &[ImageView]) -> Result<Adjustment, RigError> {
+    let mut best = weighed(model, views)?;
+    for scale in [scaled_acceleration, scaled_angular_acceleration] {
+        for factor in [0.5, 2.0] {
+            let before = best.0;
+            for _ in 0..MOST_STEPS {
+                let mut other = best.1.clone();
+                other.motion = other.motion.map(|motion| scale(motion, factor));
+                let other = weighed(other, views)?;
+                if other.0 <= best.0 {
+                    break;
+                }
+                best = other;
+            }
+            if best.0 > before {
+                break;
+            }
+        }
+    }
+    Ok(best.1)
+}
+
+fn scaled_acceleration(motion: Motion, factor: f64) -> Motion {
+    Motion {
+        acceleration: motion.acceleration * factor,
+        ..motion
+    }
+}
+
+fn scaled_angular_acceleration(motion: Motion, factor: f64) -> Motion {
+    Motion {
+        angular_acceleration: motion.angular_acceleration * factor,
+        ..motion
+    }
+}
+
 fn is_known_to_roll(camera: &BundleCamera) -> bool {
     camera.line_delay == Freedom::Fixed && camera.line_delay_s != 0.0
 }
@@ -129,6 +170,8 @@ pub(crate) fn of_synchronised(
             moving.cameras[at].line_delay_s = line_delay_s;
         }
     }
+    let part = held(moving.excerpt(MOST_INSTANTS));
+    moving.motion = likeliest_motion(part, views)?.motion;
     let explained = solve(moving.bundle(views), &options())?.bundle;
     let left = left_by(&agreeing, &explained, moving.cameras.len());
     let [agreeing, left] = left.map(|cameras| cameras.iter().sum::<f64>());
@@ -179,7 +222,8 @@ pub(crate) fn of_free_running(
         loosely
     };
     let found = likeliest_clocks(&held.excerpt(MOST_INSTANTS), views)?;
-    (whole.motion, whole.instants, whole.images) = (held.motion, held.instants, held.images);
+    let found = likeliest_motion(found, views)?;
+    (whole.motion, whole.instants, whole.images) = (found.motion, held.instants, held.images);
     if has_offsets(&found) {
         free_clocks(&mut whole);
     }
@@ -301,7 +345,7 @@ pub(crate) fn solved(
 
 /// The clock of the reference is that of the world.
 fn free_clocks(whole: &mut Adjustment) {
-    whole.motion = Some(CARRIED);
+    whole.motion.get_or_insert(CARRIED);
     for at in 0..whole.cameras.len() {
         if whole.cameras[at].pose == Freedom::Free {
             whole
