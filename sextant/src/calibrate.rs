@@ -24,6 +24,24 @@ enum What {
     Site(site::SiteArguments),
 }
 
+/// Standard deviations by which a line delay differs from that of a global shutter, and microseconds.
+const ROLLS: (f64, f64) = (6.0, 1.0);
+
+/// A line on an estimated line delay in microseconds with its standard deviation, where the shutter rolls.
+fn rolling_shutter(
+    camera: &str,
+    line_delay_us: Option<f64>,
+    sigma_us: Option<f64>,
+) -> Option<String> {
+    let (us, sigma) = line_delay_us.zip(sigma_us)?;
+    let rolls = us.abs() > ROLLS.0 * sigma && us.abs() > ROLLS.1;
+    rolls.then(|| {
+        format!(
+            "{camera}: a rolling shutter, {us:.2} us from a row to the next (one sigma {sigma:.2})"
+        )
+    })
+}
+
 /// Runs `sextant calibrate`.
 ///
 /// # Errors

@@ -24,7 +24,10 @@ use site_scene::{SiteKind, site};
 use std::time::Instant;
 
 fn main() {
-    let arguments: Vec<String> = std::env::args().skip(1).filter(|a| a != "--bench").collect();
+    let arguments: Vec<String> = std::env::args()
+        .skip(1)
+        .filter(|a| a != "--bench")
+        .collect();
     let number = |at: usize, usual: u64| {
         let text = arguments.get(at);
         text.and_then(|text| text.parse().ok()).unwrap_or(usual)
@@ -32,15 +35,50 @@ fn main() {
     let kinds = [
         ("triggered", SiteKind::TRIGGERED),
         ("free", SiteKind::FREE),
-        ("rolling", SiteKind { readout_s: 0.015, ..SiteKind::FREE }),
-        ("rolling30", SiteKind { readout_s: 0.030, ..SiteKind::FREE }),
-        ("triggered15", SiteKind { readout_s: 0.015, ..SiteKind::TRIGGERED }),
-        ("triggered30", SiteKind { readout_s: 0.030, ..SiteKind::TRIGGERED }),
-        ("still", SiteKind { n_still: 3, ..SiteKind::TRIGGERED }),
+        (
+            "rolling",
+            SiteKind {
+                readout_s: 0.015,
+                ..SiteKind::FREE
+            },
+        ),
+        (
+            "rolling30",
+            SiteKind {
+                readout_s: 0.030,
+                ..SiteKind::FREE
+            },
+        ),
+        (
+            "triggered15",
+            SiteKind {
+                readout_s: 0.015,
+                ..SiteKind::TRIGGERED
+            },
+        ),
+        (
+            "triggered30",
+            SiteKind {
+                readout_s: 0.030,
+                ..SiteKind::TRIGGERED
+            },
+        ),
+        (
+            "still",
+            SiteKind {
+                n_still: 3,
+                ..SiteKind::TRIGGERED
+            },
+        ),
     ];
-    println!("kind         seed   cameras mm    deg sigmas   focal % sigmas   tags mm    deg   clock ms sigmas   line delay % sigmas   seconds");
+    println!(
+        "kind         seed   cameras mm    deg sigmas   focal % sigmas   tags mm    deg   clock ms sigmas   line delay % sigmas   seconds"
+    );
     for (name, kind) in kinds {
-        if arguments.first().is_some_and(|wanted| wanted != name && wanted != "all") {
+        if arguments
+            .first()
+            .is_some_and(|wanted| wanted != name && wanted != "all")
+        {
             continue;
         }
         let first = number(1, 0);
@@ -70,8 +108,12 @@ fn main() {
                     );
                     if std::env::var("WORDS").is_ok() {
                         println!("{}", found.report.verdict);
-                        for c in &found.report.cameras { println!("{c:?}"); }
-                        for c in &found.report.objects { println!("{c:?}"); }
+                        for c in &found.report.cameras {
+                            println!("{c:?}");
+                        }
+                        for c in &found.report.objects {
+                            println!("{c:?}");
+                        }
                     }
                 }
             }

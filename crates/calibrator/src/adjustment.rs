@@ -230,7 +230,9 @@ impl Adjustment {
             let n = if run.len() <= share { 1 } else { STRETCHES };
             let length = if n == 1 { run.len() } else { length };
             let first = move |k: usize| run.start + k * (run.len() - length) / (n - 1).max(1);
-            (0..n).map(first).flat_map(move |first| first..first + length)
+            (0..n)
+                .map(first)
+                .flat_map(move |first| first..first + length)
         };
         let mut place = vec![None; self.instants.len()];
         let mut part = self.clone();

@@ -44,7 +44,7 @@ pub use rig::{
     RigReport, RigSession, Up,
 };
 pub use site::{
-    CalibratedSite, MeasuredDistance, SiteCameraReport, SiteError, SiteObjectReport, SitePlan, SiteReport,
-    SiteSession,
+    CalibratedSite, MeasuredDistance, SiteCameraReport, SiteError, SiteObjectReport, SitePlan,
+    SiteReport, SiteSession,
 };
 pub use verdict::{Finding, Grade, PosePart, ScaleSource, Verdict, WeakMotion};

@@ -1,5 +1,6 @@
 //! `sextant calibrate site`: lenses, camera poses, objects and clocks from one recording, from nothing but sizes.
 
+use super::rolling_shutter;
 use crate::output::{Format, print_line};
 use crate::procedure::{ImageSelection, each_image, wrong};
 use crate::recorded::{Preferred, Recorded};
@@ -26,7 +27,7 @@ const TAPE_M: f64 = 0.001;
 of each camera up to its corners, and for a good part of the time where the views of cameras overlap. Show neighbouring tags of an object
 together. Nothing else needs to be known: tags that move together become an object, single images give a first lens and the places of its
 tags, common views chain the cameras, and one adjustment estimates lenses, camera poses, tag poses, ratios of sizes and, for cameras that
-are not triggered together, clocks.
+are not triggered together, clocks. Rolling shutters are found, too.
 
 Tags that never move are the room. The one that most cameras see is the world frame, or that of --world; without any it is the first camera.
 All lengths follow from the sizes of the black squares; a measured distance between two tags of one object, or of the room, corrects them.
@@ -38,7 +39,7 @@ pose and named; the exit code is then 4, and with --strict nothing is written. L
 
 With --json, the result is one line on standard output: {\"world\",\"reference\",\"images\",\"synchronised\",\"rms_px\",\"noise_ratio\",
 \"cameras\":[{\"camera\",\"placed\",\"images\",\"sigma_mm\",\"sigma_deg\",\"focal_px\",\"focal_sigma_px\",\"distortion_sigma_px\",\"corners_covered\",\"rms_px\",
-\"clock_offset_ms\",\"clock_sigma_ms\"}],\"objects\":[{\"object\",\"tags\",\"sigma_mm\",\"sigma_deg\",\"images\",\"shared\"}],\"still\",\"unassigned\",
+\"clock_offset_ms\",\"clock_sigma_ms\",\"line_delay_us\",\"line_delay_sigma_us\"}],\"objects\":[{\"object\",\"tags\",\"sigma_mm\",\"sigma_deg\",\"images\",\"shared\"}],\"still\",\"unassigned\",
 \"scale_factor\",\"scale_sigma\",\"unsolved\",\"verdict\":{\"grade\",\"because\"}}. clock_offset_ms is what has to be added to a camera's timestamps."
 )]
 pub struct SiteArguments {
@@ -165,10 +166,7 @@ pub fn run(arguments: &SiteArguments, format: Format) -> anyhow::Result<()> {
     ))
 }
 
-fn plan(
-    arguments: &SiteArguments,
-    cameras: Vec<(CameraId, [u32; 2])>,
-) -> anyhow::Result<SitePlan> {
+fn plan(arguments: &SiteArguments, cameras: Vec<(CameraId, [u32; 2])>) -> anyhow::Result<SitePlan> {
     let tag = |id: u32| TagId {
         family: arguments.family,
         id,
@@ -179,7 +177,9 @@ fn plan(
     let Some((_, size_m)) = of_all.next_back() else {
         bail!(Failure::new(
             Exit::Input,
-            anyhow!("--size: state the size that most tags have, METRES, beside those of single tags")
+            anyhow!(
+                "--size: state the size that most tags have, METRES, beside those of single tags"
+            )
         ));
     };
     let distances = arguments.distances.chunks(3).map(|words| {
@@ -208,7 +208,9 @@ fn plan(
 /// Resolution: from the arguments, else of the first picture.
 fn resolution_of(camera: &CameraRecording, arguments: &SiteArguments) -> anyhow::Result<[u32; 2]> {
     let given = arguments.resolutions.iter();
-    let own = given.clone().find(|(id, _)| id.as_ref() == Some(&camera.camera));
+    let own = given
+        .clone()
+        .find(|(id, _)| id.as_ref() == Some(&camera.camera));
     let given = own.or_else(|| given.clone().find(|(id, _)| id.is_none()));
     Ok(match (given, camera.rows.first().map(|row| &row.frame)) {
         (Some((_, resolution)), _) => *resolution,
@@ -274,6 +276,10 @@ fn text(found: &CalibratedSite, folder: &Path) -> String {
             camera.rms_px,
             clock
         )
+    }));
+    lines.extend(report.cameras.iter().filter_map(|camera| {
+        let sigma_us = camera.line_delay_sigma_us;
+        rolling_shutter(&camera.camera, camera.line_delay_us, sigma_us)
     }));
     lines.extend(report.objects.iter().map(|object| {
         format!(

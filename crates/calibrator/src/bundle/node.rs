@@ -20,12 +20,7 @@ pub(super) struct Node<const D: usize> {
 }
 
 impl<const D: usize> Node<D> {
-    pub(super) fn add(
-        &mut self,
-        layout: &Layout,
-        camera: usize,
-        sums: &ImageSums<D>,
-    ) {
+    pub(super) fn add(&mut self, layout: &Layout, camera: usize, sums: &ImageSums<D>) {
         let camera = &layout.cameras[camera];
         let width = sums.width;
         self.own += sums.whole.fixed_view::<D, D>(width, width);

@@ -255,10 +255,7 @@ fn errors_px(
     for ((error, in_tag), at) in errors.iter_mut().zip(corners).zip(&seen.corners) {
         let motion = view.shutter.motion(view.shutter.after_s(at));
         let in_camera = view.camera_from_object * (motion * (object_from_tag * in_tag));
-        *error = view
-            .lens
-            .project(&in_camera)
-            .map(|pixel| pixel - at);
+        *error = view.lens.project(&in_camera).map(|pixel| pixel - at);
     }
     errors
 }

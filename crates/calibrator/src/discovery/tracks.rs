@@ -105,12 +105,10 @@ impl Tracks {
 
     /// Whether it has moved in the image of its camera.
     pub(super) fn moves(&self, tag: TagId) -> bool {
-        self.tags
-            .get(&tag)
-            .is_some_and(|track| {
-                let least = (MOVED_SHARE * track.images as f64) as usize;
-                track.elsewhere >= least.max(MOVED_IMAGES)
-            })
+        self.tags.get(&tag).is_some_and(|track| {
+            let least = (MOVED_SHARE * track.images as f64) as usize;
+            track.elsewhere >= least.max(MOVED_IMAGES)
+        })
     }
 
     /// Every tag with the number of images that show it.

@@ -5,7 +5,8 @@ use super::comparison::{BETTER, MOST_INSTANTS, left_by, options};
 use super::instants::give_twists;
 use crate::adjustment::{Adjustment, AdjustmentResult};
 use crate::bundle::{
-    Bundle, BundleCamera, BundleOptions, BundleSolution, FreeLens, Freedom, KeptParameter, Motion, solve,
+    Bundle, BundleCamera, BundleOptions, BundleSolution, FreeLens, Freedom, KeptParameter, Motion,
+    solve,
 };
 use crate::image_store::ImageView;
 use sextant_geometry::least_squares::Kernel;
@@ -80,9 +81,8 @@ fn timing(adjusted: &Adjustment, views: &[ImageView]) -> Result<Option<Timing>, 
     free_line_delays(&mut part);
     give_twists(&mut part.instants);
     let solution = solve(part.bundle(views), &options())?;
-    let is_off = |c: &Clock| {
-        c.offset_s.abs() > HARMFUL_S && c.offset_s.abs() > SIGNIFICANT * c.sigma_s
-    };
+    let is_off =
+        |c: &Clock| c.offset_s.abs() > HARMFUL_S && c.offset_s.abs() > SIGNIFICANT * c.sigma_s;
     let clocks = clocks(&solution).into_iter().map(|c| c.filter(is_off));
     let rolling = |at: usize| {
         let n_rows = 2.0 * part.cameras[at].middle_row + 1.0;

@@ -113,8 +113,11 @@ fn selected(rig: &Rig, members: &Members, seen: &BodyViews) -> Vec<usize> {
             let own: Vec<usize> = own.filter(|&at| seen.views[at].camera == camera).collect();
             let n = own.len().min(MOST_IMAGES);
             let stretch = |k: usize| &own[k * own.len() / n..(k + 1) * own.len() / n];
-            let most_tags =
-                |of: &[usize]| of.iter().copied().max_by_key(|&at| seen.views[at].tags.len());
+            let most_tags = |of: &[usize]| {
+                of.iter()
+                    .copied()
+                    .max_by_key(|&at| seen.views[at].tags.len())
+            };
             selected.extend((0..n).filter_map(|k| most_tags(stretch(k))));
         }
     }

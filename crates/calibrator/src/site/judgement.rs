@@ -30,21 +30,46 @@ impl SiteSolution {
             }
             if camera.images < FEW_IMAGES {
                 let images = camera.images;
-                verdict.add(Grade::Usable, Finding::FewSightings { camera: name.clone(), images });
+                verdict.add(
+                    Grade::Usable,
+                    Finding::FewSightings {
+                        camera: name.clone(),
+                        images,
+                    },
+                );
             }
             let share = camera.focal_sigma_px / camera.focal_px;
             if share > FOCAL.0 {
-                let grade = if share > FOCAL.1 { Grade::Poor } else { Grade::Usable };
+                let grade = if share > FOCAL.1 {
+                    Grade::Poor
+                } else {
+                    Grade::Usable
+                };
                 let percent = 100.0 * share;
-                verdict.add(grade, Finding::UncertainFocal { camera: name.clone(), percent });
+                verdict.add(
+                    grade,
+                    Finding::UncertainFocal {
+                        camera: name.clone(),
+                        percent,
+                    },
+                );
             }
             if camera.corners_covered < 1.0 {
                 let missing = (4.0 * (1.0 - camera.corners_covered)).round() as usize;
-                verdict.add(Grade::Good, Finding::UncoveredCorners { camera: name, missing });
+                verdict.add(
+                    Grade::Good,
+                    Finding::UncoveredCorners {
+                        camera: name,
+                        missing,
+                    },
+                );
             }
         }
-        let excess = |sigma_mm: f64, sigma_deg: f64, well: (f64, f64)| (sigma_mm / well.0).max(sigma_deg / well.1);
-        for (grade, above, below) in [(Grade::Poor, 5.0, f64::INFINITY), (Grade::Usable, 1.0, 5.0)] {
+        let excess = |sigma_mm: f64, sigma_deg: f64, well: (f64, f64)| {
+            (sigma_mm / well.0).max(sigma_deg / well.1)
+        };
+        for (grade, above, below) in [(Grade::Poor, 5.0, f64::INFINITY), (Grade::Usable, 1.0, 5.0)]
+        {
             let vague = report.cameras.iter().filter(|camera| {
                 let excess = excess(camera.sigma_mm, camera.sigma_deg, WELL_PLACED_CAMERA);
                 camera.placed && excess > above && excess <= below
@@ -62,7 +87,11 @@ impl SiteSolution {
             }
             let excess = excess(object.sigma_mm, object.sigma_deg, WELL_PLACED_TAG);
             if excess > 1.0 {
-                let grade = if excess > 3.0 { Grade::Poor } else { Grade::Usable };
+                let grade = if excess > 3.0 {
+                    Grade::Poor
+                } else {
+                    Grade::Usable
+                };
                 let factor = if excess > 3.0 { 3.0 } else { 1.0 };
                 let (mm, deg) = (WELL_PLACED_TAG.0 * factor, WELL_PLACED_TAG.1 * factor);
                 let tags = vec![format!("tags of {}", object.object)];
@@ -85,9 +114,17 @@ impl SiteSolution {
         }
         if self.synchronised {
             for camera in &report.cameras {
-                if let (Some(ms), Some(sigma_ms)) = (camera.clock_offset_ms, camera.clock_sigma_ms) {
+                if let (Some(ms), Some(sigma_ms)) = (camera.clock_offset_ms, camera.clock_sigma_ms)
+                {
                     let camera = camera.camera.clone();
-                    verdict.add(Grade::Usable, Finding::ClockOffset { camera, ms, sigma_ms });
+                    verdict.add(
+                        Grade::Usable,
+                        Finding::ClockOffset {
+                            camera,
+                            ms,
+                            sigma_ms,
+                        },
+                    );
                 }
             }
         }

@@ -318,7 +318,11 @@ impl SiteSolution {
         let (images, shared) = self.views_of(body);
         let report = SiteObjectReport {
             object: object.id().to_string(),
-            tags: object.tags().iter().map(|own| own.tag.to_string()).collect(),
+            tags: object
+                .tags()
+                .iter()
+                .map(|own| own.tag.to_string())
+                .collect(),
             sigma_mm: worst.0,
             sigma_deg: worst.1,
             images,

@@ -52,18 +52,14 @@ impl SiteSession {
             known = constellations(&rig, &members, &seen)?;
         }
         rig = with_lenses(&rig, &known.lenses)?;
-        seen = self
-            .body_views(&rig, &members)
-            .thinned(rig.cameras().len());
+        seen = self.body_views(&rig, &members).thinned(rig.cameras().len());
         if known.placed.iter().all(Option::is_none) {
             let tags = members.wanted.iter().map(|wanted| wanted.tag);
             return Err(SiteError::NoObject(listed(tags)));
         }
         let object = seen.views.iter().zip(&seen.body_of);
         let object = object.map(|(view, body)| match body {
-            Some(_) => {
-                views_of_object(&rig.cameras()[view.camera].lens, view, &known.placed)
-            }
+            Some(_) => views_of_object(&rig.cameras()[view.camera].lens, view, &known.placed),
             None => Vec::new(),
         });
         let sightings = Sightings {
@@ -150,8 +146,11 @@ fn placement(
         Trajectory::of(views.map(sighting).collect())
     };
     let of_all: Vec<Trajectory> = (0..n).map(|camera| trajectory(None, camera)).collect();
-    let bodies = (0..members.n_bodies)
-        .map(|body| (0..n).map(|camera| trajectory(Some(body), camera)).collect());
+    let bodies = (0..members.n_bodies).map(|body| {
+        (0..n)
+            .map(|camera| trajectory(Some(body), camera))
+            .collect()
+    });
     let bodies: Vec<Vec<Trajectory>> = bodies.collect();
     let synchronised = is_synchronised(&of_all);
     let exact = synchronised.then(|| joined_cameras(&bodies, Moments::Exact));
@@ -220,7 +219,10 @@ fn adjustment(
     let is_seen_twice = |tag: usize| {
         let own = all.iter().map(|&at| &seen.views[at]);
         let own = own.filter(|view| view.tags.iter().any(|seen| seen.tag == tag));
-        own.map(|view| view.camera).collect::<BTreeSet<usize>>().len() > 1
+        own.map(|view| view.camera)
+            .collect::<BTreeSet<usize>>()
+            .len()
+            > 1
     };
     for tag in 0..tags.len() {
         let is_still = members.body_of[tag].is_none();
@@ -279,9 +281,7 @@ impl BodyViews {
         let mut kept: BTreeSet<usize> = BTreeSet::new();
         for camera in 0..n_cameras {
             let own = self.of_body(None);
-            let own: Vec<usize> = own
-                .filter(|&at| self.views[at].camera == camera)
-                .collect();
+            let own: Vec<usize> = own.filter(|&at| self.views[at].camera == camera).collect();
             let n = own.len().min(MOST_STILL);
             kept.extend((0..n).map(|k| own[k * own.len() / n]));
         }

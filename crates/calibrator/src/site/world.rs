@@ -49,7 +49,10 @@ impl WorldFrame {
         let chosen = match plan.world {
             Some(wanted) => {
                 let chosen = still.iter().find(|still| id(still) == wanted);
-                Some(chosen.ok_or_else(|| SiteError::World(wanted, why_not(wanted, &found.members)))?)
+                Some(
+                    chosen
+                        .ok_or_else(|| SiteError::World(wanted, why_not(wanted, &found.members)))?,
+                )
             }
             None => still
                 .iter()

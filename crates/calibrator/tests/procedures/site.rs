@@ -14,10 +14,7 @@ const SHORT: SiteKind = SiteKind {
     ..SiteKind::TRIGGERED
 };
 
-fn solved(
-    plan: SitePlan,
-    images: &[ImageObservation],
-) -> Result<CalibratedSite, SiteError> {
+fn solved(plan: SitePlan, images: &[ImageObservation]) -> Result<CalibratedSite, SiteError> {
     let mut session = SiteSession::new(plan)?;
     images.iter().for_each(|image| session.handle(image));
     session.solve()
@@ -33,10 +30,16 @@ fn unknown_lenses_objects_and_cameras_are_found() {
         let truth = site(SHORT, seed);
         let found = calibrated(&truth);
         let errors = SiteErrors::of(&found, &truth);
-        assert!(errors.camera_mm < 2.0 && errors.camera_deg < 0.1, "{errors:?}");
+        assert!(
+            errors.camera_mm < 2.0 && errors.camera_deg < 0.1,
+            "{errors:?}"
+        );
         assert!(errors.focal_percent < 0.1, "{errors:?}");
         assert!(errors.tag_mm < 0.2 && errors.tag_deg < 0.2, "{errors:?}");
-        assert!(errors.camera_sigmas < 3.0 && errors.focal_sigmas < 3.5, "{errors:?}");
+        assert!(
+            errors.camera_sigmas < 3.0 && errors.focal_sigmas < 3.5,
+            "{errors:?}"
+        );
         assert_eq!(found.report.world, "camera a");
     }
 }
@@ -52,17 +55,35 @@ fn free_running_cameras_get_their_clocks() {
     let found = calibrated(&truth);
     let errors = SiteErrors::of(&found, &truth);
     assert!(!found.report.synchronised);
-    assert!(errors.camera_mm < 3.0 && errors.camera_deg < 0.15, "{errors:?}");
-    assert!(errors.camera_sigmas < 3.0 && errors.focal_percent < 0.2, "{errors:?}");
-    assert!(errors.clock_ms < 0.3 && errors.clock_sigmas < 4.0, "{errors:?}");
+    assert!(
+        errors.camera_mm < 3.0 && errors.camera_deg < 0.15,
+        "{errors:?}"
+    );
+    assert!(
+        errors.camera_sigmas < 3.0 && errors.focal_percent < 0.2,
+        "{errors:?}"
+    );
+    assert!(
+        errors.clock_ms < 0.3 && errors.clock_sigmas < 4.0,
+        "{errors:?}"
+    );
 }
 
 #[test]
 fn static_tags_are_the_world_and_distances_the_scale() {
-    let truth = site(SiteKind { n_still: 2, ..SHORT }, 43);
+    let truth = site(
+        SiteKind {
+            n_still: 2,
+            ..SHORT
+        },
+        43,
+    );
     let found = calibrated(&truth);
     assert!(["tag36h11:30", "tag36h11:31"].contains(&found.report.world.as_str()));
-    let room = found.objects.iter().find(|object| object.id().as_str() == "room");
+    let room = found
+        .objects
+        .iter()
+        .find(|object| object.id().as_str() == "room");
     assert_eq!(room.unwrap().tags().len(), 2);
     // All prints are 1 % larger than stated, as a measured distance shows.
     let place = |at: usize| truth.objects[0].tags()[at].object_from_tag.unwrap();
@@ -77,7 +98,11 @@ fn static_tags_are_the_world_and_distances_the_scale() {
     }];
     let found = solved(plan, &truth.images).unwrap();
     assert_eq!(found.report.world, "tag36h11:31");
-    assert!((found.report.scale_factor - 1.01).abs() < 0.002, "{:?}", found.report);
+    assert!(
+        (found.report.scale_factor - 1.01).abs() < 0.002,
+        "{:?}",
+        found.report
+    );
     assert!(found.report.scale_sigma < 0.001);
     assert!(SiteErrors::of(&found, &truth).camera_mm < 3.0);
 }
@@ -106,15 +131,33 @@ fn what_was_too_little_is_named() {
     let found = solved(truth.plan(), &images).unwrap();
     let verdict = &found.report.verdict;
     let has = |wanted: fn(&Finding) -> bool| verdict.because.iter().any(wanted);
-    assert!(has(|f| matches!(f, Finding::UnsharedObject(_))), "{verdict}");
-    assert!(has(|f| matches!(f, Finding::UnassignedTags(_))), "{verdict}");
-    assert!(found.report.unsolved.iter().any(|cause| cause.contains("camera d")));
+    assert!(
+        has(|f| matches!(f, Finding::UnsharedObject(_))),
+        "{verdict}"
+    );
+    assert!(
+        has(|f| matches!(f, Finding::UnassignedTags(_))),
+        "{verdict}"
+    );
+    assert!(
+        found
+            .report
+            .unsolved
+            .iter()
+            .any(|cause| cause.contains("camera d"))
+    );
     assert!(found.rig.cameras()[3].world_from_camera.is_none());
 }
 
 #[test]
 fn what_cannot_give_a_site_is_refused_with_its_cause() {
-    let truth = site(SiteKind { seconds: 5.0, ..SHORT }, 45);
+    let truth = site(
+        SiteKind {
+            seconds: 5.0,
+            ..SHORT
+        },
+        45,
+    );
     let refused = |plan: SitePlan, images: &[ImageObservation]| {
         solved(plan, images).err().map(|error| error.to_string())
     };
@@ -123,7 +166,10 @@ fn what_cannot_give_a_site_is_refused_with_its_cause() {
     let error = refused(truth.plan(), &blind).unwrap();
     assert!(error.contains("none shows a tag"), "{error}");
     let error = refused(truth.plan(), &truth.images[..1]).unwrap();
-    assert!(error.contains("none of them moved") || error.contains("shows a tag"), "{error}");
+    assert!(
+        error.contains("none of them moved") || error.contains("shows a tag"),
+        "{error}"
+    );
     let plan = SitePlan {
         world: Some(tag(3)),
         ..truth.plan()

@@ -4,9 +4,7 @@ use crate::scene::{Random, looking, object, tag};
 use nalgebra::{Isometry3, Matrix2, Point2, Translation3, UnitQuaternion, Vector2, Vector3};
 use sextant_calibrator::SitePlan;
 use sextant_geometry::{Intrinsics, Lens, Pose, tag_corners_in_tag};
-use sextant_site_model::{
-    Camera, CameraId, ImageObservation, ObjectModel, Rig, TagCorners,
-};
+use sextant_site_model::{Camera, CameraId, ImageObservation, ObjectModel, Rig, TagCorners};
 use sextant_tag_families::Family;
 use std::f64::consts::PI;
 
@@ -98,7 +96,9 @@ impl Hand {
     fn at(&self, seconds: f64) -> Pose {
         let sum = |axis: usize| -> f64 {
             let waves = self.0[axis].iter();
-            waves.map(|(a, w, phase)| a * (w * seconds + phase).sin()).sum()
+            waves
+                .map(|(a, w, phase)| a * (w * seconds + phase).sin())
+                .sum()
         };
         let position = Vector3::new(sum(0), sum(1), sum(2)) + self.1;
         let turn = UnitQuaternion::from_scaled_axis(Vector3::new(sum(3), sum(4), sum(5)));
@@ -188,7 +188,10 @@ pub fn site(kind: SiteKind, seed: u64) -> SimulatedSite {
     let still: Vec<(u32, Pose)> = (0..kind.n_still)
         .map(|at| {
             let place = Vector3::new(0.18 * f64::from(at) - 0.18, 0.12 * random.normal(), -0.2);
-            (30 + at, Isometry3::new(place, Vector3::z() * random.normal()))
+            (
+                30 + at,
+                Isometry3::new(place, Vector3::z() * random.normal()),
+            )
         })
         .collect();
     let mut images = Vec::new();
@@ -205,7 +208,11 @@ pub fn site(kind: SiteKind, seed: u64) -> SimulatedSite {
         } else {
             0.0
         };
-        let ahead = if at == 0 { 0.0 } else { kind.clock_s * random.normal() };
+        let ahead = if at == 0 {
+            0.0
+        } else {
+            kind.clock_s * random.normal()
+        };
         clock_offsets_s.push(-ahead);
         for n in 0..(kind.seconds * rate) as u32 {
             let seconds = phase + f64::from(n) / rate;
@@ -214,7 +221,13 @@ pub fn site(kind: SiteKind, seed: u64) -> SimulatedSite {
                 for own in object.tags() {
                     let pose = own.object_from_tag.unwrap();
                     let place = |t: f64| hand.at(t) * pose;
-                    tags.extend(seen(camera, (own.tag.id, &place), seconds, kind, &mut random));
+                    tags.extend(seen(
+                        camera,
+                        (own.tag.id, &place),
+                        seconds,
+                        kind,
+                        &mut random,
+                    ));
                 }
             }
             for (id, pose) in &still {
@@ -266,9 +279,8 @@ fn seen(
         *corner = pixel;
     }
     let edges = (0..4).map(|k| (corners[k] - corners[(k + 1) % 4]).norm());
-    let inside = |c: &Point2<f64>| {
-        (0.0..=WIDTH - 1.0).contains(&c.x) && (0.0..=HEIGHT - 1.0).contains(&c.y)
-    };
+    let inside =
+        |c: &Point2<f64>| (0.0..=WIDTH - 1.0).contains(&c.x) && (0.0..=HEIGHT - 1.0).contains(&c.y);
     if edges.fold(f64::INFINITY, f64::min) < 12.0 || !corners.iter().all(inside) {
         return None;
     }
