@@ -10,6 +10,7 @@ mod focal_length;
 mod judgement;
 mod members;
 mod report;
+mod solution;
 mod solving;
 mod world;
 
@@ -101,7 +102,7 @@ pub enum SiteError {
 }
 
 /// Most stored images.
-const MOST_IMAGES: usize = 6000;
+const MOST_IMAGES: usize = 8000;
 
 /// Calibrates a site from successive images.
 #[derive(Clone, Debug)]

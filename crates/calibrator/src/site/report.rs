@@ -1,14 +1,13 @@
 //! Models and report of a solved site.
 
-use super::members::{BodyViews, Members};
+use super::solution::SiteSolution;
 use super::world::{Scale, WorldFrame};
 use super::{CalibratedSite, SiteError, SiteSession};
-use crate::adjustment::AdjustmentResult;
 use crate::bundle::KeptParameter;
 use crate::learn::framing::sigma as pose_sigma;
 use crate::learn::gauge::{aligned, centroid, turned};
 use crate::lens::lens_sigma;
-use crate::rig::clocks::{self, Clocks};
+use crate::rig::clocks;
 use crate::verdict::Verdict;
 use nalgebra::{DMatrix, Matrix6};
 use serde::Serialize;
@@ -97,19 +96,6 @@ pub struct SiteReport {
     pub unsolved: Vec<String>,
     /// Grade and findings.
     pub verdict: Verdict,
-}
-
-/// A solved site, in the frame of the adjustment.
-pub(super) struct SiteSolution {
-    /// The cameras with their former lenses.
-    pub rig: Rig,
-    pub members: Members,
-    pub seen: BodyViews,
-    pub adjusted: AdjustmentResult,
-    pub clocks: Clocks,
-    pub is_placed: Vec<bool>,
-    pub reference: usize,
-    pub synchronised: bool,
 }
 
 /// The name of the object with the static tags.

@@ -3,7 +3,7 @@
 use super::constellations::{Constellations, bundle_tags, constellations};
 use super::focal_length::focal_length;
 use super::members::{BodyViews, Members};
-use super::report::SiteSolution;
+use super::solution::SiteSolution;
 use super::{CalibratedSite, SiteError, SiteSession};
 use crate::adjustment::{Adjustment, AdjustmentResult, OTHER_BODY_S};
 use crate::bundle::{BundleCamera, Freedom};
@@ -41,35 +41,12 @@ impl SiteSession {
     /// # Errors
     /// If no two cameras can be placed or no object learned, with reason and remedy.
     pub fn solve(&self) -> Result<CalibratedSite, SiteError> {
-        let mut rig = self.first_rig()?;
+        let rig = self.first_rig()?;
         let groups = TagGroups::of(&rig, self.images.iter(), &self.plan.families);
         let members = self.members(groups)?;
-        let mut seen = self.body_views(&rig, &members);
-        let mut known = constellations(&rig, &members, &seen)?;
-        for _ in 1..ROUNDS {
-            rig = with_lenses(&rig, &known.lenses)?;
-            seen = self.body_views(&rig, &members);
-            known = constellations(&rig, &members, &seen)?;
-        }
-        rig = with_lenses(&rig, &known.lenses)?;
-        seen = self.body_views(&rig, &members).thinned(rig.cameras().len());
-        if known.placed.iter().all(Option::is_none) {
-            let tags = members.wanted.iter().map(|wanted| wanted.tag);
-            return Err(SiteError::NoObject(listed(tags)));
-        }
-        let object = seen.views.iter().zip(&seen.body_of);
-        let object = object.map(|(view, body)| match body {
-            Some(_) => views_of_object(&rig.cameras()[view.camera].lens, view, &known.placed),
-            None => Vec::new(),
-        });
-        let sightings = Sightings {
-            object: object.collect(),
-            views: seen.views.clone(),
-            placed: known.placed.clone(),
-            n_carried: members.n_carried(),
-            seeking_tags: true,
-            unplaced: Vec::new(),
-        };
+        let (rig, known) = self.known_from_single_images(rig, &members)?;
+        let seen = self.body_views(&rig, &members).thinned(rig.cameras().len());
+        let sightings = sightings(&rig, &members, (&seen, &known));
         let placement = placement(&rig, &members, &seen, &sightings)?;
         let first = adjustment(&rig, (&members, &known), (&seen, &sightings), &placement);
         let (adjusted, clocks) = adjusted(first, &sightings, placement.synchronised)?;
@@ -83,6 +60,25 @@ impl SiteSession {
             reference: placement.reference,
             synchronised: placement.synchronised,
         })
+    }
+
+    /// The rig with the lenses, and the constellations, that images tell one by one.
+    fn known_from_single_images(
+        &self,
+        mut rig: Rig,
+        members: &Members,
+    ) -> Result<(Rig, Constellations), SiteError> {
+        let mut known = None;
+        for _ in 0..ROUNDS {
+            let seen = self.body_views(&rig, members);
+            let found = constellations(&rig, members, &seen)?;
+            rig = with_lenses(&rig, &found.lenses)?;
+            known = Some(found);
+        }
+        let tags = members.wanted.iter().map(|wanted| wanted.tag);
+        let known = known.filter(|known| known.placed.iter().any(Option::is_some));
+        let known = known.ok_or_else(|| SiteError::NoObject(listed(tags)))?;
+        Ok((rig, known))
     }
 
     /// Every camera with a lens from its single tags.
@@ -114,6 +110,27 @@ impl SiteSession {
             });
         }
         Ok(Members::of(&self.plan, groups))
+    }
+}
+
+/// Where each body may be in each image.
+fn sightings(
+    rig: &Rig,
+    members: &Members,
+    (seen, known): (&BodyViews, &Constellations),
+) -> Sightings {
+    let object = seen.views.iter().zip(&seen.body_of);
+    let object = object.map(|(view, body)| match body {
+        Some(_) => views_of_object(&rig.cameras()[view.camera].lens, view, &known.placed),
+        None => Vec::new(),
+    });
+    Sightings {
+        object: object.collect(),
+        views: seen.views.clone(),
+        placed: known.placed.clone(),
+        n_carried: members.n_carried(),
+        seeking_tags: true,
+        unplaced: Vec::new(),
     }
 }
 

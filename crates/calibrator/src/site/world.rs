@@ -4,23 +4,11 @@
 //! update of the logarithm of the scale with the prior of a printer.
 
 use super::members::Members;
-use super::report::SiteSolution;
+use super::solution::{SiteSolution, StillTag};
 use super::{MeasuredDistance, SiteError, SitePlan};
-use crate::bundle::{Freedom, KeptCovariance};
-use crate::learn::framing::whole_covariance;
 use nalgebra::{DMatrix, Vector3};
 use sextant_geometry::Pose;
 use sextant_site_model::{SIZE_SIGMA, TagId};
-
-/// A static tag in the frame of the adjustment.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct StillTag {
-    /// Index into the wanted tags.
-    pub tag: usize,
-    pub adjusted_from_tag: Pose,
-    /// How many cameras see it.
-    pub n_cameras: usize,
-}
 
 /// The frame of the result.
 pub(super) struct WorldFrame {
@@ -152,51 +140,4 @@ fn distance_between(
     let of_both = block(a, a) + block(b, b) - block(a, b) - block(b, a);
     let variance = direction.dot(&(of_both * direction));
     Ok((length, variance.max(0.0).sqrt()))
-}
-
-impl SiteSolution {
-    /// Mean logarithm of the adjusted sizes by the given ones. Images tell only their ratios; the motion model would have all of them
-    /// smaller.
-    fn common_size_error(&self) -> f64 {
-        let tags = &self.adjusted.solution.bundle.tags;
-        let free = tags.iter().zip(&self.members.wanted);
-        let free = free.filter(|(tag, _)| tag.size == Freedom::Free);
-        let errors = free.map(|(tag, wanted)| (tag.size_m / wanted.size_m).ln());
-        let errors: Vec<f64> = errors.collect();
-        errors.iter().sum::<f64>() / errors.len().max(1) as f64
-    }
-
-    /// Covariance of the tags' poses on their bodies, six rows each, the common scale apart; zero for tags that define a frame or stand
-    /// still.
-    pub(super) fn covariance_at_known_scale(&self) -> DMatrix<f64> {
-        let covariance: KeptCovariance = self.adjusted.solution.covariance.at_known_scale();
-        whole_covariance(self.members.wanted.len(), &covariance)
-    }
-
-    /// The static tags that were adjusted.
-    pub(super) fn still_tags(&self) -> Vec<StillTag> {
-        let bundle = &self.adjusted.solution.bundle;
-        let tags = self.members.n_carried()..self.members.wanted.len();
-        let still = tags.filter_map(|tag| {
-            let own = bundle.images.iter();
-            let own = own.filter(|image| image.tags.iter().any(|seen| seen.tag == tag));
-            let mut cameras: Vec<usize> = own.clone().map(|image| image.camera).collect();
-            cameras.sort_unstable();
-            cameras.dedup();
-            let instant = own.clone().next()?.instant;
-            Some(StillTag {
-                tag,
-                adjusted_from_tag: bundle.instants[instant].world_from_object,
-                n_cameras: cameras.len(),
-            })
-        });
-        still.collect()
-    }
-
-    /// Whether a tag of a body has images that fit.
-    pub(super) fn is_tag_placed(&self, tag: usize) -> bool {
-        let images = self.adjusted.solution.bundle.images.iter();
-        let mut seen = images.flat_map(|image| &image.tags);
-        seen.any(|seen| seen.tag == tag)
-    }
 }
