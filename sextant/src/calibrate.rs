@@ -2,6 +2,7 @@
 
 mod lens;
 mod rig;
+mod site;
 
 use crate::output::Format;
 use clap::{Args, Subcommand};
@@ -19,6 +20,26 @@ enum What {
     Lens(lens::LensArguments),
     /// Find where every camera is, from an object carried through what they see.
     Rig(rig::RigArguments),
+    /// Find lenses, camera poses, objects and clocks at once, from tagged things carried about; nothing but sizes is known before.
+    Site(site::SiteArguments),
+}
+
+/// Standard deviations by which a line delay differs from that of a global shutter, and microseconds.
+const ROLLS: (f64, f64) = (6.0, 1.0);
+
+/// A line on an estimated line delay in microseconds with its standard deviation, where the shutter rolls.
+fn rolling_shutter(
+    camera: &str,
+    line_delay_us: Option<f64>,
+    sigma_us: Option<f64>,
+) -> Option<String> {
+    let (us, sigma) = line_delay_us.zip(sigma_us)?;
+    let rolls = us.abs() > ROLLS.0 * sigma && us.abs() > ROLLS.1;
+    rolls.then(|| {
+        format!(
+            "{camera}: a rolling shutter, {us:.2} us from a row to the next (one sigma {sigma:.2})"
+        )
+    })
 }
 
 /// Runs `sextant calibrate`.
@@ -29,5 +50,6 @@ pub fn run(arguments: &CalibrateArguments, format: Format) -> anyhow::Result<()>
     match &arguments.what {
         What::Lens(arguments) => lens::run(arguments, format),
         What::Rig(arguments) => rig::run(arguments, format),
+        What::Site(arguments) => site::run(arguments, format),
     }
 }

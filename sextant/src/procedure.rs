@@ -7,14 +7,13 @@ mod progress_display;
 mod recording;
 
 pub use live::Live;
-pub use recording::wrong;
+pub use recording::{each_image, wrong};
 
 use crate::output::Format;
 use crate::recorded::{Preferred, Recorded};
 use crate::site::SiteArguments;
 use anyhow::{anyhow, bail};
 use clap::Args;
-use recording::each_image;
 use sextant_calibrator::procedure::{Outcome, Procedure, ProcedureError};
 use sextant_process::{Exit, Failure, WithExit};
 use sextant_replay::ChessboardSearch;

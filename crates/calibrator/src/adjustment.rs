@@ -9,6 +9,7 @@ use crate::priors::Priors;
 use crate::resection::edge_px;
 use nalgebra::Vector6;
 use sextant_geometry::{Pose, se3};
+use std::ops::Range;
 
 /// An image with its instant and the tags that are used.
 #[derive(Clone, Debug)]
@@ -134,6 +135,10 @@ impl Instant {
 
 /// Instants before this are of what does not move, s.
 const FLOOR_SECONDS: f64 = -1e5;
+/// Instants of one body are on one time axis; those of the next begin this much later than its first, s: longer than any recording.
+pub(crate) const OTHER_BODY_S: f64 = 1e5;
+/// Stretches of an excerpt.
+const STRETCHES: usize = 10;
 /// Least time between two instants, s; images closer together share one.
 const LEAST_APART_S: f64 = 1e-3;
 
@@ -215,12 +220,47 @@ impl Adjustment {
         (self.instants, self.images) = (instants, images);
     }
 
-    /// The first instants, at most so many, with their images.
-    pub(crate) fn beginning(&self, most: usize) -> Self {
+    /// Stretches of instants from all over the recording, at most so many instants in all, the same number of each body, with their
+    /// images. Within a single stretch the clock of a camera is hard to tell from its position.
+    pub(crate) fn excerpt(&self, most: usize) -> Self {
+        let runs = self.runs();
+        let share = most / runs.iter().filter(|run| run.len() > 1).count().max(1);
+        let length = share.div_ceil(STRETCHES);
+        let stretches = |run: Range<usize>| {
+            let n = if run.len() <= share { 1 } else { STRETCHES };
+            let length = if n == 1 { run.len() } else { length };
+            let first = move |k: usize| run.start + k * (run.len() - length) / (n - 1).max(1);
+            (0..n)
+                .map(first)
+                .flat_map(move |first| first..first + length)
+        };
+        let mut place = vec![None; self.instants.len()];
         let mut part = self.clone();
-        part.images.retain(|image| image.instant < most);
-        part.instants.truncate(most);
+        part.instants.clear();
+        for at in runs.into_iter().flat_map(stretches) {
+            place[at] = Some(part.instants.len());
+            part.instants.push(self.instants[at].clone());
+        }
+        part.images.retain(|image| place[image.instant].is_some());
+        for image in &mut part.images {
+            image.instant = place[image.instant].unwrap_or_default();
+        }
         part
+    }
+
+    /// Instants of each body in turn: their times are far from those of other bodies.
+    fn runs(&self) -> Vec<Range<usize>> {
+        let mut runs: Vec<Range<usize>> = Vec::new();
+        for (at, instant) in self.instants.iter().enumerate() {
+            let is_next = |run: &&mut Range<usize>| {
+                instant.seconds - self.instants[run.start].seconds < OTHER_BODY_S
+            };
+            match runs.last_mut().filter(is_next) {
+                Some(run) => run.end = at + 1,
+                None => runs.push(at..at + 1),
+            }
+        }
+        runs
     }
 
     /// Number of free parameters.

@@ -21,6 +21,41 @@ use sextant_tag_families::Family;
 use sizes::Sizes;
 use tracks::Tracks;
 
+/// Tags by what they move with.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct TagGroups {
+    /// Tags of each thing that moves as one, two at least, in ascending order.
+    pub bodies: Vec<Vec<TagId>>,
+    /// Tags that move and are joined with nothing.
+    pub loose: Vec<TagId>,
+    /// Tags that stand still before every camera.
+    pub still: Vec<TagId>,
+}
+
+impl TagGroups {
+    /// Groups the tags of some families by the images of a rig, whose lenses may be approximate.
+    pub(crate) fn of<'a>(
+        rig: &Rig,
+        images: impl Iterator<Item = &'a ImageObservation>,
+        families: &[Family],
+    ) -> Self {
+        let mut tracks = Tracks::default();
+        for image in images {
+            if let Some(camera) = rig.camera(&image.camera) {
+                tracks.add(camera, image, families);
+            }
+        }
+        let groups = Groups::of(&tracks);
+        let mut bodies = groups.moving().to_vec();
+        bodies.iter_mut().for_each(|body| body.sort_unstable());
+        Self {
+            bodies,
+            loose: groups.loose().to_vec(),
+            still: groups.still().to_vec(),
+        }
+    }
+}
+
 /// What is to be discovered and learned.
 #[derive(Clone, Debug)]
 pub struct DiscoveryPlan {

@@ -3,8 +3,8 @@
 //! A [`LearnSession`] handles images one by one, reports progress and instructions at any time, and solves on request. Recorded and live
 //! images are treated alike.
 
-mod framing;
-mod gauge;
+pub(crate) mod framing;
+pub(crate) mod gauge;
 mod places;
 mod progress;
 mod replacing;

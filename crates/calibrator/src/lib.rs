@@ -7,6 +7,7 @@
 //! - [`RigSession`]: where every camera is, from an object carried through what they see.
 //! - [`LearnSession`]: where each tag of an object sits, from images of the object being turned.
 //! - [`DiscoverySession`]: the same where nobody said which tags the object has.
+//! - [`SiteSession`]: lenses, rig, objects and clocks at once, from nothing but sizes.
 //! - [`Verdict`]: grade and findings of every procedure.
 //! - [`PrintedGrid`]: a flat board as it is printed.
 //! - [`lens`]: the calibration of a lens with a board of tags.
@@ -27,6 +28,7 @@ mod priors;
 pub mod procedure;
 mod resection;
 mod rig;
+mod site;
 mod verdict;
 
 pub use board_layout::{LayoutCheck, OtherLayout};
@@ -40,5 +42,9 @@ pub use printed_grid::{GridError, PrintedGrid, STRIP_MM};
 pub use rig::{
     CalibratedCamera, CalibratedRig, CameraProgress, Origin, RigError, RigPlan, RigProgress,
     RigReport, RigSession, Up,
+};
+pub use site::{
+    CalibratedSite, MeasuredDistance, SiteCameraReport, SiteError, SiteObjectReport, SitePlan,
+    SiteReport, SiteSession,
 };
 pub use verdict::{Finding, Grade, PosePart, ScaleSource, Verdict, WeakMotion};

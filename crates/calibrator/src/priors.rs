@@ -18,6 +18,12 @@ const FOCAL: f64 = 0.002;
 /// the image width.
 const CENTRE: f64 = 0.003;
 const DISTORTION: f64 = 0.002;
+/// Relative sigma of the focal length of an unknown lens about an estimate from single tags; sigmas of its principal point about the middle
+/// of the image, and of radial and tangential distortion by their displacement of a corner of the image, as shares of the image width.
+const UNKNOWN_FOCAL: f64 = 0.3;
+const UNKNOWN_CENTRE: f64 = 0.03;
+const UNKNOWN_RADIAL: f64 = 0.1;
+const UNKNOWN_TANGENTIAL: f64 = 0.005;
 /// A scale grows by no more than this beyond one, that of lenses by no more than the second, and not at all where the object is held:
 /// lenses would take on what is wrong with it.
 const MOST_SCALE: [f64; 2] = [30.0, 10.0];
@@ -41,6 +47,7 @@ enum Kind {
     CameraPosition,
     CameraRotation,
     Clock,
+    LineDelay,
 }
 
 impl Kind {
@@ -54,6 +61,7 @@ impl Kind {
             KeptParameter::Lens { .. } => Self::Distortion,
             KeptParameter::CameraPosition { .. } => Self::CameraPosition,
             KeptParameter::Clock { .. } => Self::Clock,
+            KeptParameter::LineDelay { .. } => Self::LineDelay,
             KeptParameter::CameraRotation { .. } => Self::CameraRotation,
         }
     }
@@ -65,6 +73,8 @@ pub(crate) struct Priors {
     /// Priors with their given or default sigmas, and whether each was given.
     anchors: Vec<(Anchor, bool)>,
     scales: BTreeMap<(Kind, bool), f64>,
+    /// Whether no scale exceeds one.
+    is_bounded: bool,
 }
 
 /// One number with a prior, at a solution.
@@ -77,6 +87,14 @@ struct Member {
 }
 
 impl Priors {
+    /// Priors whose sigmas only shrink: where no pose of a tag has a prior, sizes with weak ones would let the common scale drift.
+    pub(crate) fn bounded() -> Self {
+        Self {
+            is_bounded: true,
+            ..Self::default()
+        }
+    }
+
     /// Frees the pose of a tag, with its value as the mean of its prior.
     pub(crate) fn free_pose(&mut self, tags: &mut [BundleTag], tag: usize) {
         tags[tag].pose = Freedom::Free;
@@ -144,6 +162,42 @@ impl Priors {
         }
     }
 
+    /// Frees the lens of a camera of which only the image size is known, with its value as the mean of a wide prior.
+    pub(crate) fn free_unknown_lens(
+        &mut self,
+        cameras: &mut [BundleCamera],
+        camera: usize,
+        resolution: [u32; 2],
+    ) {
+        let lens = cameras[camera].lens;
+        let fx = lens.intrinsics().fx;
+        let [width, height] = resolution.map(|pixels| f64::from(pixels) - 1.0);
+        let corner = Point2::new(width, height);
+        let by_parameter = lens
+            .unproject(&corner)
+            .ok()
+            .and_then(|ray| lens.parameter_jacobian(&ray.into()));
+        for (parameter, value) in lens.parameters().into_iter().enumerate() {
+            let by = by_parameter.map_or(fx, |by| by.column(parameter).norm());
+            let sigma = match parameter {
+                0 | 1 => UNKNOWN_FOCAL * fx,
+                2 | 3 => UNKNOWN_CENTRE * width,
+                6 | 7 => UNKNOWN_TANGENTIAL * width / by,
+                _ => UNKNOWN_RADIAL * width / by,
+            };
+            if sigma.is_finite() && sigma > 0.0 {
+                cameras[camera].free_lens.0[parameter] = Freedom::Free;
+                let anchor = Anchor::Lens {
+                    camera,
+                    parameter,
+                    value,
+                    sigma,
+                };
+                self.anchors.push((anchor, true));
+            }
+        }
+    }
+
     /// Frees the pose of a camera, with its value as the mean of its prior.
     pub(crate) fn free_camera(
         &mut self,
@@ -166,6 +220,22 @@ impl Priors {
         let anchor = Anchor::Clock {
             camera,
             offset_s: cameras[camera].clock_offset_s,
+            sigma: sigma_s,
+        };
+        self.anchors.push((anchor, true));
+    }
+
+    /// Frees the line delay of a camera, with its value as the mean of its prior. The scale of line delays is not estimated.
+    pub(crate) fn free_line_delay(
+        &mut self,
+        cameras: &mut [BundleCamera],
+        camera: usize,
+        sigma_s: f64,
+    ) {
+        cameras[camera].line_delay = Freedom::Free;
+        let anchor = Anchor::LineDelay {
+            camera,
+            line_delay_s: cameras[camera].line_delay_s,
             sigma: sigma_s,
         };
         self.anchors.push((anchor, true));
@@ -234,7 +304,7 @@ impl Priors {
             let parameters = anchor.parameters().into_iter().enumerate();
             parameters.filter_map(move |(at, parameter)| {
                 let row = *rows.get(&parameter)?;
-                (Kind::of(parameter) != Kind::Clock).then(|| Member {
+                (!matches!(Kind::of(parameter), Kind::Clock | Kind::LineDelay)).then(|| Member {
                     row,
                     error: errors[at],
                     sigma: sigmas[at],
@@ -309,6 +379,7 @@ impl Priors {
             if let Some(least) = limits.get(&kind) {
                 let is_lens = matches!(kind.0, Kind::Focal | Kind::Centre | Kind::Distortion);
                 let most = match (is_lens, self.holds_tags()) {
+                    _ if self.is_bounded => 1.0,
                     (false, _) => MOST_SCALE[0],
                     (true, false) => MOST_SCALE[1],
                     (true, true) => 1.0,

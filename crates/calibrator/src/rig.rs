@@ -4,18 +4,18 @@
 //! join them, shutters need not be synchronised, clocks may be off. A [`RigSession`] takes images one by one, tells at any time how
 //! far things are and what to do next, and solves when asked to; recorded and live images are the same to it.
 
-mod clocks;
-mod comparison;
-mod instants;
+pub(crate) mod clocks;
+pub(crate) mod comparison;
+pub(crate) mod instants;
 mod judgement;
 mod origin;
-mod pairs;
+pub(crate) mod pairs;
 mod progress;
 mod report;
-mod sightings;
+pub(crate) mod sightings;
 mod solving;
 mod stillness;
-mod trajectory;
+pub(crate) mod trajectory;
 mod unknown_object;
 
 pub use origin::{Origin, Up};

@@ -14,3 +14,9 @@ mod rig;
 mod rig_faults;
 #[path = "procedures/scene.rs"]
 mod scene;
+#[path = "procedures/site.rs"]
+mod site;
+#[path = "procedures/site_errors.rs"]
+mod site_errors;
+#[path = "procedures/site_scene.rs"]
+mod site_scene;

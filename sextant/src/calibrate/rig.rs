@@ -1,5 +1,6 @@
 //! `sextant calibrate rig`: where every camera is, from an object carried through what they see.
 
+use super::rolling_shutter;
 use crate::model_files::{read_object, read_rig};
 use crate::output::{Format, print_line};
 use crate::procedure::{ImageArguments, ImageSelection, wrong};
@@ -19,7 +20,8 @@ use std::path::PathBuf;
 #[command(
     after_help = "Carry the object slowly through the views of the cameras, closer and farther, tilted back and forth, and for a while where two
 cameras see it simultaneously; cameras that never do are connected through others. Tags of the object without object_from_tag are
-placed as well. Cameras need not be synchronised: the motion of the object is modelled, and clock offsets are estimated. No number in the
+placed as well. Cameras need not be synchronised: the motion of the object is modelled, and clock offsets are estimated, as are
+the line delays of rolling shutters that the rig file does not have. No number in the
 files counts as exact: lenses, tag poses and tag sizes are adjusted along with the camera poses, each with its sigma or a default as a prior.
 Cameras that cannot be placed keep their entries and are named; the exit code is then 4, and with --strict nothing is written. The
 previous rig file is kept. Sigmas relative to the reference camera are written as world_from_camera_sigma, those of lenses as lens_sigma.
@@ -31,7 +33,8 @@ it is solved. With --json, progress is one line per second at most: {\"kind\",\"
 The column \"ahead ms\", clock_offset_ms in JSON, is the clock of a camera minus that of the reference, as fusion and replay report it.
 
 With --json, the result is one line on standard output: {\"reference\",\"images\",\"images_used\",\"instants\",\"synchronised\",\"rms_px\",\"noise_ratio\",
-\"cameras\":[{\"camera\",\"images\",\"tags\",\"left_out\",\"sigma_mm\",\"sigma_deg\",\"sigma_axes_mm\":[3],\"sigma_axes_deg\":[3],\"rms_px\",\"clock_offset_ms\",\"clock_sigma_ms\"}],
+\"cameras\":[{\"camera\",\"images\",\"tags\",\"left_out\",\"sigma_mm\",\"sigma_deg\",\"sigma_axes_mm\":[3],\"sigma_axes_deg\":[3],\"rms_px\",\"clock_offset_ms\",\"clock_sigma_ms\",
+\"line_delay_us\",\"line_delay_sigma_us\"}],
 \"tags_left_out\",\"weak\",\"unsolved\",\"scale\",\"verdict\":{\"grade\",\"because\"}}"
 )]
 pub struct RigArguments {
@@ -215,6 +218,10 @@ fn text(report: &RigReport, arguments: &RigArguments) -> String {
             camera.rms_px,
             clock
         )
+    }));
+    lines.extend(report.cameras.iter().filter_map(|camera| {
+        let sigma_us = camera.line_delay_sigma_us;
+        rolling_shutter(&camera.camera, camera.line_delay_us, sigma_us)
     }));
     lines.push(format!(
         "Deviations are relative to camera {}; ahead ms: by how much a clock is ahead of it, as fusion and replay have it; {}.",

@@ -33,6 +33,7 @@ pub(super) fn add(
                 camera, parameter, ..
             } => (None, scalar(layout.cameras[camera].lens_column(parameter))),
             Anchor::Clock { camera, .. } => (None, scalar(layout.cameras[camera].clock)),
+            Anchor::LineDelay { camera, .. } => (None, scalar(layout.cameras[camera].line_delay)),
         };
         let Some((at, width)) = columns else { continue };
         let mut by_step = Matrix6::identity();
@@ -112,6 +113,11 @@ impl Anchor {
             Self::Clock {
                 camera, offset_s, ..
             } => single(bundle.cameras[*camera].clock_offset_s - offset_s),
+            Self::LineDelay {
+                camera,
+                line_delay_s,
+                ..
+            } => single(bundle.cameras[*camera].line_delay_s - line_delay_s),
         }
     }
 
@@ -120,9 +126,10 @@ impl Anchor {
         match *self {
             Self::Camera { sigma, .. } => of_pose(sigma, 1.0),
             Self::Tag { sigma, across, .. } => of_pose(sigma, across),
-            Self::Size { sigma, .. } | Self::Lens { sigma, .. } | Self::Clock { sigma, .. } => {
-                Vector6::repeat(sigma)
-            }
+            Self::Size { sigma, .. }
+            | Self::Lens { sigma, .. }
+            | Self::Clock { sigma, .. }
+            | Self::LineDelay { sigma, .. } => Vector6::repeat(sigma),
         }
     }
 
@@ -133,9 +140,10 @@ impl Anchor {
                 sigma.position_m *= first;
                 sigma.orientation_rad *= orientation;
             }
-            Self::Size { sigma, .. } | Self::Lens { sigma, .. } | Self::Clock { sigma, .. } => {
-                *sigma *= first;
-            }
+            Self::Size { sigma, .. }
+            | Self::Lens { sigma, .. }
+            | Self::Clock { sigma, .. }
+            | Self::LineDelay { sigma, .. } => *sigma *= first,
         }
         self
     }
@@ -159,6 +167,7 @@ impl Anchor {
                 camera, parameter, ..
             } => vec![KeptParameter::Lens { camera, parameter }],
             Self::Clock { camera, .. } => vec![KeptParameter::Clock { camera }],
+            Self::LineDelay { camera, .. } => vec![KeptParameter::LineDelay { camera }],
         }
     }
 
@@ -166,9 +175,9 @@ impl Anchor {
     pub(super) fn is_sound(&self, bundle: &Bundle) -> bool {
         let usable = |sigma: f64| sigma > 0.0 && sigma.powi(-2).is_finite();
         let is_there = match self {
-            Self::Camera { camera, .. } | Self::Clock { camera, .. } => {
-                *camera < bundle.cameras.len()
-            }
+            Self::Camera { camera, .. }
+            | Self::Clock { camera, .. }
+            | Self::LineDelay { camera, .. } => *camera < bundle.cameras.len(),
             Self::Tag { tag, .. } => *tag < bundle.tags.len(),
             Self::Size { tag, size_m, .. } => *tag < bundle.tags.len() && *size_m > 0.0,
             Self::Lens {

@@ -77,8 +77,8 @@ fn part(bundle: &Bundle, instants: &Range<usize>) -> Bundle {
 }
 
 /// Factors on the variances, at least 1: the ratio of the jackknife's variances to those due to corner noise, summed over a class. One class
-/// holds all camera poses, one all tag poses and one all tag sizes, since each is known relative to the others; every lens and every
-/// clock is a class of its own. `variances` are those due to corner noise, `sigmas` the standard deviations that make parameters of
+/// holds all camera poses, one all tag poses and one all tag sizes, since each is known relative to the others; every lens, every
+/// clock and every line delay is a class of its own. `variances` are those due to corner noise, `sigmas` the standard deviations that make parameters of
 /// different units comparable, and `displacements` the steps of the estimates without one cluster each.
 pub(super) fn factors(
     parameters: &[KeptParameter],
@@ -132,6 +132,7 @@ enum Class {
     TagSizes,
     Lens(usize),
     Clock(usize),
+    LineDelay(usize),
 }
 
 impl Class {
@@ -144,6 +145,7 @@ impl Class {
             KeptParameter::TagSize { .. } => Self::TagSizes,
             KeptParameter::Lens { camera, .. } => Self::Lens(camera),
             KeptParameter::Clock { camera } => Self::Clock(camera),
+            KeptParameter::LineDelay { camera } => Self::LineDelay(camera),
         }
     }
 }

@@ -48,11 +48,17 @@ impl<const D: usize> ReducedSystem<D> {
             let diagonal = &mut reduced.information[(at, at)];
             *diagonal += *diagonal * damping + FLOOR;
         }
+        let mut stack = Stack::of(equations.kept.nrows());
         for node in &equations.nodes {
             let row = Row::of(node, reduced.rows.last(), damping)?;
-            reduced.subtract(&row);
+            if row.columns.len() == stack.n {
+                stack.push(&row, &mut reduced);
+            } else {
+                reduced.subtract(&row);
+            }
             reduced.rows.push(row);
         }
+        stack.flush(&mut reduced);
         reduced
             .information
             .fill_lower_triangle_with_upper_triangle();
@@ -108,6 +114,47 @@ impl<const D: usize> ReducedSystem<D> {
         let stamps = equations.stamps.iter().flatten();
         let of_stamps: f64 = stamps.map(StampRow::log_information).sum();
         Some(2.0 * (of_kept + of_instants) + of_stamps)
+    }
+}
+
+/// Rows over all kept columns that wait for their subtraction: one product of large matrices is many times as fast as many small ones.
+struct Stack<const D: usize> {
+    couplings: DMatrix<f64>,
+    /// Rows of `couplings` in use.
+    used: usize,
+    n: usize,
+}
+
+/// Instants whose rows are subtracted together.
+const STACKED: usize = 32;
+
+impl<const D: usize> Stack<D> {
+    fn of(n: usize) -> Self {
+        Self {
+            couplings: DMatrix::zeros(STACKED * D, n),
+            used: 0,
+            n,
+        }
+    }
+
+    fn push(&mut self, row: &Row<D>, reduced: &mut ReducedSystem<D>) {
+        if self.used == self.couplings.nrows() {
+            self.flush(reduced);
+        }
+        let mut place = self.couplings.rows_mut(self.used, D);
+        place.copy_from(&row.coupling);
+        self.used += D;
+        reduced
+            .gradient
+            .gemv_tr(-1.0, &row.coupling, &row.gradient, 1.0);
+    }
+
+    fn flush(&mut self, reduced: &mut ReducedSystem<D>) {
+        let rows = self.couplings.rows(0, self.used);
+        reduced
+            .information
+            .gemm(-1.0, &rows.transpose(), &rows, 1.0);
+        self.used = 0;
     }
 }
 

@@ -8,12 +8,11 @@ use super::image_sums::ImageSums;
 use super::layout::Layout;
 use super::motion;
 use super::node::{Coupling, Node};
-use super::residuals::{self, LensColumns, View, delay};
+use super::residuals::{self, LensColumns, View};
 use super::stamps::{self, StampRow};
 use super::state::{Bundle, BundleImage};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use sextant_geometry::least_squares::Kernel;
-use sextant_geometry::se3;
 
 /// The normal equations; `kept` is its upper triangle.
 pub(super) struct Equations<const D: usize> {
@@ -72,12 +71,11 @@ impl<const D: usize> Equations<D> {
             next: None,
         };
         for image in images {
-            let sums = ImageSums::of(bundle, layout, image, kernel);
-            let lever = lever::<D>(bundle, image);
+            let sums = ImageSums::<D>::of(bundle, layout, image, kernel);
             self.add_kept(layout, image.camera, &sums);
-            node.add(layout, image.camera, &sums, &lever);
+            node.add(layout, image.camera, &sums);
             self.rho += sums.rho;
-            let stamp = StampRow::of(bundle, layout, image, &sums, &lever);
+            let stamp = StampRow::of(bundle, layout, image, &sums);
             if let Some(stamp) = &stamp {
                 stamp.eliminate(&mut node, &mut self.kept, &mut self.gradient);
             }
@@ -86,13 +84,13 @@ impl<const D: usize> Equations<D> {
         self.nodes.push(node);
     }
 
-    fn add_kept(&mut self, layout: &Layout, camera: usize, sums: &ImageSums) {
+    fn add_kept(&mut self, layout: &Layout, camera: usize, sums: &ImageSums<D>) {
         let camera = &layout.cameras[camera];
         let (start, width) = (camera.start(), camera.width());
         let mut own = self.kept.view_mut((start, start), (width, width));
-        own += &sums.camera;
+        own += sums.whole.view((0, 0), (width, width));
         let mut gradient = self.gradient.rows_mut(start, width);
-        gradient += &sums.camera_gradient;
+        gradient += sums.gradient.rows(0, width);
         for tag in &sums.tags {
             let (first, (column, n)) = (layout.tags[tag.tag].first(), layout.tags[tag.tag].span());
             let mut own = self.kept.view_mut((column, column), (n, n));
@@ -100,7 +98,7 @@ impl<const D: usize> Equations<D> {
             let mut gradient = self.gradient.rows_mut(column, n);
             gradient += tag.gradient.rows(first, n);
             let mut across = self.kept.view_mut((start, column), (width, n));
-            across += tag.camera_by_tag.columns(first, n);
+            across += tag.image_by_tag.view((0, first), (width, n));
         }
     }
 }
@@ -119,24 +117,6 @@ fn columns_of(layout: &Layout, images: &[BundleImage]) -> Vec<usize> {
     columns.sort_unstable();
     columns.dedup();
     columns
-}
-
-/// Effect of a step of the instant on the object's frame at the time of the image, `delay` seconds later on the twist `x`:
-/// `[Ad(exp(-x delay)) | delay J_r(x delay)]`; the right Jacobian is the left one of the inverse motion.
-fn lever<const D: usize>(bundle: &Bundle, image: &BundleImage) -> SMatrix<f64, 6, D> {
-    if bundle.motion.is_none() {
-        return SMatrix::from_fn(|row, column| if row == column { 1.0 } else { 0.0 });
-    }
-    let delay = delay(bundle, image);
-    let back = bundle.instants[image.instant].twist * -delay;
-    let (of_pose, of_twist) = (
-        se3::adjoint(&se3::exp(&back)),
-        se3::left_jacobian(&back) * delay,
-    );
-    SMatrix::from_fn(|row, column| match column.checked_sub(6) {
-        None => of_pose[(row, column)],
-        Some(column) => of_twist[(row, column)],
-    })
 }
 
 /// Sum of the robust squares, without equations.

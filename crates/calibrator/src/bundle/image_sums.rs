@@ -1,47 +1,39 @@
 //! Contribution of the tags of one image to the normal equations.
+//!
+//! The columns of an image are those of its camera, the `D` of its instant, and one for the error of its stamp; each tag has seven of its own.
 
 use super::layout::{CameraColumns, Layout};
-use super::residuals::{LensColumns, View, linearise, object_at};
-use super::state::{Bundle, BundleImage};
-use nalgebra::{Const, DMatrix, DVector, Dyn, Matrix6, OMatrix, SMatrix, SVector, Vector6};
+use super::residuals::{LensColumns, TagEquations, View, lever, linearise, object_at};
+use super::state::{Bundle, BundleImage, TagObservation};
+use nalgebra::{Const, DMatrix, DVector, Dyn, OMatrix, SMatrix, SVector};
 use sextant_geometry::least_squares::Kernel;
-use sextant_geometry::lens::MAX_PARAMETERS;
-use sextant_geometry::se3;
+use sextant_geometry::{Pose, se3};
 
-/// Derivative of the object's twist with columns of parameters.
-pub(super) type TwistJacobian = OMatrix<f64, Const<6>, Dyn>;
-type LensTagBlock = SMatrix<f64, MAX_PARAMETERS, 7>;
-type TagBlock = OMatrix<f64, Dyn, Const<7>>;
+/// Rows of a tag by columns of its image.
+type TagRows = OMatrix<f64, Const<8>, Dyn>;
 
-/// Normal equations of one tag over its seven parameters (the object's twist, which is a step of its pose, and its size).
+/// Normal equations of one tag over its seven parameters (a twist of the object's frame, which is a step of its pose, and its size).
 pub(super) struct TagSums {
     /// Index of the tag.
     pub tag: usize,
     pub own: SMatrix<f64, 7, 7>,
     pub gradient: SVector<f64, 7>,
-    /// Over the camera's columns and the tag's parameters.
-    pub camera_by_tag: OMatrix<f64, Dyn, Const<7>>,
+    /// Over the image's columns and the tag's parameters.
+    pub image_by_tag: OMatrix<f64, Dyn, Const<7>>,
 }
 
-/// Normal equations of an image over (object's twist, the camera's columns), and of each of its tags.
-pub(super) struct ImageSums {
+/// Normal equations of an image over its columns, and of each of its tags.
+pub(super) struct ImageSums<const D: usize> {
     pub tags: Vec<TagSums>,
-    pub twist: Matrix6<f64>,
-    pub gradient: Vector6<f64>,
-    pub camera_by_twist: OMatrix<f64, Dyn, Const<6>>,
-    pub camera: DMatrix<f64>,
-    pub camera_gradient: DVector<f64>,
+    pub whole: DMatrix<f64>,
+    pub gradient: DVector<f64>,
+    /// Number of the camera's columns, which come first.
+    pub width: usize,
     /// Sum of the robust squares.
     pub rho: f64,
 }
 
-/// Sums of the terms that involve the lens.
-struct LensSums {
-    lens: SMatrix<f64, MAX_PARAMETERS, MAX_PARAMETERS>,
-    gradient: SMatrix<f64, MAX_PARAMETERS, 1>,
-}
-
-impl ImageSums {
+impl<const D: usize> ImageSums<D> {
     pub(super) fn of(
         bundle: &Bundle,
         layout: &Layout,
@@ -49,108 +41,120 @@ impl ImageSums {
         kernel: &Kernel,
     ) -> Self {
         let columns = &layout.cameras[image.camera];
-        let twist_by_camera = twist_by_camera(bundle, image, columns);
         let wanted = if columns.lens_parameters.is_empty() {
             LensColumns::Unwanted
         } else {
             LensColumns::TagSpec
         };
-        let view = View::of(bundle, image, wanted);
-        let mut sums = Self::empty(columns.width());
-        let mut lens = LensSums {
-            lens: SMatrix::zeros(),
-            gradient: SMatrix::zeros(),
+        let image_columns = ImageColumns::<D> {
+            view: View::of(bundle, image, wanted),
+            columns,
+            lever: lever::<D>(bundle, image),
+            object_from_world: object_at(bundle, image).inverse(),
+        };
+        let n = columns.width() + D + 1;
+        let mut sums = Self {
+            tags: Vec::with_capacity(image.tags.len()),
+            whole: DMatrix::zeros(n, n),
+            gradient: DVector::zeros(n),
+            width: columns.width(),
+            rho: 0.0,
         };
         for seen in &image.tags {
             let tag = &bundle.tags[seen.tag];
-            let equations = linearise(&view, &tag.object_from_tag, tag.size_m, seen, kernel);
-            let mut by_tag = SMatrix::<f64, 8, 7>::zeros();
-            by_tag
-                .fixed_columns_mut::<6>(0)
-                .copy_from(&equations.by_twist);
-            by_tag.set_column(6, &equations.by_size);
-            let own = by_tag.transpose() * by_tag;
-            let mut lens_by_tag = LensTagBlock::zeros();
-            if wanted == LensColumns::TagSpec {
-                let by_lens = equations.by_lens.transpose();
-                lens_by_tag = by_lens * by_tag;
-                lens.lens += by_lens * equations.by_lens;
-                lens.gradient += by_lens * equations.error;
-            }
-            sums.rho += equations.rho;
-            let moving = twist_by_camera.transpose() * own.fixed_rows::<6>(0);
-            sums.add(TagSums {
-                tag: seen.tag,
-                own,
-                gradient: by_tag.transpose() * equations.error,
-                camera_by_tag: camera_rows(columns, &moving, &lens_by_tag),
-            });
+            let equations = linearise(
+                &image_columns.view,
+                &tag.object_from_tag,
+                tag.size_m,
+                seen,
+                kernel,
+            );
+            sums.add(seen, &equations, &image_columns.rows(seen, &equations));
         }
-        sums.close(columns, &twist_by_camera, &lens);
         sums
     }
 
-    fn empty(width: usize) -> Self {
-        Self {
-            tags: Vec::new(),
-            twist: Matrix6::zeros(),
-            gradient: Vector6::zeros(),
-            camera_by_twist: OMatrix::<f64, Dyn, Const<6>>::zeros(width),
-            camera: DMatrix::zeros(width, width),
-            camera_gradient: DVector::zeros(width),
-            rho: 0.0,
+    fn add(&mut self, seen: &TagObservation, equations: &TagEquations, rows: &TagRows) {
+        let mut by_tag = SMatrix::<f64, 8, 7>::zeros();
+        by_tag
+            .fixed_columns_mut::<6>(0)
+            .copy_from(&equations.by_tag);
+        by_tag.set_column(6, &equations.by_size);
+        let transposed = rows.transpose();
+        self.whole += &transposed * rows;
+        self.gradient += &transposed * equations.error;
+        self.rho += equations.rho;
+        self.tags.push(TagSums {
+            tag: seen.tag,
+            own: by_tag.transpose() * by_tag,
+            gradient: by_tag.transpose() * equations.error,
+            image_by_tag: transposed * by_tag,
+        });
+    }
+
+    /// Column of the error of the stamp.
+    pub(super) fn stamp(&self) -> usize {
+        self.width + D
+    }
+}
+
+/// What the columns of an image are computed from.
+struct ImageColumns<'a, const D: usize> {
+    view: View,
+    columns: &'a CameraColumns,
+    lever: SMatrix<f64, 6, D>,
+    object_from_world: Pose,
+}
+
+impl<const D: usize> ImageColumns<'_, D> {
+    /// Derivatives of a tag's corners by the columns of the image.
+    fn rows(&self, seen: &TagObservation, equations: &TagEquations) -> TagRows {
+        let (columns, shutter) = (self.columns, &self.view.shutter);
+        let width = columns.width();
+        let mut rows = TagRows::zeros(width + D + 1);
+        let by_time = equations.by_twist * shutter.twist;
+        let mut at = 0;
+        if columns.pose.is_some() {
+            // A twist of the world about its origin moves the camera, and the object the other way.
+            let by_pose = -equations.by_twist * se3::adjoint(&self.object_from_world);
+            rows.columns_mut(0, 6).copy_from(&by_pose);
+            at += 6;
         }
+        if columns.clock.is_some() {
+            rows.set_column(at, &by_time);
+            at += 1;
+        }
+        if columns.line_delay.is_some() {
+            for (corner, pixel) in seen.corners.iter().enumerate() {
+                for row in 2 * corner..2 * corner + 2 {
+                    rows[(row, at)] = by_time[row] * shutter.rows(pixel);
+                }
+            }
+            at += 1;
+        }
+        for &parameter in &columns.lens_parameters {
+            rows.set_column(at, &equations.by_lens.column(parameter));
+            at += 1;
+        }
+        let by_instant = equations.by_twist * self.lever;
+        rows.columns_mut(width, D).copy_from(&by_instant);
+        if D > 6 && equations.after_s.amax() > 0.0 {
+            self.add_motion_within_image(equations, &mut rows);
+        }
+        rows.set_column(width + D, &by_time);
+        rows
     }
 
-    fn add(&mut self, tag: TagSums) {
-        self.twist += tag.own.fixed_view::<6, 6>(0, 0);
-        self.gradient += tag.gradient.fixed_rows::<6>(0);
-        self.camera_by_twist += tag.camera_by_tag.fixed_columns::<6>(0);
-        self.tags.push(tag);
-    }
-
-    /// The camera's own block, from the sums over the tags.
-    fn close(&mut self, columns: &CameraColumns, twist_by_camera: &TwistJacobian, lens: &LensSums) {
-        let moving = columns.moving();
-        let own = &self.camera_by_twist * twist_by_camera; // all columns by pose and clock
-        self.camera.columns_mut(0, moving).copy_from(&own);
-        let across = own.rows(moving, own.nrows() - moving).transpose();
-        self.camera
-            .view_mut((0, moving), (moving, columns.lens_parameters.len()))
-            .copy_from(&across);
-        let pull = twist_by_camera.transpose() * self.gradient;
-        self.camera_gradient.rows_mut(0, moving).copy_from(&pull);
-        for (row, &of) in columns.lens_parameters.iter().enumerate() {
-            self.camera_gradient[moving + row] = lens.gradient[of];
-            for (column, &by) in columns.lens_parameters.iter().enumerate() {
-                self.camera[(moving + row, moving + column)] = lens.lens[(of, by)];
+    /// The effect of the instant's twist between the capture time and the times of rows.
+    fn add_motion_within_image(&self, equations: &TagEquations, rows: &mut TagRows) {
+        let first = self.columns.width() + 6;
+        for row in 0..8 {
+            let after_s = equations.after_s[row];
+            let by_twist = se3::left_jacobian(&(self.view.shutter.twist * after_s)) * after_s;
+            let more = equations.by_twist.row(row) * by_twist;
+            for (column, more) in more.iter().enumerate() {
+                rows[(row, first + column)] += more;
             }
         }
     }
-}
-
-/// Apparent motion of the object's frame for a step of the camera (a twist of the world about its origin), or of its clock.
-fn twist_by_camera(bundle: &Bundle, image: &BundleImage, columns: &CameraColumns) -> TwistJacobian {
-    let mut by = TwistJacobian::zeros(columns.moving());
-    if columns.pose.is_some() {
-        let object_from_world = object_at(bundle, image).inverse();
-        by.columns_mut(0, 6)
-            .copy_from(&-se3::adjoint(&object_from_world));
-    }
-    if columns.clock.is_some() {
-        by.column_mut(columns.moving() - 1)
-            .copy_from(&bundle.instants[image.instant].twist);
-    }
-    by
-}
-
-/// Rows of pose and clock above rows of the free lens parameters.
-fn camera_rows(columns: &CameraColumns, moving: &TagBlock, lens: &LensTagBlock) -> TagBlock {
-    let mut rows = TagBlock::zeros(columns.width());
-    rows.rows_mut(0, columns.moving()).copy_from(moving);
-    for (at, &parameter) in columns.lens_parameters.iter().enumerate() {
-        rows.row_mut(columns.moving() + at)
-            .copy_from(&lens.row(parameter));
-    }
-    rows
 }

@@ -33,6 +33,11 @@ pub enum KeptParameter {
         /// Index of the camera.
         camera: usize,
     },
+    /// A camera's line delay.
+    LineDelay {
+        /// Index of the camera.
+        camera: usize,
+    },
     /// A tag's position along an axis of the object.
     TagPosition {
         /// Index of the tag.
@@ -77,14 +82,16 @@ impl TagColumns {
     }
 }
 
-/// Columns of one camera: six of the pose, one of the clock, then those of the lens, if free, without gaps.
+/// Columns of one camera: six of the pose, one of the clock, one of the line delay, then those of the lens, if free, without gaps.
 #[derive(Clone, Debug, Default)]
 pub(super) struct CameraColumns {
     /// First of the six columns of the pose.
     pub pose: Option<usize>,
     /// Column of the clock.
     pub clock: Option<usize>,
-    /// First of `lens_parameters.len()` columns, following pose and clock.
+    /// Column of the line delay.
+    pub line_delay: Option<usize>,
+    /// First of `lens_parameters.len()` columns, following the others.
     pub lens: usize,
     /// Free parameters, as indices into `Lens::parameters`.
     pub lens_parameters: Vec<usize>,
@@ -102,10 +109,13 @@ pub(super) struct Layout {
 impl CameraColumns {
     /// First column.
     pub(super) fn start(&self) -> usize {
-        self.pose.or(self.clock).unwrap_or(self.lens)
+        self.pose
+            .or(self.clock)
+            .or(self.line_delay)
+            .unwrap_or(self.lens)
     }
 
-    /// Number of columns of pose and clock.
+    /// Number of columns of pose, clock and line delay.
     pub(super) fn moving(&self) -> usize {
         self.lens - self.start()
     }
@@ -134,11 +144,13 @@ impl Layout {
                 .collect();
             let pose = layout.take(camera.pose, 6);
             let clock = layout.take(camera.clock, 1);
+            let line_delay = layout.take(camera.line_delay, 1);
             let lens = layout.n;
             layout.n += lens_parameters.len();
             layout.cameras.push(CameraColumns {
                 pose,
                 clock,
+                line_delay,
                 lens,
                 lens_parameters,
             });
@@ -169,6 +181,9 @@ impl Layout {
             }
             if columns.clock.is_some() {
                 names.push(KeptParameter::Clock { camera });
+            }
+            if columns.line_delay.is_some() {
+                names.push(KeptParameter::LineDelay { camera });
             }
             let free = columns.lens_parameters.iter();
             names.extend(free.map(|&parameter| KeptParameter::Lens { camera, parameter }));

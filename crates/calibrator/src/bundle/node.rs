@@ -20,28 +20,22 @@ pub(super) struct Node<const D: usize> {
 }
 
 impl<const D: usize> Node<D> {
-    pub(super) fn add(
-        &mut self,
-        layout: &Layout,
-        camera: usize,
-        sums: &ImageSums,
-        lever: &SMatrix<f64, 6, D>,
-    ) {
+    pub(super) fn add(&mut self, layout: &Layout, camera: usize, sums: &ImageSums<D>) {
         let camera = &layout.cameras[camera];
-        let transposed = lever.transpose();
-        self.own += transposed * sums.twist * lever;
-        self.gradient += transposed * sums.gradient;
+        let width = sums.width;
+        self.own += sums.whole.fixed_view::<D, D>(width, width);
+        self.gradient += sums.gradient.fixed_rows::<D>(width);
         if camera.width() > 0 {
             let at = self.local(camera.start());
             let mut own = self.coupling.columns_mut(at, camera.width());
-            own += transposed * sums.camera_by_twist.transpose();
+            own += sums.whole.view((width, 0), (D, width));
         }
         for tag in &sums.tags {
             let (first, (column, n)) = (layout.tags[tag.tag].first(), layout.tags[tag.tag].span());
             if n > 0 {
                 let at = self.local(column);
                 let mut own = self.coupling.columns_mut(at, n);
-                own += transposed * tag.own.view((0, first), (6, n));
+                own += tag.image_by_tag.view((width, first), (D, n));
             }
         }
     }

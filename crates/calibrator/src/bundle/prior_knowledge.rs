@@ -16,6 +16,8 @@ pub struct PriorKnowledge {
     pub distortion: f64,
     /// A clock, seconds. Default 1.
     pub clock_s: f64,
+    /// A line delay, seconds. Default 1e-3.
+    pub line_delay_s: f64,
     /// A tag's position on the object, metres. Default 0.5.
     pub tag_position_m: f64,
     /// A tag's size, relative. Default 0.3.
@@ -32,6 +34,7 @@ impl Default for PriorKnowledge {
             lens: 0.3,
             distortion: 1.0,
             clock_s: 1.0,
+            line_delay_s: 1e-3,
             tag_position_m: 0.5,
             tag_size: 0.3,
             weak_part: 0.05,
@@ -51,6 +54,7 @@ impl PriorKnowledge {
             }
             KeptParameter::Lens { .. } => self.distortion,
             KeptParameter::Clock { .. } => self.clock_s,
+            KeptParameter::LineDelay { .. } => self.line_delay_s,
             KeptParameter::TagPosition { .. } => self.tag_position_m,
             KeptParameter::TagSize { .. } => self.tag_size,
         }
@@ -66,6 +70,7 @@ impl PriorKnowledge {
             KeptParameter::Lens { parameter, .. } if parameter < 4 => self.lens * 1000.0,
             KeptParameter::Lens { .. } => self.distortion,
             KeptParameter::Clock { .. } => self.clock_s,
+            KeptParameter::LineDelay { .. } => self.line_delay_s,
             KeptParameter::TagPosition { .. } => self.tag_position_m,
             KeptParameter::TagSize { .. } => self.tag_size,
         }

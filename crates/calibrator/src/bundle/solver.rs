@@ -183,6 +183,7 @@ impl<'a, const D: usize> Descent<'a, D> {
             camera.lens = stepped_lens(&camera.lens, columns, kept)?;
             camera.world_from_camera = moved(&camera.world_from_camera, columns.pose, kept);
             camera.clock_offset_s += columns.clock.map_or(0.0, |at| kept[at]);
+            camera.line_delay_s += columns.line_delay.map_or(0.0, |at| kept[at]);
             Some(camera)
         });
         let tags = self.bundle.tags.iter().zip(&self.layout.tags);

@@ -7,7 +7,7 @@ use super::image_sums::ImageSums;
 use super::layout::Layout;
 use super::node::Node;
 use super::state::{Bundle, BundleImage};
-use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector6};
+use nalgebra::{DMatrix, DVector, SVector};
 
 /// The equations of the error of one stamp.
 pub(super) struct StampRow<const D: usize> {
@@ -26,30 +26,27 @@ impl<const D: usize> StampRow<D> {
         bundle: &Bundle,
         layout: &Layout,
         image: &BundleImage,
-        sums: &ImageSums,
-        lever: &SMatrix<f64, 6, D>,
+        sums: &ImageSums<D>,
     ) -> Option<Self> {
         let precision = precision(bundle, image)?;
-        let twist: Vector6<f64> = bundle.instants[image.instant].twist;
         let camera = &layout.cameras[image.camera];
-        let by_camera = &sums.camera_by_twist * twist;
+        let stamp = sums.whole.column(sums.stamp());
         let mut columns: Vec<usize> = (camera.start()..camera.start() + camera.width()).collect();
-        let mut by_kept: Vec<f64> = by_camera.iter().copied().collect();
+        let mut by_kept: Vec<f64> = stamp.rows(0, sums.width).iter().copied().collect();
         for tag in &sums.tags {
             let (first, (start, width)) =
                 (layout.tags[tag.tag].first(), layout.tags[tag.tag].span());
-            let by_tag = tag.own.fixed_columns::<6>(0) * twist;
+            let by_tag = tag.image_by_tag.row(sums.stamp());
             columns.extend(start..start + width);
-            by_kept.extend(by_tag.rows(first, width).iter());
+            by_kept.extend(by_tag.columns(first, width).iter());
         }
-        let by_twist = sums.twist * twist;
         Some(Self {
             instant: image.instant,
-            by_instant: lever.tr_mul(&by_twist),
+            by_instant: stamp.fixed_rows::<D>(sums.width).into_owned(),
             columns,
             by_kept,
-            own: twist.dot(&by_twist) + precision,
-            gradient: twist.dot(&sums.gradient) + image.stamp_error_s * precision,
+            own: stamp[sums.stamp()] + precision,
+            gradient: sums.gradient[sums.stamp()] + image.stamp_error_s * precision,
         })
     }
 

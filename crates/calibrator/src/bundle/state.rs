@@ -45,6 +45,13 @@ pub struct BundleCamera {
     /// Standard deviation of the error of each capture time beside the offset, seconds, which is sought image by image; zero if
     /// there is none, and without [`Bundle::motion`].
     pub stamp_sigma_s: f64,
+    /// Rolling shutter: seconds from a row to the next, which displace corners as the object moves; without effect without
+    /// [`Bundle::motion`].
+    pub line_delay_s: f64,
+    /// Whether that is sought; without [`Bundle::motion`] it cannot be.
+    pub line_delay: Freedom,
+    /// The row whose time is the capture time.
+    pub middle_row: f64,
 }
 
 /// A tag of the object.
@@ -161,6 +168,15 @@ pub enum Anchor {
         /// One deviation, seconds.
         sigma: f64,
     },
+    /// The line delay of a camera.
+    LineDelay {
+        /// Index into [`Bundle::cameras`].
+        camera: usize,
+        /// Seconds from a row to the next.
+        line_delay_s: f64,
+        /// One deviation, seconds.
+        sigma: f64,
+    },
 }
 
 /// A whole adjustment: what is known, what is sought, what was seen.
@@ -195,9 +211,9 @@ pub enum BundleError {
     /// A number of the image is not finite.
     #[error("image {0} has a corner or a weight that is not finite")]
     NotFinite(usize),
-    /// A clock is sought although no motion is modelled, or instants of a motion do not ascend in time.
+    /// A clock or line delay is sought although no motion is modelled, or instants of a motion do not ascend in time.
     #[error(
-        "clocks are sought but the object's motion is not modelled, or its instants do not ascend in time"
+        "clocks or line delays are sought but the object's motion is not modelled, or its instants do not ascend in time"
     )]
     Time,
     /// The start fits so badly that no step could be computed.
@@ -216,6 +232,9 @@ impl BundleCamera {
             clock_offset_s: 0.0,
             clock: Freedom::Fixed,
             stamp_sigma_s: 0.0,
+            line_delay_s: 0.0,
+            line_delay: Freedom::Fixed,
+            middle_row: 0.0,
         }
     }
 }
@@ -287,7 +306,8 @@ impl Bundle {
     }
 
     fn check_time(&self) -> Result<(), BundleError> {
-        let sought = self.cameras.iter().any(|c| c.clock == Freedom::Free);
+        let of_time = |c: &BundleCamera| [c.clock, c.line_delay].contains(&Freedom::Free);
+        let sought = self.cameras.iter().any(of_time);
         let times = || self.instants.iter().map(|instant| instant.seconds);
         let ascending = times().zip(times().skip(1)).all(|(a, b)| a < b);
         match self.motion {

@@ -181,6 +181,11 @@ fn anchored(bundle: &mut Bundle) {
 fn derivatives_are_those_of_the_cost() {
     let mut bundle = truth(Some(WALK));
     free_everything(&mut bundle);
+    for camera in &mut bundle.cameras[1..] {
+        camera.line_delay = Freedom::Free;
+        camera.line_delay_s = 4e-5;
+        camera.middle_row = 239.5;
+    }
     displaced(&mut bundle, &mut Random::new(3));
     anchored(&mut bundle);
     let options = BundleOptions::default();

@@ -53,6 +53,21 @@ impl Groups {
         &self.joints
     }
 
+    /// Each thing that moves, the largest first.
+    pub(super) fn moving(&self) -> &[Vec<TagId>] {
+        &self.moving
+    }
+
+    /// Tags that move and are joined with nothing.
+    pub(super) fn loose(&self) -> &[TagId] {
+        &self.loose
+    }
+
+    /// Tags that stand still.
+    pub(super) fn still(&self) -> &[TagId] {
+        &self.still
+    }
+
     /// The object's tags: those of the one thing that moves, or of the thing around the named tag.
     pub(super) fn object(&self, around: Option<TagId>) -> Option<&[TagId]> {
         match (around, self.moving.as_slice()) {

@@ -12,8 +12,9 @@ const MOST_TAGS: usize = 96;
 const MOST_VIEWS: usize = 32;
 /// A tag has moved if a corner has moved by this share of its edge and by this number of pixels.
 const MOVED: (f64, f64) = (0.35, 4.0);
-/// Images in which a tag must have moved, so that a single wrong detection has no effect.
+/// Images in which a tag must have moved, and their share of its images, so that wrong detections have no effect.
 const MOVED_IMAGES: usize = 3;
+const MOVED_SHARE: f64 = 0.01;
 
 /// All tags.
 #[derive(Clone, Debug, Default)]
@@ -104,9 +105,10 @@ impl Tracks {
 
     /// Whether it has moved in the image of its camera.
     pub(super) fn moves(&self, tag: TagId) -> bool {
-        self.tags
-            .get(&tag)
-            .is_some_and(|track| track.elsewhere >= MOVED_IMAGES)
+        self.tags.get(&tag).is_some_and(|track| {
+            let least = (MOVED_SHARE * track.images as f64) as usize;
+            track.elsewhere >= least.max(MOVED_IMAGES)
+        })
     }
 
     /// Every tag with the number of images that show it.

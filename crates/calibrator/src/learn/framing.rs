@@ -4,7 +4,7 @@ use super::gauge::{Gauge, aligned, centroid, turned};
 use super::solved::SolvedConstellation;
 use super::{LearnError, LearnSession};
 use crate::adjustment::AdjustmentResult;
-use crate::bundle::{BundleSolution, KeptParameter};
+use crate::bundle::{KeptCovariance, KeptParameter};
 use crate::image_store::ImageView;
 use nalgebra::DMatrix;
 use sextant_geometry::Pose;
@@ -20,7 +20,7 @@ impl LearnSession {
         let tags = &adjusted.solution.bundle.tags;
         let sought: Vec<bool> = self.known().iter().map(Option::is_none).collect();
         let mut poses: Vec<Pose> = tags.iter().map(|tag| tag.object_from_tag).collect();
-        let mut covariance = whole_covariance(&adjusted.solution);
+        let mut covariance = whole_covariance(tags.len(), &adjusted.solution.covariance);
         if sought.iter().all(|sought| *sought) {
             let frame = match self.plan.gauge {
                 Gauge::Tag(tag) => {
@@ -67,7 +67,7 @@ impl LearnSession {
 }
 
 /// Standard deviations of a tag pose: root mean squares of the axes.
-fn sigma(covariance: &DMatrix<f64>, tag: usize) -> PoseSigma {
+pub(crate) fn sigma(covariance: &DMatrix<f64>, tag: usize) -> PoseSigma {
     let of_axes = |first: usize| {
         let variance = (first..first + 3)
             .map(|row| covariance[(row, row)].max(0.0))
@@ -80,17 +80,16 @@ fn sigma(covariance: &DMatrix<f64>, tag: usize) -> PoseSigma {
     }
 }
 
-/// Six rows for every tag, zero for those that were fixed.
-fn whole_covariance(solution: &BundleSolution) -> DMatrix<f64> {
-    let n = solution.bundle.tags.len();
-    let parameters = solution.covariance.parameters();
+/// Six rows for each of `n` tags, zero for those that were fixed.
+pub(crate) fn whole_covariance(n: usize, covariance: &KeptCovariance) -> DMatrix<f64> {
+    let parameters = covariance.parameters();
     let row = |parameter: &KeptParameter| match *parameter {
         KeptParameter::TagPosition { tag, axis } => Some(6 * tag + axis),
         KeptParameter::TagRotation { tag, axis } => Some(6 * tag + 3 + axis),
         _ => None,
     };
     let mut whole = DMatrix::zeros(6 * n, 6 * n);
-    let matrix = solution.covariance.matrix();
+    let matrix = covariance.matrix();
     for (i, of) in parameters.iter().enumerate() {
         for (j, by) in parameters.iter().enumerate() {
             if let (Some(i_whole), Some(j_whole)) = (row(of), row(by)) {

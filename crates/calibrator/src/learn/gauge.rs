@@ -16,14 +16,14 @@ pub enum Gauge {
 }
 
 /// The mean position of poses.
-pub(super) fn centroid(poses: &[Pose]) -> Vector3<f64> {
+pub(crate) fn centroid(poses: &[Pose]) -> Vector3<f64> {
     let sum: Vector3<f64> = poses.iter().map(|pose| pose.translation.vector).sum();
     sum / poses.len().max(1) as f64
 }
 
 /// Covariance of every tag's pose after the constellation is aligned as a whole: removes the common rigid motion from the
 /// errors (inner constraints; W. Baarda, S-transformations and criterion matrices, 1973).
-pub(super) fn aligned(covariance: &DMatrix<f64>, poses: &[Pose]) -> DMatrix<f64> {
+pub(crate) fn aligned(covariance: &DMatrix<f64>, poses: &[Pose]) -> DMatrix<f64> {
     let n = poses.len();
     let middle = centroid(poses);
     // A rigid motion (d, r) about the centroid moves a tag by d + r x (t - centroid) and rotates it by r.
@@ -53,7 +53,7 @@ pub(super) fn aligned(covariance: &DMatrix<f64>, poses: &[Pose]) -> DMatrix<f64>
 
 /// Covariance of every tag's pose when the object's frame is rotated: steps of poses are along the axes of that frame
 /// (FRAMES.md).
-pub(super) fn turned(
+pub(crate) fn turned(
     covariance: &DMatrix<f64>,
     new_from_old: &UnitQuaternion<f64>,
 ) -> DMatrix<f64> {

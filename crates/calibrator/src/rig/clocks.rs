@@ -4,9 +4,14 @@ use super::RigError;
 use super::comparison::{BETTER, MOST_INSTANTS, left_by, options};
 use super::instants::give_twists;
 use crate::adjustment::{Adjustment, AdjustmentResult};
-use crate::bundle::{Bundle, BundleOptions, FreeLens, Freedom, KeptParameter, Motion, solve};
+use crate::bundle::{
+    Bundle, BundleCamera, BundleOptions, BundleSolution, FreeLens, Freedom, KeptParameter, Motion,
+    solve,
+};
 use crate::image_store::ImageView;
 use sextant_geometry::least_squares::Kernel;
+use sextant_site_model::Camera;
+use std::collections::BTreeSet;
 
 /// Motion of a hand-held object, which gains or loses half a metre per second in a third of a second.
 const CARRIED: Motion = Motion {
@@ -19,47 +24,159 @@ const SIGNIFICANT: f64 = 6.0;
 const HARMFUL_S: f64 = 0.002;
 /// A camera's clock: seconds to be added to its time, one standard deviation.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Clock {
+pub(crate) struct Clock {
     pub offset_s: f64,
     pub sigma_s: f64,
 }
 
 /// Clock of each camera; `None` if it was not estimated.
-pub(super) type Clocks = Vec<Option<Clock>>;
+pub(crate) type Clocks = Vec<Option<Clock>>;
 
-/// Clocks that are clearly off although shutters are synchronised; `None` if none is.
-fn off(adjusted: &Adjustment, views: &[ImageView]) -> Result<Option<Clocks>, RigError> {
-    let mut asked = asked_clocks(adjusted, views)?;
-    for clock in &mut asked {
-        *clock = clock
-            .filter(|c| c.offset_s.abs() > HARMFUL_S && c.offset_s.abs() > SIGNIFICANT * c.sigma_s);
-    }
-    Ok(asked.iter().any(Option::is_some).then_some(asked))
+/// Seconds from a row to the next and their standard deviation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct LineDelay {
+    pub line_delay_s: f64,
+    pub sigma_s: f64,
 }
 
-/// Clock offsets of synchronised shutters, if they explain the images clearly better than clocks that agree; with the first solution
-/// as the start of an adjustment.
-pub(super) fn of_synchronised(
+/// Standard deviation of the readout of an image by a camera of which nothing is known, seconds.
+const READOUT_SIGMA_S: f64 = 0.02;
+/// Shortest readout that matters, seconds.
+const LEAST_READOUT_S: f64 = 1e-3;
+
+/// The row whose time is the capture time.
+pub(crate) fn middle_row(camera: &Camera) -> f64 {
+    (f64::from(camera.resolution[1]) - 1.0) / 2.0
+}
+
+/// Estimated line delay of a camera; `None` if it was known or no motion was modelled.
+pub(crate) fn line_delay(solution: &BundleSolution, camera: usize) -> Option<LineDelay> {
+    let parameter = KeptParameter::LineDelay { camera };
+    Some(LineDelay {
+        line_delay_s: solution.bundle.cameras[camera].line_delay_s,
+        sigma_s: solution.covariance.sigma(parameter)?,
+    })
+}
+
+impl LineDelay {
+    /// Whether a shutter rolls; the line delay of a global one is zero within its deviation.
+    pub(crate) fn is_rolling(&self, camera: &Camera) -> bool {
+        let readout_s = self.line_delay_s.abs() * f64::from(camera.resolution[1]);
+        readout_s > LEAST_READOUT_S && self.line_delay_s.abs() > SIGNIFICANT * self.sigma_s
+    }
+}
+
+/// What the images of synchronised shutters show of time.
+struct Timing {
+    /// Clocks that are clearly off; `None` for others.
+    clocks: Clocks,
+    /// Line delays of shutters that clearly roll.
+    line_delays: Vec<Option<f64>>,
+}
+
+/// Clocks that are clearly off and shutters that clearly roll; `None` if there are none.
+fn timing(adjusted: &Adjustment, views: &[ImageView]) -> Result<Option<Timing>, RigError> {
+    let mut part = adjusted.excerpt(MOST_INSTANTS);
+    free_clocks(&mut part);
+    free_line_delays(&mut part);
+    give_twists(&mut part.instants);
+    let solution = solve(part.bundle(views), &options())?;
+    let is_off =
+        |c: &Clock| c.offset_s.abs() > HARMFUL_S && c.offset_s.abs() > SIGNIFICANT * c.sigma_s;
+    let clocks = clocks(&solution).into_iter().map(|c| c.filter(is_off));
+    let rolling = |at: usize| {
+        let n_rows = 2.0 * part.cameras[at].middle_row + 1.0;
+        let found = line_delay(&solution, at)?;
+        let readout_s = found.line_delay_s.abs() * n_rows;
+        let clear = found.line_delay_s.abs() > SIGNIFICANT * found.sigma_s;
+        (clear && readout_s > HARMFUL_S).then_some(found.line_delay_s)
+    };
+    let timing = Timing {
+        clocks: clocks.collect(),
+        line_delays: (0..part.cameras.len()).map(rolling).collect(),
+    };
+    let is_any = timing.clocks.iter().any(Option::is_some)
+        || timing.line_delays.iter().any(Option::is_some)
+        || adjusted.cameras.iter().any(is_known_to_roll);
+    Ok(is_any.then_some(timing))
+}
+
+/// Most steps of a factor of two by which a density of acceleration is changed.
+const MOST_STEPS: usize = 5;
+
+/// The model with the densities of acceleration for which its images have most evidence. Too large ones attribute the errors of a line delay
+/// to the speed of the object, as in a regression with errors in both variables.
+fn likeliest_motion(model: Adjustment, views: &[ImageView]) -> Result<Adjustment, RigError> {
+    let mut best = weighed(model, views)?;
+    for scale in [scaled_acceleration, scaled_angular_acceleration] {
+        for factor in [0.5, 2.0] {
+            let before = best.0;
+            for _ in 0..MOST_STEPS {
+                let mut other = best.1.clone();
+                other.motion = other.motion.map(|motion| scale(motion, factor));
+                let other = weighed(other, views)?;
+                if other.0 <= best.0 {
+                    break;
+                }
+                best = other;
+            }
+            if best.0 > before {
+                break;
+            }
+        }
+    }
+    Ok(best.1)
+}
+
+fn scaled_acceleration(motion: Motion, factor: f64) -> Motion {
+    Motion {
+        acceleration: motion.acceleration * factor,
+        ..motion
+    }
+}
+
+fn scaled_angular_acceleration(motion: Motion, factor: f64) -> Motion {
+    Motion {
+        angular_acceleration: motion.angular_acceleration * factor,
+        ..motion
+    }
+}
+
+fn is_known_to_roll(camera: &BundleCamera) -> bool {
+    camera.line_delay == Freedom::Fixed && camera.line_delay_s != 0.0
+}
+
+/// Clock offsets and rolling shutters of synchronised cameras, if they explain the images clearly better than clocks that agree and global
+/// shutters, or are known; with the first solution as the start of an adjustment.
+pub(crate) fn of_synchronised(
     still: &AdjustmentResult,
     views: &[ImageView],
 ) -> Result<Option<(Adjustment, Bundle)>, RigError> {
-    let Some(off) = off(&still.adjustment, views)? else {
+    let Some(timing) = timing(&still.adjustment, views)? else {
         return Ok(None);
     };
     let mut moving = still.with_misfits();
     let agreeing = moving.bundle(views);
     moving.motion = Some(CARRIED);
     give_twists(&mut moving.instants);
-    for (camera, clock) in moving.cameras.iter_mut().zip(off) {
-        if let Some(clock) = clock {
-            camera.clock = Freedom::Free;
-            camera.clock_offset_s = clock.offset_s;
+    let is_known = moving.cameras.iter().any(is_known_to_roll);
+    for at in 0..moving.cameras.len() {
+        if let Some(clock) = timing.clocks[at] {
+            moving.cameras[at].clock = Freedom::Free;
+            moving.cameras[at].clock_offset_s = clock.offset_s;
+        }
+        if let Some(line_delay_s) = timing.line_delays[at] {
+            free_line_delay(&mut moving, at);
+            moving.cameras[at].line_delay_s = line_delay_s;
         }
     }
+    let part = held(moving.excerpt(MOST_INSTANTS));
+    moving.motion = likeliest_motion(part, views)?.motion;
     let explained = solve(moving.bundle(views), &options())?.bundle;
     let left = left_by(&agreeing, &explained, moving.cameras.len());
     let [agreeing, left] = left.map(|cameras| cameras.iter().sum::<f64>());
-    Ok((left * BETTER < agreeing).then_some((moving, explained)))
+    let is_clearer = is_known || left * BETTER < agreeing;
+    Ok(is_clearer.then_some((moving, explained)))
 }
 
 /// Standard deviation of an offset before any image: clocks of one computer differ by how long cameras take, those of several by
@@ -81,13 +198,14 @@ const FIRST_STAMP_SIGMA_S: f64 = 0.01;
 
 /// Free-running shutters: the object moves between images. How the clocks behave is what the images have most evidence for: clocks that
 /// agree or, where that explains them far better, have constant offsets; stamps of each camera that are exact or jitter.
-pub(super) fn of_free_running(
+pub(crate) fn of_free_running(
     mut whole: Adjustment,
     views: &[ImageView],
 ) -> Result<(AdjustmentResult, Clocks), RigError> {
     whole.noise = noise_of_single_images(&whole, views)?;
     let mut held = held(whole.clone());
     free_clocks(&mut held);
+    free_line_delays(&mut held);
     let mut strictly = held.clone();
     strictly.take(&solve(strictly.bundle(views), &options())?.bundle);
     held.motion = Some(LOOSELY);
@@ -103,12 +221,15 @@ pub(super) fn of_free_running(
     } else {
         loosely
     };
-    let found = likeliest_clocks(&held.beginning(MOST_INSTANTS), views)?;
-    (whole.motion, whole.instants, whole.images) = (held.motion, held.instants, held.images);
+    let found = likeliest_clocks(&held.excerpt(MOST_INSTANTS), views)?;
+    let found = likeliest_motion(found, views)?;
+    (whole.motion, whole.instants, whole.images) = (found.motion, held.instants, held.images);
     if has_offsets(&found) {
         free_clocks(&mut whole);
     }
+    free_line_delays(&mut whole);
     for (camera, found) in whole.cameras.iter_mut().zip(&found.cameras) {
+        camera.line_delay_s = found.line_delay_s;
         camera.world_from_camera = found.world_from_camera;
         camera.clock_offset_s = found.clock_offset_s;
         camera.stamp_sigma_s = found.stamp_sigma_s;
@@ -213,7 +334,7 @@ fn noise_of_single_images(whole: &Adjustment, views: &[ImageView]) -> Result<Vec
 }
 
 /// Solves with free clocks.
-pub(super) fn solved(
+pub(crate) fn solved(
     whole: Adjustment,
     views: &[ImageView],
 ) -> Result<(AdjustmentResult, Clocks), RigError> {
@@ -224,7 +345,7 @@ pub(super) fn solved(
 
 /// The clock of the reference is that of the world.
 fn free_clocks(whole: &mut Adjustment) {
-    whole.motion = Some(CARRIED);
+    whole.motion.get_or_insert(CARRIED);
     for at in 0..whole.cameras.len() {
         if whole.cameras[at].pose == Freedom::Free {
             whole
@@ -234,15 +355,25 @@ fn free_clocks(whole: &mut Adjustment) {
     }
 }
 
-/// Clocks estimated from a part of the images.
-fn asked_clocks(whole: &Adjustment, views: &[ImageView]) -> Result<Clocks, RigError> {
-    let mut part = whole.beginning(MOST_INSTANTS);
-    free_clocks(&mut part);
-    give_twists(&mut part.instants);
-    Ok(clocks(&solve(part.bundle(views), &options())?))
+/// Frees the line delays of cameras with images, unless they are known.
+fn free_line_delays(whole: &mut Adjustment) {
+    let used: BTreeSet<usize> = whole.images.iter().map(|image| image.camera).collect();
+    for at in used {
+        if !is_known_to_roll(&whole.cameras[at]) {
+            free_line_delay(whole, at);
+        }
+    }
 }
 
-fn clocks(solution: &crate::bundle::BundleSolution) -> Clocks {
+fn free_line_delay(whole: &mut Adjustment, camera: usize) {
+    let n_rows = 2.0 * whole.cameras[camera].middle_row + 1.0;
+    let sigma_s = READOUT_SIGMA_S / n_rows;
+    whole
+        .priors
+        .free_line_delay(&mut whole.cameras, camera, sigma_s);
+}
+
+fn clocks(solution: &BundleSolution) -> Clocks {
     let cameras = solution.bundle.cameras.iter().enumerate();
     let clock = cameras.map(|(at, camera)| {
         let sigma_s = solution

@@ -3,18 +3,18 @@
 use crate::bundle::{Bundle, BundleOptions};
 
 /// Most instants used for a comparison; more cost time and add little.
-pub(super) const MOST_INSTANTS: usize = 300;
+pub(crate) const MOST_INSTANTS: usize = 300;
 /// One explanation is clearly better than another if it leaves less than its error divided by this.
-pub(super) const BETTER: f64 = 1.5;
+pub(crate) const BETTER: f64 = 1.5;
 
 /// Options of every adjustment of a rig.
-pub(super) fn options() -> BundleOptions {
+pub(crate) fn options() -> BundleOptions {
     BundleOptions::default()
 }
 
 /// Residuals of two explanations of the same images, by camera: sums of robust squares, in units of the noise of the explanation
 /// with the smaller residuals. Cameras beyond the first `n` are the second halves of those.
-pub(super) fn left_by(one: &Bundle, other: &Bundle, n: usize) -> [Vec<f64>; 2] {
+pub(crate) fn left_by(one: &Bundle, other: &Bundle, n: usize) -> [Vec<f64>; 2] {
     let squares = [one, other].map(|bundle| {
         let mut squares = vec![Vec::new(); n];
         for residual in bundle.residuals() {

@@ -11,14 +11,25 @@ use sextant_geometry::Pose;
 const FLOOR_SECONDS: f64 = -1e6;
 
 /// An instant for every tag on the floor, seen by all images that show it.
-pub(super) fn floor(
+pub(crate) fn floor(
+    sightings: &Sightings,
+    cameras: &[BundleCamera],
+) -> (Vec<Instant>, Vec<UsedImage>) {
+    let views: Vec<usize> = (0..sightings.views.len()).collect();
+    floor_in(&views, sightings, cameras)
+}
+
+/// As [`floor`], of some of the views, by index.
+pub(crate) fn floor_in(
+    of: &[usize],
     sightings: &Sightings,
     cameras: &[BundleCamera],
 ) -> (Vec<Instant>, Vec<UsedImage>) {
     let (mut instants, mut images) = (Vec::new(), Vec::new());
     for tag in sightings.n_carried..sightings.placed.len() {
-        let own = sightings.views.iter().enumerate().filter_map(|(at, view)| {
-            let seen = view.tags.iter().position(|t| t.tag == tag)?;
+        let own = of.iter().filter_map(|&at| {
+            let tags = &sightings.views[at].tags;
+            let seen = tags.iter().position(|t| t.tag == tag)?;
             Some((at, seen))
         });
         let own: Vec<(usize, usize)> = own.collect();
@@ -66,14 +77,28 @@ fn nearest_to_all(poses: &[Pose]) -> Option<Pose> {
 }
 
 /// An instant for every time at which images show the object.
-pub(super) fn carried(
+pub(crate) fn carried(
+    sightings: &Sightings,
+    cameras: &[BundleCamera],
+    instants: &mut Vec<Instant>,
+    images: &mut Vec<UsedImage>,
+) {
+    let views: Vec<usize> = (0..sightings.views.len()).collect();
+    carried_in(&views, sightings, cameras, instants, images);
+    give_twists(instants);
+}
+
+/// As [`carried`], of some of the views (by index), and without initial twists.
+pub(crate) fn carried_in(
+    of: &[usize],
     sightings: &Sightings,
     cameras: &[BundleCamera],
     instants: &mut Vec<Instant>,
     images: &mut Vec<UsedImage>,
 ) {
     let views = &sightings.views;
-    let mut order: Vec<usize> = (0..views.len())
+    let seeing = of.iter().copied();
+    let mut order: Vec<usize> = seeing
         .filter(|&at| !sightings.object[at].is_empty())
         .collect();
     order.sort_by_key(|&at| (views[at].capture_ns, views[at].camera));
@@ -108,7 +133,6 @@ pub(super) fn carried(
         }));
         instants.push(Instant::at(seconds(group[0]), pose));
     }
-    give_twists(instants);
 }
 
 /// The pose with which most tags of all images agree; among equals the one nearest to the previous instant.
@@ -138,7 +162,7 @@ fn best_pose(
 }
 
 /// Initial twists, from the neighbours of each instant.
-pub(super) fn give_twists(instants: &mut [Instant]) {
+pub(crate) fn give_twists(instants: &mut [Instant]) {
     let twists: Vec<_> = (0..instants.len())
         .map(|at| {
             let (from, to) = (at.saturating_sub(1), (at + 1).min(instants.len() - 1));

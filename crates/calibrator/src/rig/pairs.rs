@@ -25,13 +25,15 @@ const LEAST: f64 = 1.5;
 /// Least share of agreeing common views that is significant.
 const LEAST_PART: f64 = 0.1;
 
-/// Graph of cameras with relative poses of pairs; strength is the number of agreeing common views.
-pub(super) fn joined_cameras(trajectories: &[Trajectory], moments: Moments) -> PoseGraph {
-    let n = trajectories.len();
+/// Graph of cameras with relative poses of pairs; strength is the number of agreeing common views. `bodies` has the trajectory of each
+/// rigid body in each camera.
+pub(crate) fn joined_cameras(bodies: &[Vec<Trajectory>], moments: Moments) -> PoseGraph {
+    let n = bodies.first().map_or(0, Vec::len);
     let mut joined = PoseGraph::new(n);
     for a in 0..n {
         for b in a + 1..n {
-            let meetings = meetings(&trajectories[a], &trajectories[b], moments);
+            let of_bodies = bodies.iter().map(|of| meetings(&of[a], &of[b], moments));
+            let meetings = thinned(of_bodies.flatten().collect(), MOST_MEETINGS);
             if let Some((strength, pose)) = consensus(&meetings) {
                 joined.join([a, b], strength, pose);
             }
@@ -48,7 +50,7 @@ fn meetings(first: &Trajectory, second: &Trajectory, moments: Moments) -> Vec<Co
             second: poses.to_vec(),
         })
     });
-    thinned(met.collect(), MOST_MEETINGS)
+    met.collect()
 }
 
 fn thinned<T>(all: Vec<T>, most: usize) -> Vec<T> {

@@ -1,6 +1,6 @@
 //! Report of a rig calibration, and the rig in the world frame.
 
-use super::clocks::Clocks;
+use super::clocks::{self, Clocks};
 use super::origin::Origin;
 use super::sightings::Sightings;
 use super::{CalibratedRig, RigError, RigSession};
@@ -41,6 +41,10 @@ pub struct CalibratedCamera {
     pub clock_offset_ms: Option<f64>,
     /// Standard deviation of the same.
     pub clock_sigma_ms: Option<f64>,
+    /// Line delay of its shutter, microseconds from a row to the next; `None` if it was not estimated.
+    pub line_delay_us: Option<f64>,
+    /// Standard deviation of the same.
+    pub line_delay_sigma_us: Option<f64>,
 }
 
 /// Accuracy of a rig calibration, and a verdict.
@@ -99,6 +103,9 @@ impl RigSession {
             lens: solved.lens,
             pose_prior: Prior::Sigma(pose_sigma(stated)),
             lens_prior: self.lens_prior(&found, at),
+            line_delay_s: clocks::line_delay(&found.adjusted.solution, at)
+                .filter(|found| found.is_rolling(camera))
+                .map_or(camera.line_delay_s, |found| Some(found.line_delay_s)),
             ..camera.clone()
         });
         let scale_sigma = Some(self.plan.object.scale_sigma_or_usual());
@@ -185,6 +192,7 @@ impl RigSession {
         };
         let (axes_mm, axes_deg) = (axes(0).map(|s| s * 1e3), axes(3).map(f64::to_degrees));
         let clock = found.clocks[at];
+        let line_delay = clocks::line_delay(&adjusted.solution, at);
         let views = &found.sightings.views;
         let left_out = adjusted
             .misfits
@@ -204,6 +212,8 @@ impl RigSession {
             // The adjustment has what is to be added to its times.
             clock_offset_ms: clock.map(|c| -c.offset_s * 1e3),
             clock_sigma_ms: clock.map(|c| c.sigma_s * 1e3),
+            line_delay_us: line_delay.map(|found| found.line_delay_s * 1e6),
+            line_delay_sigma_us: line_delay.map(|found| found.sigma_s * 1e6),
         }
     }
 

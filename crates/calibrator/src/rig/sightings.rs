@@ -4,7 +4,7 @@ use crate::image_store::ImageView;
 use crate::resection::{ObjectView, TagPlacement};
 
 /// Images, their tags, and the possible poses of the object in each.
-pub(super) struct Sightings {
+pub(crate) struct Sightings {
     pub views: Vec<ImageView>,
     pub object: Vec<Vec<ObjectView>>,
     pub placed: Vec<TagPlacement>,

@@ -1,12 +1,12 @@
 //! Solves for the camera poses of a session: consensus, spanning tree, adjustment, clocks, frame.
 
-use super::clocks::Clocks;
+use super::clocks::{Clocks, middle_row};
 use super::comparison::{BETTER, left_by, options};
 use super::instants::{carried, floor};
 use super::pairs::joined_cameras;
 use super::report::RigSolution;
 use super::sightings::Sightings;
-use super::trajectory::{Moments, Trajectory};
+use super::trajectory::{Moments, Trajectory, is_synchronised};
 use super::{CalibratedRig, RigError, RigSession, clocks, stillness};
 use crate::adjustment::{Adjustment, AdjustmentResult};
 use crate::bundle::{BundleCamera, BundleTag, Freedom};
@@ -20,9 +20,6 @@ use std::collections::BTreeSet;
 
 /// Relative error of a focal length from which camera names may be swapped.
 const SUSPICIOUS: f64 = 0.015;
-/// Least share of images with a simultaneous partner for synchronised shutters.
-const SYNCHRONISED: f64 = 0.5;
-
 impl RigSession {
     /// Solves for the camera poses. Cameras that cannot be placed keep their entries and are named in
     /// [`RigReport::unsolved`](super::RigReport::unsolved).
@@ -225,7 +222,7 @@ impl RigSession {
 
     /// Approximate `world_from_camera` of every camera.
     fn joined(&self, trajectories: &[Trajectory], moments: Moments) -> Result<Vec<Pose>, RigError> {
-        let pairs = joined_cameras(trajectories, moments);
+        let pairs = joined_cameras(&[trajectories.to_vec()], moments);
         let of = pairs.islands();
         let size = |at: &usize| of.iter().filter(|island| *island == at).count();
         let largest = of
@@ -308,6 +305,8 @@ impl RigSession {
             } else {
                 Freedom::Free
             },
+            line_delay_s: camera.line_delay_s.unwrap_or(0.0),
+            middle_row: middle_row(camera),
             ..BundleCamera::with_known_lens(camera.lens, *pose)
         });
         let mut cameras: Vec<BundleCamera> = cameras.collect();
@@ -370,17 +369,4 @@ impl RigSession {
         }
         tags
     }
-}
-
-fn is_synchronised(trajectories: &[Trajectory]) -> bool {
-    let part = |at: usize| {
-        let others = trajectories
-            .iter()
-            .enumerate()
-            .filter(|(other, _)| *other != at);
-        let others: Vec<&Trajectory> = others.map(|(_, trajectory)| trajectory).collect();
-        trajectories[at].part_shared(&others)
-    };
-    let parts: Vec<f64> = (0..trajectories.len()).map(part).collect();
-    parts.iter().sum::<f64>() >= SYNCHRONISED * parts.len() as f64
 }

@@ -5,14 +5,14 @@ use sextant_geometry::{Pose, se3};
 
 /// Sightings of one camera by time.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Trajectory {
+pub(crate) struct Trajectory {
     /// Capture time and `camera_from_object`, best first (one or two), in order of time.
     sightings: Vec<(u64, Vec<Pose>)>,
 }
 
 /// Times at which a trajectory has a pose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Moments {
+pub(crate) enum Moments {
     /// Only the capture times of images.
     Exact,
     /// Also times between two successive images that are close in time.
@@ -20,26 +20,28 @@ pub(super) enum Moments {
 }
 
 /// Largest difference of simultaneous capture times, ns.
-pub(super) const SAME_TIME_NS: u64 = 500_000;
+pub(crate) const SAME_TIME_NS: u64 = 500_000;
+/// Least share of images with a simultaneous partner for synchronised shutters.
+const SYNCHRONISED: f64 = 0.5;
 /// Longest interval for interpolation, ns.
 const LONGEST_GAP_NS: u64 = 250_000_000;
 
 impl Trajectory {
     /// A trajectory from poses in any order.
-    pub(super) fn of(mut sightings: Vec<(u64, Vec<Pose>)>) -> Self {
+    pub(crate) fn of(mut sightings: Vec<(u64, Vec<Pose>)>) -> Self {
         sightings.retain(|(_, poses)| !poses.is_empty());
         sightings.sort_by_key(|(time, _)| *time);
         Self { sightings }
     }
 
-    pub(super) fn sightings(&self) -> impl Iterator<Item = (u64, &[Pose])> {
+    pub(crate) fn sightings(&self) -> impl Iterator<Item = (u64, &[Pose])> {
         self.sightings
             .iter()
             .map(|(time, poses)| (*time, poses.as_slice()))
     }
 
     /// The possible poses at a time: of the image at that time or, if requested, interpolated between adjacent images. Empty in a gap.
-    pub(super) fn at(&self, time_ns: u64, moments: Moments) -> Vec<Pose> {
+    pub(crate) fn at(&self, time_ns: u64, moments: Moments) -> Vec<Pose> {
         let after = self.sightings.partition_point(|(time, _)| *time < time_ns);
         let near = [after.checked_sub(1), Some(after)];
         let near = near
@@ -62,7 +64,7 @@ impl Trajectory {
     }
 
     /// Share of the poses with a simultaneous pose of another camera.
-    pub(super) fn part_shared(&self, others: &[&Self]) -> f64 {
+    pub(crate) fn part_shared(&self, others: &[&Self]) -> f64 {
         let shared = self.sightings.iter().filter(|(time, _)| {
             others.iter().any(|other| {
                 let after = other
@@ -75,7 +77,7 @@ impl Trajectory {
         shared.count() as f64 / self.sightings.len().max(1) as f64
     }
 
-    pub(super) fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.sightings.is_empty()
     }
 }
@@ -90,8 +92,22 @@ fn between(a: &(u64, Vec<Pose>), b: &(u64, Vec<Pose>), time_ns: u64) -> Vec<Pose
         .collect()
 }
 
+/// Whether shutters are synchronised: most images of a camera have a simultaneous one of another.
+pub(crate) fn is_synchronised(trajectories: &[Trajectory]) -> bool {
+    let part = |at: usize| {
+        let others = trajectories
+            .iter()
+            .enumerate()
+            .filter(|(other, _)| *other != at);
+        let others: Vec<&Trajectory> = others.map(|(_, trajectory)| trajectory).collect();
+        trajectories[at].part_shared(&others)
+    };
+    let parts: Vec<f64> = (0..trajectories.len()).map(part).collect();
+    parts.iter().sum::<f64>() >= SYNCHRONISED * parts.len() as f64
+}
+
 /// The twist that leads from one pose to another in `dt` seconds, in the object's axes.
-pub(super) fn twist(from: &Pose, to: &Pose, dt: f64) -> Vector6<f64> {
+pub(crate) fn twist(from: &Pose, to: &Pose, dt: f64) -> Vector6<f64> {
     se3::log(&(from.inverse() * to)) / dt
 }
 

@@ -123,6 +123,31 @@ pub enum Finding {
     ContradictingCameras,
     /// Tags that moved, but that no image connects with the object.
     LooseTags(Vec<String>),
+    /// Tags that move, but of which it is not known what they belong to.
+    UnassignedTags(Vec<String>),
+    /// An object that no two cameras saw at the same time.
+    UnsharedObject(String),
+    /// A camera that saw objects in few images.
+    FewSightings {
+        /// The camera.
+        camera: String,
+        /// The number of these images.
+        images: usize,
+    },
+    /// A camera whose focal length is uncertain.
+    UncertainFocal {
+        /// The camera.
+        camera: String,
+        /// Standard deviation, per cent.
+        percent: f64,
+    },
+    /// A camera with corners of its image that no tag reached.
+    UncoveredCorners {
+        /// The camera.
+        camera: String,
+        /// How many of the four.
+        missing: usize,
+    },
     /// Cameras or tags that could not be placed, with cause and remedy.
     Unplaced(String),
     /// More images than are used: whole stretches of time were left out.
@@ -280,6 +305,27 @@ impl fmt::Display for Finding {
                 f,
                 "{} moved too, but no image shows them with the object: if they are part of it, show them together with its other tags",
                 listed(tags)
+            ),
+            Self::UnassignedTags(tags) => write!(
+                f,
+                "{} moved, but no image shows them with another tag that moves as they do: show them together with the other tags of their object",
+                listed(tags)
+            ),
+            Self::UnsharedObject(object) => write!(
+                f,
+                "no two cameras saw {object} at the same time, so that it does not help to place them: carry it where their views overlap"
+            ),
+            Self::FewSightings { camera, images } => write!(
+                f,
+                "{camera} saw objects in only {images} images: carry them longer before it"
+            ),
+            Self::UncertainFocal { camera, percent } => write!(
+                f,
+                "the focal length of {camera} is known to no better than {percent:.1} %: show it objects nearer and tilted"
+            ),
+            Self::UncoveredCorners { camera, missing } => write!(
+                f,
+                "no tag reached {missing} of the 4 corners of the image of {camera}, so that its distortion is uncertain there: carry objects along the edge of its view"
             ),
             Self::Unplaced(cause) => f.write_str(cause),
             Self::Thinned { stored, received } => write!(
