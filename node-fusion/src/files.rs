@@ -12,10 +12,10 @@ use crate::models::{Change, Models};
 use crate::replica::KeepJob;
 use serde::{Deserialize, Serialize};
 use sextant_process::{Exit, WithExit};
-use sextant_proto::{ModelsState, ModelsVersion, NodeId};
+use sextant_proto::{ModelsState, ModelsVersion, NodeId, limits};
 use sextant_site_files::{
-    FileError, assumptions, former_of, keep_object, keep_rig, object_file, read_object, read_rig, read_text,
-    read_toml, retire_object, with_value, write_keeping_former, write_toml,
+    FileError, assumptions, former_of, keep_object, keep_rig, object_file, read_object, read_rig,
+    read_text, read_toml, retire_object, with_value, write_keeping_former, write_toml,
 };
 use sextant_site_model::ObjectId;
 use std::path::{Path, PathBuf};
@@ -30,6 +30,8 @@ pub struct ModelFiles {
     settings: PathBuf,
     /// As `fusion.toml` names them, with what is in them.
     objects: Vec<(PathBuf, ObjectId)>,
+    /// Where objects were that may come back.
+    removed: Vec<(PathBuf, ObjectId)>,
 }
 
 /// Which version of the models the files hold, as written.
@@ -72,6 +74,7 @@ impl ModelFiles {
             rig: config.rig.clone(),
             settings: config.cameras.clone(),
             objects: files,
+            removed: Vec::new(),
         };
         let settings = camera_settings::read(&files.folder.join(&files.settings));
         let settings = settings.exit_with(Exit::Input)?;
@@ -129,24 +132,27 @@ impl ModelFiles {
     /// # Errors
     /// What the system refuses, and a file in the way that is something else.
     pub fn keep_all(&mut self, job: &KeepJob) -> Result<(), FileError> {
-        for change in &job.changes {
-            if let Err(cause) = self.keep(change) {
-                for change in &job.undo {
-                    if let Err(cause) = self.keep(change) {
-                        tracing::error!("what was written before cannot be taken back: {cause:#}");
-                    }
+        let kept = job.changes.iter().try_for_each(|change| self.keep(change));
+        let kept = kept.and_then(|()| self.keep_record(&job.record));
+        if kept.is_err() {
+            for change in &job.undo {
+                if let Err(cause) = self.keep(change) {
+                    tracing::error!("what was written before cannot be taken back: {cause:#}");
                 }
-                return Err(cause);
             }
         }
-        let Some(version) = &job.record.version else {
+        kept
+    }
+
+    fn keep_record(&self, state: &ModelsState) -> Result<(), FileError> {
+        let Some(version) = &state.version else {
             return Ok(());
         };
         let record = Record {
             counter: version.counter,
             t_ns: version.t_ns,
             author: version.author.clone(),
-            fingerprint: format!("{:016x}", job.record.fingerprint),
+            fingerprint: format!("{:016x}", state.fingerprint),
         };
         write_toml(&self.record_file(), &record)
     }
@@ -157,7 +163,9 @@ impl ModelFiles {
             Change::Rig(rig) => keep_rig(&self.folder.join(&self.rig), rig),
             Change::Object(model) => {
                 let known = self.objects.iter().find(|(_, id)| id == model.id());
-                let name = known.map_or_else(|| object_file(model.id()), |(name, _)| name.clone());
+                let former = self.removed.iter().find(|(_, id)| id == model.id());
+                let name = known.or(former).map(|(name, _)| name.clone());
+                let name = name.unwrap_or_else(|| object_file(model.id()));
                 let is_new = known.is_none();
                 keep_object(&self.folder.join(&name), model)?;
                 if is_new {
@@ -175,7 +183,11 @@ impl ModelFiles {
                 self.list(left)?;
                 let gone: Vec<(PathBuf, ObjectId)> = gone;
                 gone.iter()
-                    .try_for_each(|(name, id)| retire_object(&self.folder.join(name), id))
+                    .try_for_each(|(name, id)| retire_object(&self.folder.join(name), id))?;
+                self.removed.retain(|(_, known)| known != id);
+                self.removed.extend(gone);
+                self.removed.truncate(limits::MAX_OBJECTS);
+                Ok(())
             }
         }
     }
@@ -346,11 +358,27 @@ mod tests {
             record,
         };
         files.keep_all(&failing).unwrap_err();
-        assert_eq!(
-            fs::read_to_string(site.path("things/cube.toml")).unwrap(),
-            before
-        );
+        let cube = || fs::read_to_string(site.path("things/cube.toml")).unwrap();
+        assert_eq!(cube(), before);
         assert_eq!(files.record(), None);
+
+        // Nor where the record cannot be written.
+        fs::remove_file(site.path("fusion.toml.version")).unwrap();
+        fs::create_dir(site.path("fusion.toml.version")).unwrap();
+        let failing = KeepJob {
+            changes: failing.changes[..1].to_vec(),
+            ..failing
+        };
+        files.keep_all(&failing).unwrap_err();
+        assert_eq!(cube(), before);
+
+        // A removed object comes back where it was.
+        fs::remove_dir(site.path("fusion.toml.version")).unwrap();
+        let removal = Change::Removal(ObjectId::new("cube").unwrap());
+        for change in [removal, failing.undo[0].clone()] {
+            files.keep(&change).unwrap();
+        }
+        assert_eq!(cube(), before);
     }
 
     #[test]

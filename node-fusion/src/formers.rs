@@ -5,7 +5,7 @@ use sextant_proto::{EncodeError, ModelPayload, NodeId, ObjectConfig, Proposal, R
 use sextant_site_model::{ObjectId, ObjectModel, Rig};
 use std::collections::BTreeMap;
 
-/// Changes within this time of the last one, ns, are reverted together: a refinement changes the rig and objects one after the other.
+/// Changes within this time of the last one, ns, are reverted together: people change several things one after the other.
 const TOGETHER_NS: u64 = 10_000_000_000;
 
 /// A model and when it was replaced, ns since the Unix epoch.

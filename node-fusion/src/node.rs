@@ -45,7 +45,11 @@ const CHANGE_QUEUE: usize = 256;
 /// Between two statuses.
 const STATUS_PERIOD_NS: u64 = 1_000_000_000;
 /// How long another fusion node may take to hand over its models.
-const MODELS_WAIT: Duration = Duration::from_millis(500);
+const MODELS_WAIT: Duration = Duration::from_secs(3);
+/// After a refinement was refused, ns.
+const REFUSED_REST_NS: u64 = 60_000_000_000;
+/// Most notices of nodes whose models are old.
+const OLD_MODELS_SHOWN: usize = 4;
 /// Longest sleep: bounds the delay of a shutdown.
 const LONGEST_WAIT: Duration = Duration::from_millis(100);
 
@@ -148,6 +152,8 @@ struct FusionNode<'a> {
     refinement: Refinement,
     /// How much older than usual a pose may be when it is published.
     max_age_s: f64,
+    /// A refinement that was refused is not applied again before, monotonic.
+    applies_from_ns: u64,
     /// The proposal published last.
     proposed: Option<Proposal>,
     /// Held while the node runs.
@@ -201,6 +207,7 @@ impl<'a> FusionNode<'a> {
             status_due_ns: now,
             refinement: config.refinement,
             max_age_s: config.max_age_s,
+            applies_from_ns: 0,
             proposed: None,
             name: None,
             input_log: InputLog::new(node.clone()),
@@ -311,20 +318,17 @@ impl<'a> FusionNode<'a> {
         if let Some(outcome) = self.storer.as_ref().and_then(Storer::poll) {
             self.replica.kept(outcome, now);
         }
-        let answer = self
-            .question
-            .as_ref()
-            .and_then(|(_, question)| question.poll());
-        if let (Some(items), Some((node, _))) = (answer, self.question.take_if(|_| true)) {
+        let answered = |(_, question): &(NodeId, Question)| question.poll();
+        if let Some(items) = self.question.as_ref().and_then(answered)
+            && let Some((node, _)) = self.question.take()
+        {
             let theirs = Payloads::answered(&self.keys.models_of(&node), &items);
             self.replica.follow(&node, theirs, now);
         }
         self.take_request(leads)?;
         self.replica
             .tick(self.epoch().is_some(), moment(&self.clock));
-        while let Some(effect) = self.replica.poll() {
-            self.carry_out(effect)?;
-        }
+        // Before what is to be announced.
         match (leads && self.replica.is_current(), &self.announcer) {
             (true, None) => {
                 let models = self.replica.models();
@@ -333,6 +337,9 @@ impl<'a> FusionNode<'a> {
             }
             (false, Some(_)) => self.announcer = None,
             _ => {}
+        }
+        while let Some(effect) = self.replica.poll() {
+            self.carry_out(effect)?;
         }
         Ok(())
     }
@@ -361,6 +368,8 @@ impl<'a> FusionNode<'a> {
                     storer.keep(job);
                 }
             }
+            // The one before is waited for.
+            Effect::Ask(_) if self.question.is_some() => {}
             Effect::Ask(node) => {
                 let key = format!("{}/**", self.keys.models_of(&node));
                 let question =
@@ -408,7 +417,10 @@ impl<'a> FusionNode<'a> {
             Origin::Request { about, sender } => (about, sender),
             Origin::Own => {
                 match outcome {
-                    Outcome::Refused(cause) => tracing::warn!("a refinement was refused: {cause}"),
+                    Outcome::Refused(cause) => {
+                        tracing::warn!("a refinement was refused: {cause}");
+                        self.applies_from_ns = self.clock.monotonic_ns() + REFUSED_REST_NS;
+                    }
                     _ => tracing::info!(
                         "a refined calibration is applied; `sextant config revert` takes it back"
                     ),
@@ -471,7 +483,7 @@ impl<'a> FusionNode<'a> {
 
     fn apply(&mut self, proposal: Proposal) {
         let now = moment(&self.clock);
-        if self.replica.is_ready(now) {
+        if self.replica.is_ready(now) && now.monotonic_ns >= self.applies_from_ns {
             let request = Request {
                 key: Keys::below_site(&self.keys.config_models()).to_owned(),
                 fingerprint: 0,
@@ -596,6 +608,7 @@ fn model_notices(replica: &Replica, now: Moment) -> Vec<Notice> {
             node: node.clone(),
             newer: newer.clone(),
         });
+    let outdated = outdated.take(OLD_MODELS_SHOWN);
     let not_kept = replica.not_kept().map(|cause| Notice::NotKept {
         detail: detail(&cause),
     });

@@ -17,8 +17,12 @@ use std::collections::{BTreeMap, VecDeque};
 const MS: u64 = 1_000_000;
 /// A node counts as present for so long after its last heartbeat, ns.
 const PRESENT_NS: u64 = 1000 * MS;
-/// A node that has not told of its models is waited for so long after it is gone, ns: its process may stand still.
+/// A node that has not told of its models is waited for so long after it has come or gone, ns: its process may stand still.
 const PAUSE_NS: u64 = 5000 * MS;
+/// A node is forgotten after so long without a heartbeat, ns.
+const FORGOTTEN_NS: u64 = 5000 * MS;
+/// For so long newer models are asked for before a change is decided on without them, ns.
+const FETCHED_NS: u64 = 5000 * MS;
 /// How long other nodes may take to follow before a change is answered, ns.
 const FOLLOWED_NS: u64 = 1000 * MS;
 /// A node whose models are old is asked about after so long, ns: until then it is following.
@@ -108,7 +112,12 @@ enum Step {
         version: ModelsVersion,
     },
     /// The others are taking it over.
-    Spreading { answered: Answered, due_ns: u64 },
+    Spreading {
+        answered: Answered,
+        /// Who was there when it was made.
+        others: Vec<NodeId>,
+        due_ns: u64,
+    },
 }
 
 /// What of the models in force is not in the files yet.
@@ -141,11 +150,13 @@ pub struct Replica {
     /// A version that this node cannot work from.
     unusable: Option<ModelsVersion>,
     peers: BTreeMap<NodeId, Peer>,
-    /// Nodes that have not told of their models yet, and when they were gone, monotonic ns.
-    unheard: BTreeMap<NodeId, Option<u64>>,
-    /// Whether the models were compared with those of another node since the start, or there was none.
+    /// Nodes that have not told of their models yet, and when they came or left last, monotonic ns.
+    unheard: BTreeMap<NodeId, u64>,
+    /// Whether the models were compared with those of all other nodes since the start.
     is_compared: bool,
     question_due_ns: u64,
+    /// Since when newer models are known, monotonic ns.
+    behind_since_ns: Option<u64>,
     step: Option<Step>,
     /// None where changes are not kept.
     backlog: Option<Backlog>,
@@ -184,6 +195,7 @@ impl Replica {
             unheard: BTreeMap::new(),
             is_compared: false,
             question_due_ns: 0,
+            behind_since_ns: None,
             step: None,
             backlog: keeps.then(Backlog::default),
             pace: Pace::default(),
@@ -226,11 +238,15 @@ impl Replica {
         self.newer().is_none() && (self.is_compared || self.unheard.is_empty())
     }
 
-    /// Whether a change may be decided on now. A node that can ask for newer models does that first.
+    /// Whether a change may be decided on now. A node that can get newer models does that first.
     #[must_use]
     pub fn is_ready(&self, now: Moment) -> bool {
         let is_writing = (self.backlog.as_ref()).is_some_and(|backlog| backlog.in_flight.is_some());
-        let follows = (self.newer()).is_some_and(|(_, node)| self.is_present(node, now));
+        let is_recent = |since_ns: u64| now.monotonic_ns < since_ns + FETCHED_NS;
+        let follows = self.newer().is_some_and(|(version, node)| {
+            let is_usable = self.unusable.as_ref() != Some(version);
+            is_usable && self.is_present(node, now) && self.behind_since_ns.is_none_or(is_recent)
+        });
         self.step.is_none() && !is_writing && !follows && self.pace.is_due(now.monotonic_ns)
     }
 
@@ -259,19 +275,19 @@ impl Replica {
 /// Other nodes.
 impl Replica {
     /// A fusion node is alive.
-    pub fn joined(&mut self, node: NodeId) {
+    pub fn joined(&mut self, node: NodeId, now: Moment) {
         if node != self.node
             && !self.peers.contains_key(&node)
             && self.unheard.len() < limits::MAX_PEERS
         {
-            self.unheard.insert(node, None);
+            self.unheard.insert(node, now.monotonic_ns);
         }
     }
 
     /// A fusion node is not alive any more.
     pub fn left(&mut self, node: &NodeId, now: Moment) {
-        if let Some(gone_ns) = self.unheard.get_mut(node) {
-            *gone_ns = Some(now.monotonic_ns);
+        if let Some(since_ns) = self.unheard.get_mut(node) {
+            *since_ns = now.monotonic_ns;
         }
         self.peers.remove(node);
     }
@@ -282,27 +298,40 @@ impl Replica {
             return;
         }
         self.unheard.remove(node);
-        self.is_compared = true;
-        if let Some(version) = &theirs.version {
-            self.counter = self.counter.max(version.counter);
-            if theirs.version > self.state.version {
-                match theirs.fingerprint == self.state.fingerprint {
-                    true => self.adopt(version.clone()),
-                    false => self.note_newer(version, node),
-                }
+        if self.peers.len() < limits::MAX_PEERS || self.peers.contains_key(node) {
+            let since_ns = self.peers.get(node).and_then(|peer| peer.behind_since_ns);
+            let is_behind = theirs.version < self.state.version;
+            let peer = Peer {
+                heard_ns: now.monotonic_ns,
+                models: theirs.clone(),
+                behind_since_ns: is_behind.then_some(since_ns.unwrap_or(now.monotonic_ns)),
+            };
+            self.peers.insert(node.clone(), peer);
+        }
+        self.forget_what_is_lost(node, theirs);
+        let Some(version) = &theirs.version else {
+            return;
+        };
+        self.counter = self.counter.max(version.counter);
+        if theirs.version > self.state.version {
+            let is_keeping = matches!(self.step, Some(Step::Keeping { .. }));
+            match theirs.fingerprint == self.state.fingerprint && !is_keeping {
+                true => self.adopt(version.clone()),
+                false => self.note_newer(version, node, now),
             }
         }
-        if self.peers.len() >= limits::MAX_PEERS && !self.peers.contains_key(node) {
-            return;
-        }
-        let since_ns = self.peers.get(node).and_then(|peer| peer.behind_since_ns);
-        let is_behind = theirs.version < self.state.version;
-        let peer = Peer {
-            heard_ns: now.monotonic_ns,
-            models: theirs.clone(),
-            behind_since_ns: is_behind.then_some(since_ns.unwrap_or(now.monotonic_ns)),
+    }
+
+    /// A node that was started anew may have older models than it had: what it had then nobody waits for, unless another node has it.
+    fn forget_what_is_lost(&mut self, node: &NodeId, theirs: &ModelsState) {
+        let is_lost = |(version, holder): &(ModelsVersion, NodeId)| {
+            holder == node && theirs.version.as_ref() < Some(version)
         };
-        self.peers.insert(node.clone(), peer);
+        if self.newest.as_ref().is_some_and(is_lost) {
+            let of_peer =
+                |(node, peer): (&NodeId, &Peer)| Some((peer.models.version.clone()?, node.clone()));
+            self.newest = self.peers.iter().filter_map(of_peer).max();
+        }
     }
 
     /// The models of another node, as it answered: below its root, the key and the payload of each. What is of no newer version changes nothing.
@@ -322,7 +351,7 @@ impl Replica {
         let after = theirs.models(&self.models);
         match after {
             Ok(after) => {
-                tracing::info!(%node, counter = version.counter, "takes over the rig and the objects of another fusion node");
+                tracing::info!(%node, counter = version.counter, "takes over the rig, the objects and the settings of another fusion node");
                 if let Some(Step::Spreading { mut answered, .. }) = self.step.take() {
                     answered.answer.outcome = overtaken();
                     self.effects.push_back(Effect::Answer(answered));
@@ -340,7 +369,10 @@ impl Replica {
         }
     }
 
-    fn note_newer(&mut self, version: &ModelsVersion, node: &NodeId) {
+    fn note_newer(&mut self, version: &ModelsVersion, node: &NodeId, now: Moment) {
+        if self.newer().is_none() {
+            self.behind_since_ns = Some(now.monotonic_ns);
+        }
         let known = self.newest.as_ref().map(|(version, _)| version);
         if Some(version) >= known {
             self.newest = Some((version.clone(), node.clone()));
@@ -350,6 +382,11 @@ impl Replica {
     fn newer(&self) -> Option<(&ModelsVersion, &NodeId)> {
         let newest = self.newest.as_ref().map(|(version, node)| (version, node));
         newest.filter(|(version, _)| Some(*version) > self.state.version.as_ref())
+    }
+
+    fn knows_newer_than(&self, version: &ModelsVersion) -> bool {
+        let heard = self.newest.as_ref().map(|(version, _)| version);
+        heard.max(self.state.version.as_ref()) > Some(version)
     }
 
     fn is_present(&self, node: &NodeId, now: Moment) -> bool {
@@ -470,7 +507,7 @@ impl Replica {
                 let detail = detail(&cause);
                 self.answer(&request, Outcome::Refused(Refusal::NotStored { detail }));
             }
-            Ok(()) if self.newer().is_some() => {
+            Ok(()) if self.knows_newer_than(&version) => {
                 self.wait_for_files(&after.changes_to(&self.models));
                 self.answer(&request, overtaken());
             }
@@ -483,10 +520,12 @@ impl Replica {
 
     /// Does what is due. A node that publishes and knows the models of all others gives its files a version, if they have none.
     pub fn tick(&mut self, publishes: bool, now: Moment) {
-        self.is_compared |= publishes;
-        let is_over = |gone_ns: u64| now.monotonic_ns >= gone_ns + PAUSE_NS;
+        let lasts = |since_ns: u64, ns: u64| now.monotonic_ns < since_ns + ns;
         self.unheard
-            .retain(|_, gone_ns| !gone_ns.is_some_and(is_over));
+            .retain(|_, since_ns| lasts(*since_ns, PAUSE_NS));
+        self.peers
+            .retain(|_, peer| lasts(peer.heard_ns, FORGOTTEN_NS));
+        self.is_compared |= self.unheard.is_empty();
         if publishes
             && self.state.version.is_none()
             && self.unheard.is_empty()
@@ -496,10 +535,10 @@ impl Replica {
         }
         self.ask(now);
         self.write_backlog(now);
-        if let Some(Step::Spreading { due_ns, .. }) = &self.step {
-            let (_, behind) = self.followers(now);
+        if let Some(Step::Spreading { others, due_ns, .. }) = &self.step {
+            let (_, behind) = self.followers(others);
             if behind.is_empty() || now.monotonic_ns >= *due_ns {
-                self.finish(now);
+                self.finish();
             }
         }
     }
@@ -576,8 +615,10 @@ impl Replica {
     }
 
     fn spread(&mut self, request: &Request, outcome: Outcome, now: Moment) {
+        let others = self.peers.keys().filter(|node| self.is_present(node, now));
         self.step = Some(Step::Spreading {
             answered: self.answered(request, outcome),
+            others: others.cloned().collect(),
             due_ns: now.monotonic_ns + FOLLOWED_NS,
         });
     }
@@ -601,27 +642,25 @@ impl Replica {
         }
     }
 
-    fn finish(&mut self, now: Moment) {
-        let (followers, behind) = self.followers(now);
-        if let Some(Step::Spreading { mut answered, .. }) = self.step.take() {
-            answered.answer.followers = followers;
-            answered.answer.behind = behind;
+    fn finish(&mut self) {
+        if let Some(Step::Spreading {
+            mut answered,
+            others,
+            ..
+        }) = self.step.take()
+        {
+            (answered.answer.followers, answered.answer.behind) = self.followers(&others);
             self.effects.push_back(Effect::Answer(answered));
         }
     }
 
-    /// The present nodes that have this node's version, or a newer one, and those that do not.
-    fn followers(&self, now: Moment) -> (Vec<NodeId>, Vec<NodeId>) {
-        let present = self
-            .peers
-            .iter()
-            .filter(|(node, _)| self.is_present(node, now));
-        let (have, behind): (Vec<_>, Vec<_>) =
-            present.partition(|(_, peer)| peer.models.version >= self.state.version);
-        let names = |nodes: Vec<(&NodeId, &Peer)>| {
-            nodes.into_iter().map(|(node, _)| node.clone()).collect()
+    /// Those of these nodes that have this node's version, or a newer one, and those that do not.
+    fn followers(&self, nodes: &[NodeId]) -> (Vec<NodeId>, Vec<NodeId>) {
+        let has = |node: &NodeId| {
+            let peer = self.peers.get(node);
+            peer.is_some_and(|peer| peer.models.version >= self.state.version)
         };
-        (names(have), names(behind))
+        nodes.iter().cloned().partition(has)
     }
 }
 

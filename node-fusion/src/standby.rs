@@ -89,12 +89,12 @@ impl Standby {
             true => Company::Alone,
             false => Company::Others,
         };
+        let now = moment(clock);
         for key in alive {
             if let Some(KeyRef::Alive(_, node)) = keys.parse(&key) {
-                replica.joined(node);
+                replica.joined(node, now);
             }
         }
-        let now = moment(clock);
         let assignment = assignment(sharding);
         Ok(Self {
             election: Election::new(node.clone(), now, company),
@@ -131,7 +131,7 @@ impl Standby {
                 continue;
             };
             match change {
-                Presence::Joined(_) => replica.joined(node),
+                Presence::Joined(_) => replica.joined(node, now),
                 Presence::Left(_) => {
                     self.election.handle(now, Input::Left(&node));
                     replica.left(&node, now);

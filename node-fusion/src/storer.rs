@@ -5,12 +5,15 @@ use crate::replica::KeepJob;
 use anyhow::Context;
 use sextant_process::fail_point;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread::JoinHandle;
 
 /// Hands jobs to the thread, one at a time.
 #[derive(Debug)]
 pub struct Storer {
-    jobs: SyncSender<KeepJob>,
+    /// None once the thread is to end.
+    jobs: Option<SyncSender<KeepJob>>,
     outcomes: Receiver<Result<(), String>>,
+    thread: Option<JoinHandle<()>>,
 }
 
 impl Storer {
@@ -34,18 +37,32 @@ impl Storer {
             }
         };
         let thread = std::thread::Builder::new().name("storer".to_owned());
-        thread.spawn(write).context("no thread for writing files")?;
-        Ok(Self { jobs, outcomes })
+        let thread = thread.spawn(write).context("no thread for writing files")?;
+        Ok(Self {
+            jobs: Some(jobs),
+            outcomes,
+            thread: Some(thread),
+        })
     }
 
     /// Has changes written. The outcome of the job before has been polled.
     pub fn keep(&self, job: KeepJob) {
         // The thread ends after this value only.
-        let _ = self.jobs.try_send(job);
+        let _ = self.jobs.as_ref().map(|jobs| jobs.try_send(job));
     }
 
     /// What became of the last job, once it is done.
     pub fn poll(&self) -> Option<Result<(), String>> {
         self.outcomes.try_recv().ok()
+    }
+}
+
+impl Drop for Storer {
+    /// Waits for the job at hand: a node that is asked to end leaves no half of a change behind.
+    fn drop(&mut self) {
+        self.jobs = None;
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
     }
 }

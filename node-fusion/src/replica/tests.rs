@@ -116,9 +116,10 @@ fn a_change_is_answered_when_the_others_have_it_or_after_a_second() {
     let [_, Effect::Answer(Answered { answer, .. })] = &done[..] else {
         panic!("{done:?}")
     };
-    assert!(answer.followers.is_empty());
-    // The spare was not heard of for so long that it counts as gone.
-    assert!(answer.behind.is_empty());
+    assert_eq!(
+        (&answer.followers, &answer.behind),
+        (&vec![], &vec![id("spare")])
+    );
 }
 
 #[test]
@@ -173,7 +174,7 @@ fn files_that_were_compared_with_nobody_are_older_than_all_others() {
         replica("spare", models(650.0)),
     );
     main.tick(true, at(0));
-    spare.joined(id("main"));
+    spare.joined(id("main"), at(0));
     spare.tick(false, at(1));
     assert_eq!(
         spare.state().version,
@@ -185,6 +186,13 @@ fn files_that_were_compared_with_nobody_are_older_than_all_others() {
     spare.left(&id("main"), at(1));
     spare.tick(false, at(PAUSE_NS));
     assert!(!spare.is_current());
+    let mut third = replica("third", models(650.0));
+    third.joined(id("main"), at(0));
+    third.hear(&id("spare"), spare.state(), at(1));
+    third.tick(false, at(2));
+    assert!(!third.is_current(), "main is not heard yet");
+    third.tick(false, at(PAUSE_NS));
+    assert!(third.is_current(), "it is waited for no longer");
     main.hear(&id("spare"), spare.state(), at(2));
     assert!(main.is_current());
     spare.hear(&id("main"), main.state(), at(2));
@@ -202,6 +210,53 @@ fn files_that_were_compared_with_nobody_are_older_than_all_others() {
     spare.request(asked(vec![Change::Rig(rig(660.0))]), at(SECOND_NS));
     assert!(spare.is_current());
     assert!(spare.state().version > main.state().version);
+}
+
+/// The node that has newer models is gone, or was started anew without them.
+#[test]
+fn what_no_node_has_any_more_keeps_nobody_waiting() {
+    for is_gone in [true, false] {
+        let (mut main, mut spare) = (kept("main"), kept("spare"));
+        main.request(asked(vec![Change::Rig(rig(610.0))]), at(2));
+        effects(&mut main);
+        main.kept(Ok(()), at(3));
+        spare.hear(&id("main"), main.state(), at(4));
+        assert!(!spare.is_current());
+        if is_gone {
+            spare.left(&id("main"), at(5));
+            spare.tick(false, at(SECOND_NS));
+            assert!(!spare.is_current());
+        } else {
+            let anew = kept("main");
+            spare.hear(&id("main"), anew.state(), at(SECOND_NS));
+            assert!(spare.is_current());
+        }
+        effects(&mut spare);
+        assert!(spare.is_ready(at(SECOND_NS)));
+        spare.request(asked(vec![Change::Rig(rig(660.0))]), at(SECOND_NS));
+        spare.kept(Ok(()), at(SECOND_NS + 1));
+        spare.tick(true, at(SECOND_NS + 2));
+        assert_eq!(outcomes(&effects(&mut spare)).len(), usize::from(is_gone));
+        assert!(spare.is_current());
+        assert!(spare.state().version > main.state().version);
+    }
+}
+
+/// Nor does a node that is there and does not hand its models over, or hands over what cannot be used.
+#[test]
+fn a_node_that_hands_nothing_over_is_not_waited_for_by_a_person() {
+    let (mut main, mut spare) = (kept("main"), kept("spare"));
+    main.request(asked(vec![Change::Rig(rig(610.0))]), at(2));
+    effects(&mut main);
+    main.kept(Ok(()), at(3));
+    for seconds in 0..5 {
+        let now = at(seconds * SECOND_NS + 4);
+        spare.hear(&id("main"), main.state(), now);
+        spare.tick(false, now);
+        assert!(!spare.is_ready(now), "{seconds}");
+    }
+    spare.hear(&id("main"), main.state(), at(6 * SECOND_NS));
+    assert!(spare.is_ready(at(6 * SECOND_NS)) && !spare.is_current());
 }
 
 #[test]
@@ -352,7 +407,7 @@ fn replicas_agree_on_the_newest_version_when_they_hear_each_other() {
             .map(|k| replica(names[k].as_str(), models(600.0 + k as f64)))
             .collect();
         for k in 0..3 {
-            (0..3).for_each(|other| nodes[k].joined(names[other].clone()));
+            (0..3).for_each(|other| nodes[k].joined(names[other].clone(), at(0)));
         }
         let mut newest_heard: Vec<Option<ModelsVersion>> = vec![None; 3];
         let mut halves = 0;
@@ -375,8 +430,12 @@ fn replicas_agree_on_the_newest_version_when_they_hear_each_other() {
                 // One is started anew with old files.
                 let k = pick(3);
                 nodes[k] = replica(names[k].as_str(), models(650.0));
-                newest_heard[k] = None;
-                (0..3).for_each(|other| nodes[k].joined(names[other].clone()));
+                // What it alone had is lost.
+                newest_heard = nodes
+                    .iter()
+                    .map(|node| node.state().version.clone())
+                    .collect();
+                (0..3).for_each(|other| nodes[k].joined(names[other].clone(), now));
             }
             for k in 0..3 {
                 for other in (0..3).filter(|other| *other != k) {

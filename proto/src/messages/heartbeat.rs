@@ -9,6 +9,9 @@ use crate::wire;
 use serde::{Deserialize, Serialize};
 use sextant_site_model::ObjectId;
 
+/// Greatest counter of a version: files and other languages have signed numbers, and one more is never too many.
+const MAX_VERSION_COUNTER: u64 = 1 << 62;
+
 /// A sign of life of a fusion node, 20 times a second.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Heartbeat {
@@ -98,6 +101,8 @@ impl Message for Heartbeat {
         let n_objects = self.sharing.as_ref().map_or(0, |one| one.objects.len());
         holds(n_objects <= MAX_OBJECTS, "sharing.objects")?;
         let version = self.models.version.as_ref();
+        let counter = version.map_or(0, |one| one.counter);
+        holds(counter <= MAX_VERSION_COUNTER, "models.version.counter")?;
         check::time(version.map_or(0, |one| one.t_ns), "models.version.t_ns")
     }
 }
