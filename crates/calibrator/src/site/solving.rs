@@ -27,6 +27,9 @@ const ROUNDS: usize = 2;
 /// Images of a static tag in a camera that are used: the errors of more are the same.
 const MOST_STILL: usize = 12;
 
+/// Instants of all bodies that are used of free-running cameras, where each costs more: its motion is sought, too.
+const MOST_FREE_RUNNING: usize = 6000;
+
 /// Cameras and where they are, before the adjustment.
 struct Placement {
     /// `world_from_camera`, in the frame of the reference; `None` for a camera without common views.
@@ -282,7 +285,8 @@ fn adjusted(
 ) -> Result<(AdjustmentResult, Clocks), SiteError> {
     let views = &sightings.views;
     if !synchronised {
-        return Ok(clocks::of_free_running(first, views)?);
+        let part = first.excerpt(MOST_FREE_RUNNING);
+        return Ok(clocks::of_free_running(part, views)?);
     }
     let n = first.cameras.len();
     let still = first.solve(views, &options())?;
