@@ -380,7 +380,7 @@ mod tests {
             let times: Vec<f64> = part.instants.iter().map(|at| at.seconds).collect();
             assert!(times.windows(2).all(|pair| pair[0] < pair[1]), "{n}");
             assert!(
-                times.len() <= 311 && times.len() >= 290.min(n + n / 2 + 1),
+                times.len() <= 311 && times.len() >= 280.min((n + n / 2) * 9 / 10),
                 "{n}"
             );
             assert_eq!(times.first(), Some(&0.0));
