@@ -225,7 +225,7 @@ impl Adjustment {
     pub(crate) fn excerpt(&self, most: usize) -> Self {
         let runs = self.runs();
         let share = most / runs.iter().filter(|run| run.len() > 1).count().max(1);
-        let length = share.div_ceil(STRETCHES);
+        let length = (share / STRETCHES).max(1);
         let stretches = |run: Range<usize>| {
             let n = if run.len() <= share { 1 } else { STRETCHES };
             let length = if n == 1 { run.len() } else { length };
@@ -349,4 +349,43 @@ fn wrong_tags(solution: &BundleSolution, images: &[UsedImage], views: &[ImageVie
         }
     });
     misfits.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of_bodies(n_instants: &[usize]) -> Adjustment {
+        let bodies = n_instants.iter().enumerate();
+        let instants = bodies.flat_map(|(body, n)| {
+            let start = body as f64 * OTHER_BODY_S;
+            (0..*n).map(move |at| Instant::at(start + 0.03 * at as f64, Pose::identity()))
+        });
+        Adjustment {
+            cameras: Vec::new(),
+            tags: Vec::new(),
+            instants: instants.collect(),
+            images: Vec::new(),
+            motion: None,
+            priors: Priors::default(),
+            noise: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn an_excerpt_is_of_every_body_and_of_all_times_once() {
+        for n in [3, 155, 156, 157, 400, 5000] {
+            let whole = of_bodies(&[n, n / 2 + 1]);
+            let part = whole.excerpt(311);
+            let times: Vec<f64> = part.instants.iter().map(|at| at.seconds).collect();
+            assert!(times.windows(2).all(|pair| pair[0] < pair[1]), "{n}");
+            assert!(
+                times.len() <= 311 && times.len() >= 280.min((n + n / 2) * 9 / 10),
+                "{n}"
+            );
+            assert_eq!(times.first(), Some(&0.0));
+            let last = whole.instants.last().map(|at| at.seconds);
+            assert_eq!(times.last().copied(), last);
+        }
+    }
 }

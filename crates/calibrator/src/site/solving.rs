@@ -27,6 +27,11 @@ const ROUNDS: usize = 2;
 /// Images of a static tag in a camera that are used: the errors of more are the same.
 const MOST_STILL: usize = 12;
 
+/// Images of bodies that are used of free-running cameras, where each costs more, since its motion is sought, too. Of more, only every
+/// second stretch of this length is used, or every third.
+const MOST_FREE_RUNNING: usize = 8000;
+const STRETCH_NS: u64 = 500_000_000;
+
 /// Cameras and where they are, before the adjustment.
 struct Placement {
     /// `world_from_camera`, in the frame of the reference; `None` for a camera without common views.
@@ -229,7 +234,16 @@ fn adjustment(
             priors.free_unknown_lens(&mut cameras, at, camera.resolution);
         }
     }
+    let every = if placement.synchronised {
+        1
+    } else {
+        seen.views.len().div_ceil(MOST_FREE_RUNNING) as u64
+    };
     let is_placed = |view: usize| placement.poses[seen.views[view].camera].is_some();
+    let is_used = |view: usize| {
+        let stretch = seen.views[view].capture_ns / STRETCH_NS;
+        is_placed(view) && stretch.is_multiple_of(every)
+    };
     let all: Vec<usize> = (0..seen.views.len()).filter(|&at| is_placed(at)).collect();
     let (mut instants, mut images) = floor_in(&all, sightings, &cameras);
     let mut tags = bundle_tags(members, &known.placed);
@@ -251,7 +265,7 @@ fn adjustment(
         let (mut own, mut own_images) = (Vec::new(), Vec::new());
         let views: Vec<usize> = seen
             .of_body(Some(body))
-            .filter(|&view| is_placed(view))
+            .filter(|&view| is_used(view))
             .collect();
         carried_in(&views, sightings, &cameras, &mut own, &mut own_images);
         give_twists(&mut own);
