@@ -695,6 +695,7 @@ export const isCalibratedCamera = record({
   sigma_mm: isNumber,
   sigma_deg: isNumber,
   rms_px: isNumber,
+  /** its clock minus the reference's */
   clock_offset_ms: orNull(isNumber),
 });
 export type CalibratedCamera = Checked<typeof isCalibratedCamera>;

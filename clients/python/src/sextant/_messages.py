@@ -587,6 +587,7 @@ class HeartbeatSharing(Record):
 class HeartbeatModelsVersion(Record):
     """`version` of HeartbeatModels."""
 
+    #: at most 2^62
     counter: U64
     t_ns: U64
     #: the fusion node that made it
