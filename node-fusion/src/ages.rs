@@ -1,4 +1,4 @@
-//! How much older than usual an observation is on arrival, as after a stall of the network or an overload; and a pose when it is published.
+//! How much older than usual an observation is on arrival, as after a stall of the network or an overload.
 //!
 //! An age is the difference of two clocks, the camera's and this host's. Where both are disciplined the age itself is judged. Elsewhere a
 //! clock may be off by any amount, and an age is judged against the smallest recent age of the same camera.
@@ -6,7 +6,7 @@
 /// Ages are compared within this time and the one before it, ns: stalls are shorter, and a clock that jumps is accepted after it.
 const SPAN_NS: u64 = 2_000_000_000;
 
-/// The ages of one camera's observations, or of one object's poses, ns.
+/// The ages of one camera's observations, ns.
 #[derive(Debug, Default, Clone, PartialEq)]
 pub struct Ages {
     since_ns: u64,

@@ -150,8 +150,10 @@ struct FusionNode<'a> {
     /// Monotonic.
     status_due_ns: u64,
     refinement: Refinement,
-    /// How much older than usual a pose may be when it is published.
+    /// How long a pose may be held up before it is published.
     max_age_s: f64,
+    /// When the images and messages of this turn were read, monotonic.
+    turned_ns: u64,
     /// A refinement that was refused is not applied again before, monotonic.
     applies_from_ns: u64,
     /// The proposal published last.
@@ -207,6 +209,7 @@ impl<'a> FusionNode<'a> {
             status_due_ns: now,
             refinement: config.refinement,
             max_age_s: config.max_age_s,
+            turned_ns: now,
             applies_from_ns: 0,
             proposed: None,
             name: None,
@@ -237,6 +240,7 @@ impl<'a> FusionNode<'a> {
         answered.exit_with(Exit::Unavailable)?;
         watchdog::feed();
         let item = self.observations.recv_timeout(self.wait_at_most());
+        self.turned_ns = self.clock.monotonic_ns();
         self.follow_clock();
         self.take_turns()?;
         if let Some(item) = item {
@@ -585,7 +589,10 @@ impl<'a> FusionNode<'a> {
             return Ok(());
         };
         let now = moment(&self.clock);
-        if self.publishers.pose(estimate, epoch, now, self.max_age_s)? {
+        let held_s = now.monotonic_ns.saturating_sub(self.turned_ns) as f64 * 1e-9;
+        if held_s > self.max_age_s {
+            self.publishers.count_held_up(&estimate.object, held_s);
+        } else if self.publishers.pose(estimate, epoch, now.wall_ns)? {
             self.status.count(estimate);
         }
         Ok(())

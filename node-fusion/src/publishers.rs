@@ -1,9 +1,7 @@
 //! Everything that a fusion node publishes itself: poses, status, clocks, answers, proposals, and its models for the other fusion nodes.
 
-use crate::ages::Ages;
 use crate::formers::Formers;
 use crate::models::{Models, Payloads};
-use sextant_election::Moment;
 use sextant_proto::{
     ClockReport, ConfigAnswer, FusionInputs, FusionStatus, Keys, NodeId, ObjectConfig, ObjectLinks,
     ObjectPose, Proposal, RigConfig,
@@ -64,8 +62,6 @@ struct ObjectPublishers {
     poses: Publisher<ObjectPose>,
     /// Sequence number of the last pose.
     sequence: u64,
-    /// Of its poses when they are published.
-    ages: Ages,
     /// None for a rigid object.
     links: Option<Publisher<ObjectLinks>>,
 }
@@ -126,7 +122,6 @@ impl<'a> Publishers<'a> {
             Entry::Vacant(place) => place.insert(ObjectPublishers {
                 poses: self.bus.publisher(&self.keys.pose(id), Qos::Pose)?,
                 sequence: 0,
-                ages: Ages::default(),
                 links: None,
             }),
         };
@@ -139,8 +134,14 @@ impl<'a> Publishers<'a> {
         self.objects.remove(id);
     }
 
-    /// Publishes an estimate under an epoch; whether it could be encoded. One that was held up for longer than `max_age_s` is not current any
-    /// more, and is counted and dropped.
+    /// A pose that was held up in this node is not current any more: it is counted, and not published.
+    pub fn count_held_up(&mut self, object: &ObjectId, held_s: f64) {
+        self.unpublished.count(format!(
+            "a pose of object {object} was held up for {held_s:.1} s in this node: its machine stood still, or is too slow"
+        ));
+    }
+
+    /// Publishes an estimate under an epoch at `now_ns`; whether it could be encoded.
     ///
     /// # Errors
     /// When the network session has ended.
@@ -148,22 +149,12 @@ impl<'a> Publishers<'a> {
         &mut self,
         estimate: &ObjectEstimate,
         epoch: u64,
-        now: Moment,
-        max_age_s: f64,
+        now_ns: u64,
     ) -> Result<bool, BusError> {
         let Some(publishers) = self.objects.get_mut(&estimate.object) else {
             return Ok(false);
         };
-        let age_ns = now.wall_ns.cast_signed() - estimate.capture_ns.cast_signed();
-        let held_s = publishers.ages.excess_ns(age_ns, now.monotonic_ns, None) as f64 * 1e-9;
-        if held_s > max_age_s {
-            self.unpublished.count(format!(
-                "a pose of object {} was held up for {held_s:.1} s in this node: its machine stood still, or is too slow",
-                estimate.object
-            ));
-            return Ok(false);
-        }
-        let pose = ObjectPose::from_estimate(estimate, epoch, publishers.sequence + 1, now.wall_ns);
+        let pose = ObjectPose::from_estimate(estimate, epoch, publishers.sequence + 1, now_ns);
         if !self.unpublished.check(publishers.poses.put(&pose))? {
             return Ok(false);
         }

@@ -1,7 +1,10 @@
 //! Rig and objects of a site on several fusion nodes: what one of them missed, and disks that are slow.
 
 use super::*;
+use sextant_geometry::{Intrinsics, Lens};
 use sextant_site_files::{read_rig, write_rig};
+use sextant_site_model::Rig;
+use sextant_site_report::Fault;
 use std::process::Output;
 use system_tests::SlowDisk;
 
@@ -181,6 +184,37 @@ fn a_change_in_the_half_of_the_older_epoch_is_not_undone() {
 #[test]
 fn a_change_in_the_half_of_the_newer_epoch_is_not_undone() {
     changed_in_one_half(false);
+}
+
+/// A camera is set to twice the size that the rig has: as one that a person has changed, or whose driver chose another mode.
+#[test]
+fn images_of_another_size_than_the_rigs_move_nothing() {
+    let files = scene();
+    let mut cameras = files.rig.cameras().to_vec();
+    let pinhole = cameras[0].lens.intrinsics();
+    let twice = |px: f64| 2.0 * px + 0.5;
+    cameras[0].lens = Lens::pinhole(Intrinsics {
+        fx: 2.0 * pinhole.fx,
+        fy: 2.0 * pinhole.fy,
+        cx: twice(pinhole.cx),
+        cy: twice(pinhole.cy),
+    })
+    .expect("a lens");
+    cameras[0].resolution = cameras[0].resolution.map(|side| 2 * side);
+    let rig = Rig::new(cameras).expect("a rig");
+    let seen = Scene::of(rig, files.objects.clone());
+    let mut house = House::of(&files, &seen);
+    let router = house.router("router", &[]);
+    house.fusion("main", &[&router]);
+    let feed = feed(&house, &ALL, &[&router], now_ns());
+    let witness = Witness::start(&house.keys, &[&router]);
+    await_tracking(&house, &[&router], 1);
+    let first = &files.rig.cameras()[0].id;
+    let is_named =
+        |fault: &Fault| matches!(fault, Fault::ImageSize { camera, .. } if camera == first);
+    await_main(&house, &router, |status| status.faults.iter().any(is_named));
+    std::thread::sleep(lasting(30, 5));
+    assert_true(&house, &feed, &witness.sights());
 }
 
 /// Each write to the disk takes seconds, and nothing waits for it.
