@@ -395,7 +395,7 @@ fn a_change_that_a_newer_one_overtakes_is_refused_and_taken_off_the_disk() {
     assert_eq!(main.models(), other.models());
 }
 
-/// Nodes that publish whenever they feel like it, on a network that loses messages and falls into halves. At every moment a node that knows of newer models
+/// Nodes that publish whenever they may, on a network that loses messages and falls into halves. At every moment a node that knows of newer models
 /// does not publish; when the network is whole again all have the same models, those of the newest version.
 #[test]
 fn replicas_agree_on_the_newest_version_when_they_hear_each_other() {
@@ -406,8 +406,8 @@ fn replicas_agree_on_the_newest_version_when_they_hear_each_other() {
         let mut nodes: Vec<Replica> = (0..3)
             .map(|k| replica(names[k].as_str(), models(600.0 + k as f64)))
             .collect();
-        for k in 0..3 {
-            (0..3).for_each(|other| nodes[k].joined(names[other].clone(), at(0)));
+        for node in &mut nodes {
+            (names.iter()).for_each(|other| node.joined(other.clone(), at(0)));
         }
         let mut newest_heard: Vec<Option<ModelsVersion>> = vec![None; 3];
         let mut halves = 0;
