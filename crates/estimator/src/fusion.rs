@@ -17,19 +17,13 @@ use crate::fusion::intake::ImageIntake;
 use crate::self_calibration::{AdjustmentTask, Offered, SelfCalibration};
 use crate::site::{AssociatedImage, ObjectImage, Site};
 use crate::tracker::finalised_views::{FinalisedInstant, FinalisedView};
-use crate::tracker::timeline::{Timeline, TooLate};
+use crate::tracker::timeline::Timeline;
 use crate::{FusionOptions, ModelError, Proposal, Statistics};
-use rayon::prelude::*;
 use sextant_site_model::{ImageObservation, ObjectId, ObjectModel, ObjectTag, Rig};
 use sextant_site_report::{Fault, Imperfection, ObjectEstimate};
 
 /// Most cameras, those of former rigs included; when there are more, everything begins anew.
 const MOST_CAMERAS: usize = 1024;
-/// Objects in an image from which on threads gain more than waking them costs: an object takes some 15 us.
-const WORTH_THREADS: usize = 8;
-
-/// The instants of an object that left its window with an image.
-type Advanced = Result<Vec<FinalisedInstant>, TooLate>;
 
 /// An input of [`Fusion`].
 #[derive(Debug, Clone, PartialEq)]
@@ -296,12 +290,10 @@ impl Fusion {
             .record_duplicates(camera_index, image.capture_ns, tags);
         let associated = self.check_print_scales(image, associated);
         let mut timely = Arrival::Yes;
-        let mut advanced = self.advance(camera_index, image.capture_ns, &associated);
         for object in 0..self.timelines.len() {
             match associated.objects.get(&object) {
                 Some(seen) => {
-                    let advanced = advanced.remove(&object).unwrap_or(Err(TooLate));
-                    if self.take_object_image(object, image, seen, advanced) == Arrival::No {
+                    if self.take_object_image(object, image, seen) == Arrival::No {
                         timely = Arrival::No;
                     }
                 }
@@ -338,52 +330,26 @@ impl Fusion {
         self.site.associate(camera_index, image, &self.options)
     }
 
-    /// The tracks of the objects that an image shows go on to its time, on all processors where they are many: each depends on its own images and
-    /// the models, not on the other tracks. Returns the instants of each that no late image can change any more.
-    fn advance(
-        &mut self,
-        camera_index: usize,
-        capture_ns: u64,
-        associated: &AssociatedImage,
-    ) -> BTreeMap<usize, Advanced> {
-        let is_behind = self.offset_search.is_behind(camera_index, &self.site);
-        let (site, options) = (&self.site, &self.options);
-        let advanced = |(object, timeline): (usize, &mut Timeline)| {
-            let seen = associated.objects.get(&object)?;
-            if is_behind && capture_ns < timeline.newest_ns() {
-                return Some((object, Err(TooLate)));
-            }
-            let finalised = timeline.insert(seen.clone(), site, options);
-            if finalised.is_ok() {
-                timeline.catch_up(capture_ns, site, options);
-            }
-            Some((object, finalised))
-        };
-        if associated.objects.len() < WORTH_THREADS {
-            return self
-                .timelines
-                .iter_mut()
-                .enumerate()
-                .filter_map(advanced)
-                .collect();
-        }
-        let timelines = self.timelines.par_iter_mut().enumerate();
-        let all: Vec<_> = timelines.filter_map(advanced).collect();
-        all.into_iter().collect()
-    }
-
     fn take_object_image(
         &mut self,
         object: usize,
         image: &ImageObservation,
         seen: &Arc<ObjectImage>,
-        advanced: Advanced,
     ) -> Arrival {
-        let Ok(finalised) = advanced else {
+        let timeline = &mut self.timelines[object];
+        let is_past = image.capture_ns < timeline.newest_ns();
+        if is_past && self.offset_search.is_behind(seen.camera_index, &self.site) {
+            self.intake.count_late(&image.camera);
+            return Arrival::No;
+        }
+        let finalised = timeline.insert(seen.clone(), &self.site, &self.options);
+        let Ok(finalised) = finalised else {
             self.intake.count_late(&image.camera);
             return Arrival::No;
         };
         self.take_finalised(object, &finalised);
+        let timeline = &mut self.timelines[object];
+        timeline.catch_up(image.capture_ns, &self.site, &self.options);
         self.self_calibrate_from_start(object, image.capture_ns);
         let timeline = &mut self.timelines[object];
         let summary = &timeline.at(image.capture_ns).summary;

@@ -28,5 +28,4 @@ mod shutter;
 mod stamina;
 mod stated_sigmas;
 mod states;
-mod threads;
 mod uncertainty;
