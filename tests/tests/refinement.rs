@@ -147,7 +147,7 @@ fn a_refined_calibration_is_proposed_applied_kept_and_taken_back() {
         "{applied}"
     );
     assert!(
-        applied.contains("config/rig taken and kept in its files"),
+        applied.contains("config/models taken and kept in its files"),
         "{applied}"
     );
     let refined = site.in_force();
