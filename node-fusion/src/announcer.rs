@@ -78,7 +78,7 @@ impl<'a> Announcer<'a> {
                 let settings = models.settings.get(id).cloned();
                 self.settings(&settings.unwrap_or_else(|| CameraSettings::none(id.clone())))
             }
-            // Nobody takes a proposal for a model.
+            // A proposal is taken for a model by no subscriber.
             KeyRef::ConfigModels => Ok(()),
             _ => self.rig.put(&RigConfig::from(&models.rig)),
         }

@@ -68,7 +68,7 @@ pub struct KeepJob {
 /// Who asks for a change.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Origin {
-    /// Somebody on the network.
+    /// A client on the network.
     Request {
         /// What the payload is about.
         about: KeyRef,
@@ -322,7 +322,7 @@ impl Replica {
         }
     }
 
-    /// A node that was started anew may have older models than it had: what it had then nobody waits for, unless another node has it.
+    /// A restarted node may have older models than before. The newer ones are no longer waited for, unless another node has them.
     fn forget_what_is_lost(&mut self, node: &NodeId, theirs: &ModelsState) {
         let is_lost = |(version, holder): &(ModelsVersion, NodeId)| {
             holder == node && theirs.version.as_ref() < Some(version)

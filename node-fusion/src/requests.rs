@@ -1,4 +1,4 @@
-//! What somebody on the network asks to be changed, told from what a fusion node announces to be in force.
+//! Requests for changes of the site, told from what a fusion node announces to be in force.
 
 use crate::models::Change;
 use crate::refusals::undecodable;

@@ -132,34 +132,21 @@ impl Priors {
         if *lens_prior == Prior::Exact {
             return;
         }
-        let (lens, sigma) = (cameras[camera].lens, lens_prior.given());
-        let fx = lens.intrinsics().fx;
-        let [width, height] = resolution.map(|pixels| f64::from(pixels) - 1.0);
-        let corner = lens.unproject(&Point2::new(width, height));
-        let by_parameter = corner
-            .ok()
-            .and_then(|ray| lens.parameter_jacobian(&ray.into()));
-        for (parameter, value) in lens.parameters().into_iter().enumerate() {
-            let (sigma, given) = match parameter {
+        let (fx, sigma) = (cameras[camera].lens.intrinsics().fx, lens_prior.given());
+        let width = f64::from(resolution[0]) - 1.0;
+        self.free_parameters(
+            cameras,
+            camera,
+            *resolution,
+            |parameter, by| match parameter {
                 0 | 1 => (sigma.map_or(FOCAL * fx, |s| s.focal_px), sigma.is_some()),
                 2 | 3 => (CENTRE * width, false),
                 _ => {
                     let displaced = sigma.map_or(DISTORTION * width, |s| s.distortion_px);
-                    let by = by_parameter.map_or(fx, |by| by.column(parameter).norm());
                     (displaced / by, sigma.is_some())
                 }
-            };
-            if sigma.is_finite() && sigma > 0.0 {
-                cameras[camera].free_lens.0[parameter] = Freedom::Free;
-                let anchor = Anchor::Lens {
-                    camera,
-                    parameter,
-                    value,
-                    sigma,
-                };
-                self.anchors.push((anchor, given));
-            }
-        }
+            },
+        );
     }
 
     /// Frees the lens of a camera of which only the image size is known, with its value as the mean of a wide prior.
@@ -169,22 +156,38 @@ impl Priors {
         camera: usize,
         resolution: [u32; 2],
     ) {
-        let lens = cameras[camera].lens;
-        let fx = lens.intrinsics().fx;
-        let [width, height] = resolution.map(|pixels| f64::from(pixels) - 1.0);
-        let corner = Point2::new(width, height);
-        let by_parameter = lens
-            .unproject(&corner)
-            .ok()
-            .and_then(|ray| lens.parameter_jacobian(&ray.into()));
-        for (parameter, value) in lens.parameters().into_iter().enumerate() {
-            let by = by_parameter.map_or(fx, |by| by.column(parameter).norm());
+        let fx = cameras[camera].lens.intrinsics().fx;
+        let width = f64::from(resolution[0]) - 1.0;
+        self.free_parameters(cameras, camera, resolution, |parameter, by| {
             let sigma = match parameter {
                 0 | 1 => UNKNOWN_FOCAL * fx,
                 2 | 3 => UNKNOWN_CENTRE * width,
                 6 | 7 => UNKNOWN_TANGENTIAL * width / by,
                 _ => UNKNOWN_RADIAL * width / by,
             };
+            (sigma, true)
+        });
+    }
+
+    /// Frees the parameters of a lens, with their values as the means of their priors. `sigma` has the standard deviation of each, none where it is
+    /// not positive, and whether it is given; from its number, and from the pixels by which one unit of it moves the image's corner.
+    fn free_parameters(
+        &mut self,
+        cameras: &mut [BundleCamera],
+        camera: usize,
+        resolution: [u32; 2],
+        sigma: impl Fn(usize, f64) -> (f64, bool),
+    ) {
+        let lens = cameras[camera].lens;
+        let fx = lens.intrinsics().fx;
+        let [width, height] = resolution.map(|pixels| f64::from(pixels) - 1.0);
+        let corner = lens.unproject(&Point2::new(width, height));
+        let by_parameter = corner
+            .ok()
+            .and_then(|ray| lens.parameter_jacobian(&ray.into()));
+        for (parameter, value) in lens.parameters().into_iter().enumerate() {
+            let by = by_parameter.map_or(fx, |by| by.column(parameter).norm());
+            let (sigma, given) = sigma(parameter, by);
             if sigma.is_finite() && sigma > 0.0 {
                 cameras[camera].free_lens.0[parameter] = Freedom::Free;
                 let anchor = Anchor::Lens {
@@ -193,7 +196,7 @@ impl Priors {
                     value,
                     sigma,
                 };
-                self.anchors.push((anchor, true));
+                self.anchors.push((anchor, given));
             }
         }
     }

@@ -355,7 +355,7 @@ mod tests {
             error.contains("another program is writing this file; end it"),
             "{error}"
         );
-        // Once it has replaced the file it is in nobody's way, though it holds its lock.
+        // Once it has replaced the file it blocks no other writer, although it still holds its lock.
         let _file = first.commit().unwrap();
         write_atomically(&path, b"third").unwrap();
     }

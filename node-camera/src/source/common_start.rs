@@ -8,7 +8,7 @@ use std::path::Path;
 /// A share in the playing of a recording, for as long as it lives.
 #[derive(Debug)]
 pub(crate) struct CommonStart {
-    /// Holds the start as text. Locked for sharing: the file of a playing that nobody takes part in any more means nothing.
+    /// Holds the start as text. Locked for sharing: a file that no node has locked is a leftover of an earlier run.
     file: File,
     start_ns: u64,
 }

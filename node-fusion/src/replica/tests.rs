@@ -168,7 +168,7 @@ fn a_tag_moves_from_one_object_to_another_in_one_change() {
 
 /// A spare whose file is old starts while the publisher does not answer.
 #[test]
-fn files_that_were_compared_with_nobody_are_older_than_all_others() {
+fn files_that_were_never_compared_are_older_than_all_others() {
     let (mut main, mut spare) = (
         replica("main", models(600.0)),
         replica("spare", models(650.0)),
@@ -197,7 +197,7 @@ fn files_that_were_compared_with_nobody_are_older_than_all_others() {
     assert!(main.is_current());
     spare.hear(&id("main"), main.state(), at(2));
     assert!(!spare.is_current());
-    // Whoever was known to have newer models does not have them any less for being gone.
+    // That main is gone does not make the models of the spare any newer.
     spare.left(&id("main"), at(3));
     spare.tick(true, at(SECOND_NS));
     assert!(!spare.is_current());
@@ -214,7 +214,7 @@ fn files_that_were_compared_with_nobody_are_older_than_all_others() {
 
 /// The node that has newer models is gone, or was started anew without them.
 #[test]
-fn what_no_node_has_any_more_keeps_nobody_waiting() {
+fn models_that_no_node_has_any_more_are_not_waited_for() {
     for is_gone in [true, false] {
         let (mut main, mut spare) = (kept("main"), kept("spare"));
         main.request(asked(vec![Change::Rig(rig(610.0))]), at(2));

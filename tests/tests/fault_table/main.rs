@@ -92,6 +92,54 @@ fn feed(house: &House, cameras: &[usize], routers: &[&str], start_ns: u64) -> Ca
     )
 }
 
+/// A site of two halves: two routers with a link that a proxy cuts, and half of the cameras and one fusion node behind each.
+struct DividedSite {
+    house: House,
+    routers: [String; 2],
+    link: FaultProxy,
+    feeds: [CameraFeed; 2],
+}
+
+impl DividedSite {
+    /// Both nodes track, and one of them publishes: which of [`HALVES`] it is.
+    fn start(mut house: House) -> (Self, Statuses, usize) {
+        let left = house.router("left", &[]);
+        let link = FaultProxy::start(&left);
+        let right = house.router("right", &[&link.endpoint]);
+        house.fusion(HALVES[0], &[&left]);
+        house.fusion(HALVES[1], &[&right]);
+        let start_ns = now_ns();
+        let feeds = [
+            feed(&house, &[0, 1], &[&left], start_ns),
+            feed(&house, &[2, 3], &[&right], start_ns),
+        ];
+        await_tracking(&house, &[&left], 2);
+        // Either may: the routers may have met after both had begun.
+        let statuses = house.await_statuses(&[&left], one_publishes);
+        let publisher = HALVES
+            .iter()
+            .position(|&node| statuses[node].epoch.is_some());
+        let site = Self {
+            house,
+            routers: [left, right],
+            link,
+            feeds,
+        };
+        (site, statuses, publisher.expect("one publishes"))
+    }
+}
+
+/// The fusion nodes of a divided site.
+const HALVES: [&str; 2] = ["main", "spare"];
+
+/// Connections are closed and refused.
+fn cut() -> Faults {
+    Faults {
+        is_cut: true,
+        ..Faults::default()
+    }
+}
+
 type Statuses = BTreeMap<String, FusionStatus>;
 
 /// So many fusion nodes track all objects.

@@ -44,13 +44,6 @@ fn await_true_files(house: &House, node: &str) {
     }
 }
 
-fn cut() -> Faults {
-    Faults {
-        is_cut: true,
-        ..Faults::default()
-    }
-}
-
 /// A standby is cut off for 6 s, in which the rig is set. It is back, and the publisher is killed.
 #[test]
 fn a_standby_that_missed_a_change_does_not_publish_with_what_was_before() {
@@ -134,45 +127,30 @@ fn a_spare_with_old_files_puts_them_in_force_nowhere() {
 
 /// The site falls into halves; in one of them the rig is set. Both have it when they hear each other again.
 fn changed_in_one_half(is_it_publishers: bool) {
-    let mut house = house_with_old_files(&scene());
-    let left = house.router("left", &[]);
-    let proxy = FaultProxy::start(&left);
-    let right = house.router("right", &[&proxy.endpoint]);
-    house.fusion("main", &[&left]);
-    house.fusion("spare", &[&right]);
-    let start_ns = now_ns();
-    let feeds = [
-        feed(&house, &[0, 1], &[&left], start_ns),
-        feed(&house, &[2, 3], &[&right], start_ns),
-    ];
-    let witness = Witness::start(&house.keys, &[&left]);
-    await_tracking(&house, &[&left], 2);
-    let statuses = house.await_statuses(&[&left], one_publishes);
-    let is_left_publishers = statuses["main"].epoch.is_some();
-    let half = if is_left_publishers == is_it_publishers {
-        &left
+    let (site, _, publisher) = DividedSite::start(house_with_old_files(&scene()));
+    let (house, [left, _]) = (&site.house, &site.routers);
+    let witness = Witness::start(&house.keys, &[left]);
+    let half = if is_it_publishers {
+        publisher
     } else {
-        &right
+        1 - publisher
     };
-    proxy.set(cut());
+    site.link.set(cut());
     std::thread::sleep(Duration::from_secs(2));
-    let answer = set_true_rig(&house, half);
+    let answer = set_true_rig(house, &site.routers[half]);
     assert!(answer.contains("taken and kept"), "{answer}");
     std::thread::sleep(Duration::from_secs(1));
-    proxy.set(Faults::default());
-    for node in ["main", "spare"] {
-        await_true_files(&house, node);
+    site.link.set(Faults::default());
+    for node in HALVES {
+        await_true_files(house, node);
     }
     let healed = Instant::now();
-    house.await_statuses(&[&left], one_publishes);
+    house.await_statuses(&[left], one_publishes);
     witness.await_pose(healed + Duration::from_secs(1), |pose| {
         pose.state == State::Tracking
     });
-    assert_true(
-        &house,
-        &feeds[0],
-        &witness.used_since(healed + Duration::from_millis(300)),
-    );
+    let used = witness.used_since(healed + Duration::from_millis(300));
+    assert_true(house, &site.feeds[0], &used);
     assert_epochs_increase(&witness.sights());
 }
 

@@ -6,32 +6,14 @@ use super::*;
 #[test]
 fn both_halves_of_a_divided_site_are_served_and_one_publisher_remains() {
     const ROW: &str = "half of the site cut off, then back";
-    let mut house = House::new(&scene());
-    let left = house.router("left", &[]);
-    let proxy = FaultProxy::start(&left);
-    let right = house.router("right", &[&proxy.endpoint]);
-    house.fusion("main", &[&left]);
-    house.fusion("spare", &[&right]);
-    let start_ns = now_ns();
-    let feeds = [
-        feed(&house, &[0, 1], &[&left], start_ns),
-        feed(&house, &[2, 3], &[&right], start_ns),
-    ];
-    let witnesses = [&left, &right].map(|router| Witness::start(&house.keys, &[router]));
-    await_tracking(&house, &[&left], 2);
-    // Whichever does: the routers may have met after both had begun.
-    let statuses = house.await_statuses(&[&left], one_publishes);
-    let nodes = ["main", "spare"];
-    let publisher = nodes
-        .iter()
-        .position(|&node| statuses[node].epoch.is_some());
-    let publisher = publisher.expect("one publishes");
-    let first = statuses[nodes[publisher]].epoch.expect("it publishes");
+    let (site, statuses, publisher) = DividedSite::start(House::new(&scene()));
+    let (house, [left, _]) = (&site.house, &site.routers);
+    let witnesses = (site.routers)
+        .each_ref()
+        .map(|router| Witness::start(&house.keys, &[router]));
+    let first = statuses[HALVES[publisher]].epoch.expect("it publishes");
     let since = Instant::now();
-    proxy.set(Faults {
-        is_cut: true,
-        ..Faults::default()
-    });
+    site.link.set(cut());
     witnesses[1 - publisher].await_pose(since, |pose| pose.epoch > first);
     std::thread::sleep(lasting(60, 3));
     for (witness, what) in witnesses.iter().zip(["first half", "other half"]) {
@@ -45,9 +27,9 @@ fn both_halves_of_a_divided_site_are_served_and_one_publisher_remains() {
         .keep();
     }
     let healed = Instant::now();
-    proxy.set(Faults::default());
-    let statuses = house.await_statuses(&[&left], one_publishes);
-    let second = statuses[nodes[1 - publisher]].epoch;
+    site.link.set(Faults::default());
+    let statuses = house.await_statuses(&[left], one_publishes);
+    let second = statuses[HALVES[1 - publisher]].epoch;
     let second = second.expect("the newer epoch stays");
     let one = Instant::now();
     for (witness, what) in witnesses
@@ -59,7 +41,7 @@ fn both_halves_of_a_divided_site_are_served_and_one_publisher_remains() {
         assert!(late.all(|sight| sight.pose.epoch == second));
         let all = witness.sights();
         assert_epochs_increase(&all);
-        assert_true(&house, &feeds[0], &all);
+        assert_true(house, &site.feeds[0], &all);
         assert_fresh(&all);
         Figure {
             row: ROW,

@@ -127,13 +127,9 @@ fn a_publisher_that_is_stopped_is_replaced() {
 
 #[test]
 fn a_publisher_that_is_cut_off_is_replaced() {
-    let cut = Faults {
-        is_cut: true,
-        ..Faults::default()
-    };
     replaced(
         "network cut",
-        |_, proxy| proxy.set(cut),
+        |_, proxy| proxy.set(cut()),
         |_, proxy| proxy.set(Faults::default()),
     );
 }
