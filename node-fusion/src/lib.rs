@@ -6,22 +6,23 @@
 
 mod adjuster;
 mod ages;
-mod announcer;
 mod camera_settings;
 mod clocks;
 mod config;
 mod files;
 mod formers;
+mod fusion_core;
 mod input_log;
 mod intake;
 mod models;
 mod node;
 mod notices;
+mod outbox;
 mod pace;
 #[cfg(test)]
 mod panic_tests;
+mod ports;
 mod proposing;
-mod publishers;
 mod refusals;
 mod replica;
 mod requests;

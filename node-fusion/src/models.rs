@@ -25,7 +25,7 @@ pub struct Models {
 }
 
 /// The models as messages: under their keys below the site, the payloads that carry them.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Payloads {
     by_key: BTreeMap<String, Vec<u8>>,
     fingerprint: u64,
@@ -281,7 +281,7 @@ impl Models {
     }
 
     /// Whether the site can work from the rig and the objects.
-    fn check_use(&self) -> Result<(), Refusal> {
+    pub fn check_use(&self) -> Result<(), Refusal> {
         if self.objects.len() > limits::MAX_OBJECTS {
             let limit = limits::MAX_OBJECTS as u32;
             return Err(Refusal::TooManyObjects { limit });

@@ -6,16 +6,8 @@ use crate::replica::{Origin, Request};
 use sextant_proto::{ANNOUNCED, DecodeError, Keys, fingerprint};
 use sextant_zenoh_bus::{Item, Payload};
 
-/// Most announcements and other messages that are passed over in one turn.
-const PASSED_OVER: usize = 256;
-
-/// The next request of a queue; what is none is passed over.
-pub fn next(keys: &Keys, queue: impl FnMut() -> Option<Item>) -> Option<Request> {
-    let mut items = std::iter::from_fn(queue).take(PASSED_OVER);
-    items.find_map(|item| request(keys, &item))
-}
-
-fn request(keys: &Keys, item: &Item) -> Option<Request> {
+/// The request of a message; none where it is no request.
+pub fn of(keys: &Keys, item: &Item) -> Option<Request> {
     let about = keys.parse(&item.key)?;
     let is_announced = |sender: &str| sender.starts_with(ANNOUNCED);
     if !about.is_config() || item.sender.as_deref().is_some_and(is_announced) {
@@ -60,21 +52,15 @@ mod tests {
     }
 
     #[test]
-    fn announcements_and_other_keys_are_passed_over_in_bounded_number() {
+    fn announcements_and_other_keys_are_no_requests() {
         let payload = encode(&cube()).unwrap();
         let announced = item("object/cube", payload.clone(), Some("fusion/other"));
         let elsewhere = item("else", payload.clone(), None);
-        let asked = item("object/cube", payload, Some("ann@desk"));
-        let mut queue = [announced.clone(), elsewhere, asked, announced.clone()].into_iter();
-        let request = next(&keys(), || queue.next()).unwrap();
-        assert_eq!(
-            (request.key.as_str(), queue.len()),
-            ("config/object/cube", 1)
-        );
+        assert_eq!(of(&keys(), &announced), None);
+        assert_eq!(of(&keys(), &elsewhere), None);
+        let request = of(&keys(), &item("object/cube", payload, Some("ann@desk"))).unwrap();
+        assert_eq!(request.key, "config/object/cube");
         assert_eq!(request.changes.unwrap().len(), 1);
-        let mut flood = std::iter::repeat_n(announced, 10 * PASSED_OVER);
-        assert_eq!(next(&keys(), || flood.next()), None);
-        assert_eq!(flood.len(), 9 * PASSED_OVER);
     }
 
     #[test]
@@ -86,18 +72,18 @@ mod tests {
             .map(|one| ModelPayload::of(one).unwrap())
             .collect();
         let asked = item("models", encode(&proposal).unwrap(), None);
-        let changes = request(&keys(), &asked).unwrap().changes.unwrap();
+        let changes = of(&keys(), &asked).unwrap().changes.unwrap();
         assert!(matches!(
             &changes[..],
             [Change::Removal(_), Change::Object(_)]
         ));
-        let garbage = request(&keys(), &item("rig", vec![1], None)).unwrap();
+        let garbage = of(&keys(), &item("rig", vec![1], None)).unwrap();
         assert!(matches!(garbage.changes, Err(Refusal::Undecodable { .. })));
         let long = Item {
             payload: Payload::TooLong(1 << 20),
             ..asked
         };
-        let long = request(&keys(), &long).unwrap();
+        let long = of(&keys(), &long).unwrap();
         assert!(matches!(long.changes, Err(Refusal::Undecodable { .. })));
     }
 }

@@ -1,25 +1,12 @@
-//! This node's part among the fusion nodes of its site: heartbeats and liveliness in, heartbeats and the epoch of its poses out. Who
-//! publishes, and which objects, is decided by `sextant_election`.
+//! This node's part among the fusion nodes of its site: who publishes, and which objects, is decided by `sextant_election`.
+//!
+//! Input: what is heard of the other nodes. Output: heartbeats, and the epoch of the poses. Knows no network and no clock.
 
 use crate::config::ShardingConfig;
-use crate::replica::Replica;
 use sextant_election::{Assignment, Company, Election, Input, Link, Moment, Sharding};
-use sextant_process::SteadyClock;
-use sextant_proto::limits::MAX_PEERS;
-use sextant_proto::{Heartbeat, KeyRef, Keys, Kind, ModelsState, NodeId};
+use sextant_proto::{Heartbeat, ModelsState, NodeId};
 use sextant_site_model::{ObjectId, ObjectModel, TagId};
-use sextant_zenoh_bus::{
-    AliveWatch, Bus, BusError, Presence, Publisher, Qos, StreamBounds, Subscription,
-};
 use std::collections::BTreeSet;
-use std::time::Duration;
-
-/// Most heartbeats that wait: three seconds of those of as many nodes as a site may have.
-const QUEUE: StreamBounds = StreamBounds {
-    items: 60 * MAX_PEERS,
-    bytes: 8 << 20,
-    wait: Duration::MAX,
-};
 
 /// What this node has to do from now on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,11 +23,7 @@ pub enum Duty {
 /// Takes part in the election.
 #[derive(Debug)]
 pub struct Standby {
-    keys: Keys,
     election: Election,
-    heartbeats: Subscription,
-    presence: AliveWatch,
-    publisher: Publisher<Heartbeat>,
     duty: Duty,
     /// The models that the last heartbeat told of.
     told: ModelsState,
@@ -48,14 +31,6 @@ pub struct Standby {
     sharding: Option<Sharding>,
     /// Tags of objects that other nodes track.
     foreign_tags: BTreeSet<TagId>,
-}
-
-/// Now, by both clocks of the host.
-pub fn moment(clock: &SteadyClock) -> Moment {
-    Moment {
-        monotonic_ns: clock.monotonic_ns(),
-        wall_ns: clock.now_ns(),
-    }
 }
 
 fn assignment(config: &ShardingConfig) -> Option<Assignment> {
@@ -70,106 +45,79 @@ fn assignment(config: &ShardingConfig) -> Option<Assignment> {
 
 impl Standby {
     /// Joins the fusion nodes of the site; where there are others, as a standby.
-    ///
-    /// # Errors
-    /// When the network session has ended.
-    pub fn open(
-        bus: &Bus,
-        keys: &Keys,
+    #[must_use]
+    pub fn new(
         node: &NodeId,
         sharding: &ShardingConfig,
-        replica: &mut Replica,
-        clock: &SteadyClock,
-    ) -> Result<Self, BusError> {
-        let longest = Kind::Heartbeat.max_bytes();
-        let heartbeats = keys.all_heartbeats();
-        let heartbeats = bus.subscribe_stream(&heartbeats, QUEUE, longest)?;
-        let alive = bus.alive_keys(&keys.all_fusion_alive())?;
-        let company = match alive.is_empty() {
-            true => Company::Alone,
-            false => Company::Others,
-        };
-        let now = moment(clock);
-        for key in alive {
-            if let Some(KeyRef::Alive(_, node)) = keys.parse(&key) {
-                replica.joined(node, now);
-            }
-        }
+        objects: &[ObjectModel],
+        company: Company,
+        now: Moment,
+    ) -> Self {
         let assignment = assignment(sharding);
-        Ok(Self {
+        let mut standby = Self {
             election: Election::new(node.clone(), now, company),
             sharding: assignment.map(|one| Sharding::new(node.clone(), one, now, company)),
             foreign_tags: BTreeSet::new(),
-            heartbeats,
-            presence: bus.watch_alive(&keys.all_fusion_alive())?,
-            publisher: bus.publisher(&keys.heartbeat(node), Qos::Pose)?,
             duty: Duty::StandBy,
             told: ModelsState::default(),
-            keys: keys.clone(),
-        })
+        };
+        standby.take_objects(objects);
+        standby
     }
 
-    /// Takes in what has arrived and sends what is due, also of the models of the nodes; a change of duty, if there is one.
-    ///
-    /// # Errors
-    /// When the network session has ended.
-    pub fn turn(
-        &mut self,
-        bus: &Bus,
-        replica: &mut Replica,
-        clock: &SteadyClock,
-    ) -> Result<Option<Duty>, BusError> {
-        let now = moment(clock);
-        let link = match bus.is_connected() {
-            true => Link::Up,
-            false => Link::Down,
-        };
+    /// The state of the link to the network, whether or not it has changed.
+    pub fn link(&mut self, link: Link, now: Moment) {
         self.election.handle(now, Input::Link(link));
-        while let Some(change) = self.presence.try_recv() {
-            let (Presence::Joined(key) | Presence::Left(key)) = &change;
-            let Some(KeyRef::Alive(_, node)) = self.keys.parse(key) else {
-                continue;
-            };
-            match change {
-                Presence::Joined(_) => replica.joined(node, now),
-                Presence::Left(_) => {
-                    self.election.handle(now, Input::Left(&node));
-                    replica.left(&node, now);
-                }
-            }
+    }
+
+    /// The liveliness token of another node is gone.
+    pub fn left(&mut self, node: &NodeId, now: Moment) {
+        self.election.handle(now, Input::Left(node));
+    }
+
+    /// A heartbeat of another node.
+    pub fn hear(&mut self, beat: &Heartbeat, now: Moment) {
+        self.election.handle(now, Input::Heartbeat(beat));
+        if let Some(sharding) = &mut self.sharding
+            && sharding.hear(beat)
+        {
+            tracing::warn!(node = %beat.node, "a fusion node has another [sharding]: give all nodes of the site the same mode and standbys");
         }
-        while let Some(item) = self.heartbeats.try_recv() {
-            if let Ok(beat) = item.decode::<Heartbeat>()
-                && self.keys.heartbeat(&beat.node) == item.key
-            {
-                self.election.handle(now, Input::Heartbeat(&beat));
-                replica.hear(&beat.node, &beat.models, now);
-                if let Some(sharding) = &mut self.sharding
-                    && sharding.hear(&beat)
-                {
-                    tracing::warn!(node = %beat.node, "a fusion node has another [sharding]: give all nodes of the site the same mode and standbys");
-                }
-            }
-        }
+    }
+
+    /// The host's clock was set, or the host was suspended: others may have taken over meanwhile.
+    pub fn interrupted(&mut self, now: Moment) {
+        self.election.handle(now, Input::Interrupted);
+    }
+
+    /// Does what is due; a change of duty, if there is one.
+    pub fn tick(&mut self, objects: &[ObjectModel], now: Moment) -> Option<Duty> {
         self.election.handle(now, Input::Tick);
         if let Some(sharding) = &mut self.sharding
             && sharding.evaluate(now, &self.election)
         {
             self.election.hasten_heartbeat(now.monotonic_ns);
-            self.note_foreign_tags(&replica.models().objects);
+            self.note_foreign_tags(objects);
         }
-        let models = replica.state();
+        let duty = match self.election.claim() {
+            Some(epoch) => Duty::Publish { epoch },
+            None => Duty::StandBy,
+        };
+        let before = std::mem::replace(&mut self.duty, duty);
+        (before != duty).then_some(duty)
+    }
+
+    /// The heartbeat that is due, if one is; at once where the models of this node have changed.
+    pub fn poll_heartbeat(&mut self, models: &ModelsState, now: Moment) -> Option<Heartbeat> {
         if *models != self.told {
             self.election.hasten_heartbeat(now.monotonic_ns);
         }
-        if let Some(mut beat) = self.election.poll_heartbeat(now.monotonic_ns) {
-            let sharding = self.sharding.as_ref();
-            beat.sharing = sharding.map(|sharding| sharding.announcement(now.monotonic_ns));
-            beat.models = models.clone();
-            self.told = models.clone();
-            self.publisher.put(&beat)?;
-        }
-        Ok(self.change_of_duty())
+        let mut beat = self.election.poll_heartbeat(now.monotonic_ns)?;
+        let sharding = self.sharding.as_ref();
+        beat.sharing = sharding.map(|sharding| sharding.announcement(now.monotonic_ns));
+        beat.models = models.clone();
+        self.told = models.clone();
+        Some(beat)
     }
 
     /// The site has these objects now.
@@ -186,72 +134,66 @@ impl Standby {
         self.foreign_tags = tags.collect();
     }
 
-    /// The host's clock was set, or the host was suspended: others may have taken over meanwhile.
-    pub fn interrupted(&mut self, clock: &SteadyClock) {
-        self.election.handle(moment(clock), Input::Interrupted);
-    }
-
     /// Whether this node cares for what concerns the whole site, also while it waits for the others after an interruption.
+    #[must_use]
     pub fn leads(&self) -> bool {
         self.duty != Duty::StandBy
     }
 
     /// Epoch of the poses that this node publishes now; none while it stands by.
-    pub fn epoch(&self, clock: &SteadyClock) -> Option<u64> {
-        self.election.epoch(clock.monotonic_ns())
+    #[must_use]
+    pub fn epoch(&self, now: Moment) -> Option<u64> {
+        self.election.epoch(now.monotonic_ns)
     }
 
     /// Epoch of the poses of an object that this node publishes now; none where another node does.
-    pub fn epoch_of(&self, object: &ObjectId, clock: &SteadyClock) -> Option<u64> {
+    #[must_use]
+    pub fn epoch_of(&self, object: &ObjectId, now: Moment) -> Option<u64> {
         let Some(sharding) = &self.sharding else {
-            return self.epoch(clock);
+            return self.epoch(now);
         };
-        let is_sure = self.election.is_sure(clock.monotonic_ns());
+        let is_sure = self.election.is_sure(now.monotonic_ns);
         sharding.epoch(object).filter(|_| is_sure)
     }
 
     /// The newest epoch of the poses that this node publishes; none while it publishes none.
-    pub fn newest_epoch(&self, clock: &SteadyClock) -> Option<u64> {
+    #[must_use]
+    pub fn newest_epoch(&self, now: Moment) -> Option<u64> {
         match &self.sharding {
             Some(sharding) => sharding.newest_epoch(),
-            None => self.epoch(clock),
+            None => self.epoch(now),
         }
     }
 
     /// Whether the objects of the site are shared among its fusion nodes.
+    #[must_use]
     pub fn is_shared(&self) -> bool {
         self.sharding.is_some()
     }
 
     /// Whether this node tracks an object.
+    #[must_use]
     pub fn tracks(&self, object: &ObjectId) -> bool {
         let sharding = self.sharding.as_ref();
         sharding.is_none_or(|sharding| sharding.tracks(object))
     }
 
     /// Whether a tag is on an object that other nodes track.
+    #[must_use]
     pub fn is_foreign(&self, tag: &TagId) -> bool {
         self.foreign_tags.contains(tag)
     }
 
     /// The estimator tracks the object well.
-    pub fn see(&mut self, object: &ObjectId, clock: &SteadyClock) {
+    pub fn see(&mut self, object: &ObjectId, now: Moment) {
         if let Some(sharding) = &mut self.sharding {
-            sharding.see(object, clock.monotonic_ns());
+            sharding.see(object, now.monotonic_ns);
         }
     }
 
     /// When the next turn is due, ns by the monotonic clock.
+    #[must_use]
     pub fn due_ns(&self) -> u64 {
         self.election.poll_timeout()
-    }
-
-    fn change_of_duty(&mut self) -> Option<Duty> {
-        let duty = match self.election.claim() {
-            Some(epoch) => Duty::Publish { epoch },
-            None => Duty::StandBy,
-        };
-        let before = std::mem::replace(&mut self.duty, duty);
-        (before != duty).then_some(duty)
     }
 }

@@ -3,8 +3,8 @@
 
 use crate::intake::Intake;
 use crate::notices::Notices;
+use crate::outbox::Unpublished;
 use crate::proposing;
-use crate::publishers::Unpublished;
 use crate::refusals::{Refusals, detail};
 use sextant_estimator::{Fusion, HeldBack, Statistics};
 use sextant_proto::{CameraIntake, FusionStatus, NodeId, Notice, ObjectHealth, limits};

@@ -123,7 +123,7 @@ impl SteadyClock {
 }
 
 /// Error of the wall clock.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct ClockQuality {
     /// Whether something (chrony, ntpd, ptp4l with phc2sys, timesyncd) disciplines this clock now.
     pub synchronised: bool,

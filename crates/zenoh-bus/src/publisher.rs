@@ -35,6 +35,13 @@ impl RawPublisher {
             .map_err(|cause| BusError::Session(cause.to_string()))
     }
 
+    /// A publisher whose messages are signed by their sender ([`crate::Item::sender`]), if one is given.
+    #[must_use]
+    pub fn signed(mut self, sender: Option<&str>) -> Self {
+        self.signature = sender.map(str::to_owned);
+        self
+    }
+
     /// Whether there is a subscriber now, for messages that are expensive to produce.
     pub fn has_subscribers(&self) -> bool {
         self.publisher
@@ -64,6 +71,13 @@ impl RawLatest {
     /// Publishes a message and keeps it for late joiners.
     pub fn put(&self, bytes: &[u8]) -> Result<(), BusError> {
         self.put_shared(ZBytes::from(bytes.to_vec()))
+    }
+
+    /// A publisher whose messages are signed by their sender ([`crate::Item::sender`]), if one is given.
+    #[must_use]
+    pub fn signed(mut self, sender: Option<&str>) -> Self {
+        self.publisher = self.publisher.signed(sender);
+        self
     }
 
     fn put_shared(&self, bytes: ZBytes) -> Result<(), BusError> {

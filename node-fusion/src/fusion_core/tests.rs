@@ -1,50 +1,28 @@
-//! The node's turns on a network of its own, by a clock that the test sets.
+//! The node's turns, by clocks that the test sets.
 
 use super::*;
+use crate::outbox::Put;
 use nalgebra::{Matrix6, Vector6};
 use sextant_estimator::HeldBack;
 use sextant_geometry::{Intrinsics, Lens, Pose};
-use sextant_proto::{FusionStatus, Notice, ObjectPose, Observations, Timing};
+use sextant_proto::{FusionStatus, Message, ObjectPose, Observations, Timing, decode, encode};
 use sextant_site_files::parse_toml;
 use sextant_site_model::{Camera, ObjectId, ObjectModel, ObjectTag, TagId};
-use sextant_site_report::{ObjectEstimate, State};
 use sextant_tag_families::Family;
-use sextant_zenoh_bus::{BusOptions, Publisher, Qos};
-use std::cell::Cell;
+use std::path::Path;
 
 const SECOND_NS: u64 = 1_000_000_000;
 const PERIOD_NS: u64 = 33_333_333;
 const DELAY_NS: u64 = 10_000_000;
 
-thread_local! {
-    static READING: Cell<Reading> = const {
-        Cell::new(Reading {
-            wall_ns: 1_800_000_000 * SECOND_NS,
-            monotonic_ns: 1000 * SECOND_NS,
-        })
-    };
-}
+/// Both clocks of the host, which a test sets.
+struct Clock(Moment);
 
-fn pass(ns: u64) {
-    let Reading {
-        wall_ns,
-        monotonic_ns,
-    } = READING.get();
-    READING.set(Reading {
-        wall_ns: wall_ns + ns,
-        monotonic_ns: monotonic_ns + ns,
-    });
-}
-
-fn set_wall(by_ns: i64) {
-    let Reading {
-        wall_ns,
-        monotonic_ns,
-    } = READING.get();
-    READING.set(Reading {
-        wall_ns: wall_ns.saturating_add_signed(by_ns),
-        monotonic_ns,
-    });
+impl Clock {
+    fn pass(&mut self, ns: u64) {
+        self.0.wall_ns += ns;
+        self.0.monotonic_ns += ns;
+    }
 }
 
 fn north() -> CameraId {
@@ -83,114 +61,144 @@ fn models() -> Models {
     }
 }
 
-/// A node, and a camera of one test.
-struct Bench<'a> {
-    node: FusionNode<'a>,
-    camera: Publisher<Observations>,
-    statuses: Subscription,
-    poses: Subscription,
+/// A node, a camera, and what the node has said.
+struct Bench {
+    core: FusionCore,
+    clock: Clock,
     sent: u64,
+    unread: u64,
+    said: Vec<Put>,
 }
 
-fn router() -> Bus {
-    Bus::open(&BusOptions::router_on("tcp/127.0.0.1:0")).unwrap()
-}
-
-impl<'a> Bench<'a> {
-    fn new(bus: &'a Bus) -> Self {
+impl Bench {
+    fn new() -> Self {
         let text = "site = \"lab\"\nrig = \"rig.toml\"\n";
         let config: FusionConfig = parse_toml(Path::new("fusion.toml"), text, |_| Ok(())).unwrap();
-        let models = models();
-        let (rig, objects) = (models.rig.clone(), models.objects.clone());
-        let machine = Fusion::new(rig, objects, FusionOptions::default()).unwrap();
-        let keys = Keys::of(config.site.clone());
-        let replica = Replica::new(config.node.clone(), models, Formers::default(), None, false);
-        let clock = SteadyClock::new(|| READING.get());
-        let listen = |key: &str| {
-            bus.subscribe(key, 10_000, DropRule::Oldest, limits::MAX_PAYLOAD_BYTES)
-                .unwrap()
+        let beginning = Beginning {
+            models: models(),
+            formers: Formers::default(),
+            record: None,
+            others: Vec::new(),
+        };
+        let now = Moment {
+            wall_ns: 1_800_000_000 * SECOND_NS,
+            monotonic_ns: 1000 * SECOND_NS,
         };
         Self {
-            statuses: listen(&keys.all_fusion_statuses()),
-            poses: listen(&keys.all_poses()),
-            camera: bus
-                .publisher(&keys.observations(&north()), Qos::Config)
-                .unwrap(),
-            node: FusionNode::open(bus, &config, machine, replica, clock).unwrap(),
+            core: FusionCore::new(&config, beginning, now).unwrap(),
+            clock: Clock(now),
             sent: 0,
+            unread: 0,
+            said: Vec::new(),
         }
     }
 
-    /// An image that was taken so long ago.
-    fn send(&mut self, age_ns: u64) {
+    /// An image that was taken so long ago, as a message.
+    fn image(&mut self, age_ns: u64) -> Item {
         self.sent += 1;
         let message = Observations {
             camera: north(),
             sequence: self.sent,
-            capture_ns: READING.get().wall_ns - age_ns,
+            capture_ns: self.clock.0.wall_ns - age_ns,
             exposure_ns: 0,
             clock: sextant_proto::ClockQuality::default(),
             resolution: [640, 480],
             timing: Timing::default(),
             tags: Vec::new(),
         };
-        self.camera.put(&message).unwrap();
+        Item {
+            key: self.core.keys.observations(&north()),
+            payload: Payload::Bytes(encode(&message).unwrap()),
+            sender: None,
+        }
+    }
+
+    /// A turn of the process.
+    fn turn(&mut self, item: Option<&Item>) {
+        let now = self.clock.0;
+        self.core.take_turns(now);
+        if let Some(item) = item {
+            self.core.observation(item, now);
+        }
+        self.core.tick(now);
+        if self.core.is_report_due(now) {
+            let host = HostState {
+                unread: self.unread,
+                ..HostState::default()
+            };
+            self.core.report(host, now);
+        }
+        self.act();
+    }
+
+    fn act(&mut self) {
+        while let Some(action) = self.core.poll(self.clock.0) {
+            if let Action::Say(Said::Put(put)) = action {
+                self.said.push(put);
+            }
+        }
     }
 
     /// Images of a second, each handled as it comes.
     fn run_a_second(&mut self) {
         for _ in 0..30 {
-            pass(PERIOD_NS);
-            self.send(DELAY_NS);
-            self.node.turn().unwrap();
+            self.clock.pass(PERIOD_NS);
+            let image = self.image(DELAY_NS);
+            self.turn(Some(&image));
         }
     }
 
-    /// The statuses that were published since this was asked last.
-    fn statuses(&mut self) -> Vec<FusionStatus> {
-        let items = std::iter::from_fn(|| self.statuses.try_recv());
-        items.map(|item| item.decode().unwrap()).collect()
+    fn set_wall(&mut self, by_ns: i64) {
+        self.clock.0.wall_ns = self.clock.0.wall_ns.saturating_add_signed(by_ns);
+        self.core.clock_stepped(by_ns, self.clock.0);
+    }
+
+    /// What has been said of a kind since this was asked last.
+    fn messages<M: Message>(&mut self) -> Vec<M> {
+        self.act();
+        let messages: Vec<M> = (self.said.iter())
+            .filter_map(|put| decode(&put.payload).ok())
+            .collect();
+        self.said.retain(|put| decode::<M>(&put.payload).is_err());
+        messages
     }
 
     /// The next status.
     fn status(&mut self) -> FusionStatus {
-        self.statuses();
-        pass(SECOND_NS);
-        self.node.turn().unwrap();
-        self.statuses().pop().unwrap()
+        self.messages::<FusionStatus>();
+        self.clock.pass(SECOND_NS);
+        self.turn(None);
+        self.messages().pop().unwrap()
     }
 }
 
 #[test]
 fn after_the_clock_is_set_back_images_are_fused_and_statuses_go_on() {
-    let bus = router();
-    let mut bench = Bench::new(&bus);
+    let mut bench = Bench::new();
     bench.run_a_second();
-    bench.statuses();
-    set_wall(-(3600 * SECOND_NS as i64));
+    bench.messages::<FusionStatus>();
+    bench.set_wall(-(3600 * SECOND_NS as i64));
     bench.run_a_second();
     bench.run_a_second();
-    let statuses = bench.statuses();
+    let statuses: Vec<FusionStatus> = bench.messages();
     assert_eq!(statuses.len(), 2, "{statuses:?}");
     let last = bench.status();
     assert_eq!(last.cameras[0].received, 90);
-    // The one that was under way.
-    assert!(last.cameras[0].late <= 1, "{last:?}");
-    assert!(last.cameras[0].last_capture_ns < READING.get().wall_ns);
+    assert_eq!(last.cameras[0].late, 0);
+    assert!(last.cameras[0].last_capture_ns < bench.clock.0.wall_ns);
     assert_eq!(last.uptime_s, 3);
     assert_eq!(last.notices, [Notice::ClockStepped { by_s: -3600.0 }]);
-    assert_eq!(bench.node.machine.statistics().cameras[&north()].images, 89);
+    assert_eq!(bench.core.machine.statistics().cameras[&north()].images, 90);
 }
 
 #[test]
 fn observations_that_were_held_up_are_dropped_and_shown() {
-    let bus = router();
-    let mut bench = Bench::new(&bus);
+    let mut bench = Bench::new();
     bench.run_a_second();
-    pass(3 * SECOND_NS);
+    bench.clock.pass(3 * SECOND_NS);
     for image in 0..90 {
-        bench.send(DELAY_NS + (90 - image) * PERIOD_NS);
-        bench.node.turn().unwrap();
+        let image = bench.image(DELAY_NS + (90 - image) * PERIOD_NS);
+        bench.turn(Some(&image));
     }
     let status = bench.status();
     // All but those of the last half second.
@@ -200,25 +208,25 @@ fn observations_that_were_held_up_are_dropped_and_shown() {
         total: 75,
     };
     assert!(status.notices.contains(&late), "{:?}", status.notices);
-    assert_eq!(bench.node.machine.statistics().cameras[&north()].images, 45);
+    assert_eq!(bench.core.machine.statistics().cameras[&north()].images, 45);
 }
 
 #[test]
-fn a_flood_drops_the_oldest_and_is_shown() {
-    let bus = router();
-    let mut bench = Bench::new(&bus);
-    (0..QUEUE + 1000).for_each(|_| bench.send(DELAY_NS));
-    let status = bench.status();
-    let is_overload = |notice: &Notice| matches!(notice, Notice::Overload { .. });
-    let overload = status.notices.iter().find(|notice| is_overload(notice));
-    assert!(overload.is_some(), "{:?}", status.notices);
-    assert!(bench.node.observations.counts().dropped >= 1000);
+fn what_was_dropped_unread_is_shown() {
+    let mut bench = Bench::new();
+    bench.status();
+    bench.unread = 1000;
+    let overload = Notice::Overload {
+        dropped: 1000,
+        total: 1000,
+    };
+    assert_eq!(bench.status().notices, [overload]);
 }
 
-fn estimate(x_m: f64, variance: f64) -> ObjectEstimate {
+fn estimate(now: Moment, x_m: f64, variance: f64) -> ObjectEstimate {
     ObjectEstimate {
         object: cube().id().clone(),
-        capture_ns: READING.get().wall_ns,
+        capture_ns: now.wall_ns,
         world_from_object: Pose::translation(x_m, 0.0, 0.0),
         covariance: Matrix6::from_diagonal(&Vector6::new(1e-6, variance, 1e-6, 1e-6, 1e-6, 1e-6)),
         twist: Vector6::zeros(),
@@ -232,15 +240,13 @@ fn estimate(x_m: f64, variance: f64) -> ObjectEstimate {
 
 #[test]
 fn a_pose_that_cannot_be_encoded_is_dropped_and_counted_and_the_next_is_published() {
-    let bus = router();
-    let mut bench = Bench::new(&bus);
+    let mut bench = Bench::new();
     bench.status();
-    let now_ns = READING.get().wall_ns;
-    let mut publish = |estimate| bench.node.publishers.pose(&estimate, 1, now_ns).unwrap();
-    assert!(!publish(estimate(2.0e6, 1e-6)));
-    assert!(publish(estimate(1.0, -1e-12)));
-    let published = std::iter::from_fn(|| bench.poses.try_recv());
-    let published: Vec<ObjectPose> = published.map(|item| item.decode().unwrap()).collect();
+    let now = bench.clock.0;
+    for estimate in [estimate(now, 2.0e6, 1e-6), estimate(now, 1.0, -1e-12)] {
+        bench.core.estimates.push_back(estimate);
+    }
+    let published: Vec<ObjectPose> = bench.messages();
     assert_eq!(published.len(), 1);
     assert_eq!(
         (published[0].sequence, published[0].covariance[7]),
@@ -256,15 +262,16 @@ fn a_pose_that_cannot_be_encoded_is_dropped_and_counted_and_the_next_is_publishe
 
 #[test]
 fn a_pose_that_was_held_up_is_not_published_as_if_it_were_current() {
-    let bus = router();
-    let mut bench = Bench::new(&bus);
+    let mut bench = Bench::new();
     bench.status();
-    bench.node.turned_ns = READING.get().monotonic_ns;
-    bench.node.publish_pose(&estimate(1.0, 1e-6)).unwrap();
-    pass(3 * SECOND_NS);
-    bench.node.publish_pose(&estimate(1.0, 1e-6)).unwrap();
-    let published = std::iter::from_fn(|| bench.poses.try_recv());
-    assert_eq!(published.count(), 1);
+    for held_ns in [0, 3 * SECOND_NS] {
+        bench.core.handled_ns = bench.clock.0.monotonic_ns;
+        let estimate = estimate(bench.clock.0, 1.0, 1e-6);
+        bench.core.estimates.push_back(estimate);
+        bench.clock.pass(held_ns);
+        bench.act();
+    }
+    assert_eq!(bench.messages::<ObjectPose>().len(), 1);
     let status = bench.status();
     let [Notice::Unpublished { total: 1, detail }] = &status.notices[..] else {
         panic!("{:?}", status.notices);
@@ -288,24 +295,15 @@ fn refined() -> Proposal {
     }
 }
 
-fn messages<M: sextant_proto::Message>(subscription: &Subscription) -> Vec<M> {
-    let items = std::iter::from_fn(|| subscription.try_recv());
-    items.map(|item| item.decode().unwrap()).collect()
-}
-
 #[test]
 fn a_proposal_is_published_once_said_in_the_status_and_withdrawn_with_the_models() {
-    let bus = router();
-    let mut bench = Bench::new(&bus);
-    let listen = |key: &str| {
-        bus.subscribe(key, 100, DropRule::Oldest, limits::MAX_PAYLOAD_BYTES)
-            .unwrap()
-    };
-    let proposals = listen(&bench.node.keys.all_proposals());
+    let mut bench = Bench::new();
+    bench.messages::<sextant_proto::Proposal>();
     for _ in 0..3 {
-        bench.node.propose(Some(refined())).unwrap();
+        bench.core.propose(Some(refined()), bench.clock.0);
     }
-    let [proposal] = &messages::<sextant_proto::Proposal>(&proposals)[..] else {
+    let proposals: Vec<sextant_proto::Proposal> = bench.messages();
+    let [proposal] = &proposals[..] else {
         panic!("one is published");
     };
     assert_eq!(
@@ -315,9 +313,9 @@ fn a_proposal_is_published_once_said_in_the_status_and_withdrawn_with_the_models
     let rig = proposal.rig_config().unwrap().unwrap();
     assert_eq!(rig.cameras[0].id, north());
     assert_eq!(proposal.object_configs().unwrap()[0].id, *cube().id());
-    let status = bench.node.status.status(
-        &mut bench.node.intake,
-        &bench.node.machine,
+    let status = bench.core.status.status(
+        &mut bench.core.intake,
+        &bench.core.machine,
         Losses::default(),
         1,
     );
@@ -329,29 +327,24 @@ fn a_proposal_is_published_once_said_in_the_status_and_withdrawn_with_the_models
     assert_eq!(status.notices, [proposed]);
 
     let change = Change::Removal(cube().id().clone());
-    bench.node.put_in_force(&[change]).unwrap();
-    let withdrawn: Vec<sextant_proto::Proposal> = messages(&proposals);
+    bench.core.put_in_force(&[change], bench.clock.0);
+    bench.act();
+    bench.said.retain(|put| put.key.ends_with("/proposal"));
+    let withdrawn: Vec<sextant_proto::Proposal> = bench.messages();
     assert!(matches!(&withdrawn[..], [none] if none.is_empty()));
 }
 
 #[test]
 fn a_node_that_applies_puts_its_proposal_in_force_and_can_go_back() {
-    let bus = router();
-    let mut bench = Bench::new(&bus);
-    let formers = bus
-        .subscribe(
-            &bench.node.keys.all_formers(),
-            100,
-            DropRule::Oldest,
-            limits::MAX_PAYLOAD_BYTES,
-        )
-        .unwrap();
-    bench.node.apply(refined());
-    bench.node.care_for_models().unwrap();
-    let in_force = bench.node.replica.models();
+    let mut bench = Bench::new();
+    bench.core.apply(refined(), bench.clock.0);
+    bench.turn(None);
+    let in_force = bench.core.replica.models();
     assert_eq!(Some(&in_force.rig), refined().rig.as_ref());
     assert_eq!(in_force.objects, refined().objects);
-    let last: Vec<sextant_proto::Proposal> = messages(&formers);
+    let formers = |put: &Put| put.key.ends_with("/former");
+    bench.said.retain(formers);
+    let last: Vec<sextant_proto::Proposal> = bench.messages();
     let last = last.last().unwrap();
     let before = models();
     assert_eq!(last.rig_config(), Ok(Some((&before.rig).into())));

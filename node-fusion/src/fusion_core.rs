@@ -1,0 +1,562 @@
+//! The fusion node without its network, files, threads and clock: messages in, poses and everything else that is to be said out.
+//!
+//! After each input [`FusionCore::poll`] is called until nothing is left. Time is an argument; the same inputs at the same times give the same outputs.
+
+use crate::clocks::DriftEstimator;
+use crate::config::{FusionConfig, Refinement};
+use crate::formers::Formers;
+use crate::input_log::{self, InputLog};
+use crate::intake::{Arrival, Arrivals, Intake};
+use crate::models::{Change, Models, Payloads};
+use crate::outbox::{Outbox, Said};
+use crate::proposing;
+use crate::refusals::detail;
+use crate::replica::{Answered, Effect, KeepJob, Origin, Replica, Request};
+use crate::requests;
+use crate::standby::{Duty, Standby};
+use crate::status::{Losses, StatusReporter};
+use sextant_election::{Company, Link, Moment};
+use sextant_estimator::{
+    AdjustmentTask, Fusion, FusionOptions, Input, ModelError, Output, Proposal,
+};
+use sextant_process::ClockQuality;
+use sextant_proto::{Heartbeat, InputSource, KeyRef, Keys, ModelsState, NodeId, Notice, Outcome};
+use sextant_site_model::{CameraId, Rig};
+use sextant_site_report::{ObjectEstimate, State};
+use sextant_zenoh_bus::{Item, Payload, Presence};
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+/// Between two statuses.
+const STATUS_PERIOD_NS: u64 = 1_000_000_000;
+/// After a refinement was refused, ns.
+const REFUSED_REST_NS: u64 = 60_000_000_000;
+/// Most notices of nodes whose models are old.
+const OLD_MODELS_SHOWN: usize = 4;
+
+/// What the node's process has to do.
+#[derive(Debug, PartialEq)]
+pub enum Action {
+    /// Say it to the network.
+    Say(Said),
+    /// Write changes to the files, and hand the outcome to [`FusionCore::kept`].
+    Keep(KeepJob),
+    /// Ask a fusion node for its models, and hand the answers to [`FusionCore::follow`].
+    Ask(NodeId),
+}
+
+/// What the process knows of its host, for the status.
+#[derive(Debug, Clone, Default)]
+pub struct HostState {
+    /// Quality of the host's clock.
+    pub clock: ClockQuality,
+    /// Hosts of other fusion nodes of this name.
+    pub namesakes: Vec<String>,
+    /// Observations dropped unread since the process started.
+    pub unread: u64,
+}
+
+/// What a fusion node starts from.
+#[derive(Debug)]
+pub struct Beginning {
+    /// Of the files.
+    pub models: Models,
+    /// Their former versions.
+    pub formers: Formers,
+    /// Which version of the models was written last.
+    pub record: Option<ModelsState>,
+    /// The fusion nodes that are alive.
+    pub others: Vec<NodeId>,
+}
+
+/// The fusion node.
+#[derive(Debug)]
+pub struct FusionCore {
+    keys: Keys,
+    node: NodeId,
+    machine: Fusion,
+    input_log: InputLog,
+    replica: Replica,
+    intake: Intake,
+    standby: Standby,
+    status: StatusReporter,
+    clocks: DriftEstimator,
+    outbox: Outbox,
+    /// Estimates whose poses are not published yet.
+    estimates: VecDeque<ObjectEstimate>,
+    actions: VecDeque<Action>,
+    clock: ClockQuality,
+    refinement: Refinement,
+    /// How long a pose may be held up before it is published.
+    max_age_s: f64,
+    /// When the last input came, monotonic.
+    handled_ns: u64,
+    /// When a request came whose turn is not over, monotonic.
+    requested_ns: Option<u64>,
+    /// Monotonic.
+    status_due_ns: u64,
+    /// A refinement that was refused is not applied again before, monotonic.
+    applies_from_ns: u64,
+    /// The proposal published last.
+    proposed: Option<Proposal>,
+}
+
+fn cameras_of(rig: &Rig) -> impl Iterator<Item = CameraId> {
+    rig.cameras().iter().map(|camera| camera.id.clone())
+}
+
+impl FusionCore {
+    /// A node that starts now.
+    ///
+    /// # Errors
+    /// Models that the estimator refuses.
+    pub fn new(
+        config: &FusionConfig,
+        beginning: Beginning,
+        now: Moment,
+    ) -> Result<Self, ModelError> {
+        let Beginning {
+            models,
+            formers,
+            record,
+            others,
+        } = beginning;
+        let (keys, node) = (Keys::of(config.site.clone()), config.node.clone());
+        let options = FusionOptions::default();
+        let mut machine = Fusion::new(models.rig.clone(), models.objects.clone(), options)?;
+        machine.adjust_apart();
+        let company = match others.is_empty() {
+            true => Company::Alone,
+            false => Company::Others,
+        };
+        let objects = &models.objects;
+        let mut core = Self {
+            machine,
+            input_log: InputLog::new(node.clone()),
+            intake: Intake::new(keys.clone(), cameras_of(&models.rig), config.max_age_s),
+            standby: Standby::new(&node, &config.sharding, objects, company, now),
+            status: StatusReporter::new(node.clone(), objects, now.monotonic_ns),
+            clocks: DriftEstimator::default(),
+            outbox: Outbox::new(keys.clone(), node.clone(), objects),
+            replica: Replica::new(node.clone(), models, formers, record, config.keep_changes),
+            estimates: VecDeque::new(),
+            actions: VecDeque::new(),
+            clock: ClockQuality::default(),
+            refinement: config.refinement,
+            max_age_s: config.max_age_s,
+            handled_ns: now.monotonic_ns,
+            requested_ns: None,
+            status_due_ns: now.monotonic_ns,
+            applies_from_ns: 0,
+            proposed: None,
+            keys,
+            node,
+        };
+        for node in others {
+            core.replica.joined(node, now);
+        }
+        core.outbox.models(core.replica.payloads());
+        core.outbox.formers(core.replica.formers());
+        core.publish_proposal(now);
+        Ok(core)
+    }
+
+    /// The next thing to be done.
+    pub fn poll(&mut self, now: Moment) -> Option<Action> {
+        if let Some(since_ns) = self.requested_ns.take() {
+            self.replica.rest(since_ns, now.monotonic_ns);
+        }
+        while let Some(estimate) = self.estimates.pop_front() {
+            self.publish_pose(&estimate, now);
+        }
+        let said = self.outbox.poll().map(Action::Say);
+        said.or_else(|| self.actions.pop_front())
+    }
+
+    /// When [`Self::tick`] is due, ns by the monotonic clock.
+    #[must_use]
+    pub fn poll_timeout(&self, now: Moment) -> u64 {
+        let of_machine = self.machine.poll_timeout().unwrap_or(u64::MAX);
+        let of_machine = (now.monotonic_ns).saturating_add(of_machine.saturating_sub(now.wall_ns));
+        of_machine
+            .min(self.status_due_ns)
+            .min(self.standby.due_ns())
+    }
+
+    /// What is in force.
+    #[must_use]
+    pub fn models(&self) -> &Models {
+        self.replica.models()
+    }
+
+    /// Where to count every observation that arrives, also those that are dropped unread.
+    #[must_use]
+    pub fn arrivals(&self) -> Arrivals {
+        self.intake.arrivals()
+    }
+
+    /// An adjustment of the files that is to be solved, which may take long.
+    #[must_use]
+    pub fn adjustment(&self) -> Option<&Arc<AdjustmentTask>> {
+        self.machine.adjustment().filter(|task| !task.is_solved())
+    }
+
+    /// Whether the next message under a key of the configuration may be handed over. At most one change is made at a time, and none for a
+    /// while after it: images go first.
+    #[must_use]
+    pub fn takes_requests(&self, now: Moment) -> bool {
+        !self.standby.leads() || (self.requested_ns.is_none() && self.replica.is_ready(now))
+    }
+
+    /// Whether [`Self::report`] is due.
+    #[must_use]
+    pub fn is_report_due(&self, now: Moment) -> bool {
+        now.monotonic_ns >= self.status_due_ns
+    }
+}
+
+/// The other fusion nodes.
+impl FusionCore {
+    /// The state of the link to the network, whether or not it has changed.
+    pub fn link(&mut self, link: Link, now: Moment) {
+        self.standby.link(link, now);
+    }
+
+    /// A fusion node has come or gone.
+    pub fn presence(&mut self, change: &Presence, now: Moment) {
+        let (Presence::Joined(key) | Presence::Left(key)) = change;
+        let Some(KeyRef::Alive(_, node)) = self.keys.parse(key) else {
+            return;
+        };
+        match change {
+            Presence::Joined(_) => self.replica.joined(node, now),
+            Presence::Left(_) => {
+                self.standby.left(&node, now);
+                self.replica.left(&node, now);
+            }
+        }
+    }
+
+    /// A heartbeat of a fusion node.
+    pub fn heartbeat(&mut self, item: &Item, now: Moment) {
+        if let Ok(beat) = item.decode::<Heartbeat>()
+            && self.keys.heartbeat(&beat.node) == item.key
+        {
+            self.standby.hear(&beat, now);
+            self.replica.hear(&beat.node, &beat.models, now);
+        }
+    }
+
+    /// The answers of a fusion node that was asked for its models.
+    pub fn follow(&mut self, node: &NodeId, answers: &[Item], now: Moment) {
+        let theirs = Payloads::answered(&self.keys.models_of(node), answers);
+        self.replica.follow(node, theirs, now);
+    }
+
+    /// Publishes or stands by, as the other fusion nodes of the site leave it to this one. To be called before images are handed over.
+    pub fn take_turns(&mut self, now: Moment) {
+        let duty = self.standby.tick(&self.replica.models().objects, now);
+        let is_shared = self.standby.is_shared();
+        match duty {
+            Some(Duty::Publish { epoch }) if !is_shared => {
+                tracing::info!(epoch, "this node publishes the poses");
+            }
+            Some(Duty::StandBy) => {
+                if !is_shared {
+                    tracing::info!("another fusion node publishes the poses: standing by");
+                }
+                self.propose(None, now);
+            }
+            Some(Duty::Publish { .. }) | None => {}
+        }
+        if let Some(beat) = self.standby.poll_heartbeat(self.replica.state(), now) {
+            self.outbox.heartbeat(&beat);
+        }
+    }
+
+    /// Epoch of the poses that this node publishes now; none while it stands by. Where objects are shared, of the node that cares for the site.
+    fn epoch(&self, now: Moment) -> Option<u64> {
+        let epoch = self.standby.epoch(now);
+        epoch.filter(|_| self.replica.is_current())
+    }
+}
+
+/// Images, and time.
+impl FusionCore {
+    /// A message of a camera.
+    pub fn observation(&mut self, item: &Item, now: Moment) {
+        self.handled_ns = now.monotonic_ns;
+        let Payload::Bytes(bytes) = &item.payload else {
+            return self.intake.count_too_long(&item.key);
+        };
+        let arrival = Arrival {
+            now_ns: now.wall_ns,
+            monotonic_ns: now.monotonic_ns,
+            clock: self.clock,
+        };
+        let Some(admitted) = self.intake.take(&item.key, bytes, arrival) else {
+            return;
+        };
+        let models = self.replica.models();
+        (self.input_log).add_image(now.wall_ns, admitted.source, models);
+        let mut image = models.rig.timed(admitted.observation);
+        image
+            .tags
+            .retain(|seen| !self.standby.is_foreign(&seen.tag));
+        self.machine.handle(now.wall_ns, Input::Image(image));
+        self.take_estimates(now);
+    }
+
+    /// The wall clock of this host was set by so many ns: everything that compares stamps with it begins anew.
+    pub fn clock_stepped(&mut self, by_ns: i64, now: Moment) {
+        self.intake.clock_stepped();
+        self.standby.interrupted(now);
+        self.feed(InputSource::ClockStep, Input::ClockStep { by_ns }, now);
+    }
+
+    /// Does what is due.
+    pub fn tick(&mut self, now: Moment) {
+        self.handled_ns = now.monotonic_ns;
+        self.care_for_models(now);
+        let adjustment = self.machine.adjustment();
+        if adjustment.is_some_and(|task| task.is_solved()) {
+            self.feed(InputSource::Adjusted, Input::Adjusted, now);
+        }
+        let due_ns = self.machine.poll_timeout();
+        if due_ns.is_some_and(|due_ns| due_ns <= now.wall_ns) {
+            self.feed(InputSource::Tick, Input::Tick, now);
+        }
+        while let Some(inputs) = self.input_log.poll(now.wall_ns) {
+            // Those of a share of the objects would not replay to the poses of all.
+            if self.epoch(now).is_some() && !self.standby.is_shared() {
+                self.outbox.inputs(&inputs);
+            }
+        }
+    }
+
+    fn feed(&mut self, source: InputSource, input: Input, now: Moment) {
+        self.input_log.add(now.wall_ns, source);
+        self.machine.handle(now.wall_ns, input);
+        self.take_estimates(now);
+    }
+
+    fn take_estimates(&mut self, now: Moment) {
+        while let Some(output) = self.machine.poll_output() {
+            match output {
+                Output::Pose(estimate) => self.estimates.push_back(estimate),
+                Output::ClockStep { by_ns } => self.status.clock_stepped(by_ns, now.monotonic_ns),
+                other => tracing::warn!(?other, "unexpected output of the estimator"),
+            }
+        }
+    }
+
+    fn publish_pose(&mut self, estimate: &ObjectEstimate, now: Moment) {
+        if estimate.state == State::Tracking {
+            self.standby.see(&estimate.object, now);
+        }
+        let epoch = self.standby.epoch_of(&estimate.object, now);
+        let Some(epoch) = epoch.filter(|_| self.replica.is_current()) else {
+            self.status.note_state(estimate);
+            return;
+        };
+        let held_s = now.monotonic_ns.saturating_sub(self.handled_ns) as f64 * 1e-9;
+        if held_s > self.max_age_s {
+            self.outbox.count_held_up(&estimate.object, held_s);
+        } else if self.outbox.pose(estimate, epoch, now.wall_ns) {
+            self.status.count(estimate);
+        }
+    }
+}
+
+/// The models of the site.
+impl FusionCore {
+    /// A message under a key of the configuration; what is no request, or is not for this node to decide on, is passed over.
+    pub fn config(&mut self, item: &Item, now: Moment) {
+        if !self.standby.leads() {
+            return;
+        }
+        if let Some(request) = requests::of(&self.keys, item) {
+            self.requested_ns = Some(now.monotonic_ns);
+            self.replica.request(request, now);
+            self.care_for_models(now);
+        }
+    }
+
+    /// What became of the last [`Action::Keep`].
+    pub fn kept(&mut self, outcome: Result<(), String>, now: Moment) {
+        self.replica.kept(outcome, now);
+    }
+
+    /// Decides about changes where this node publishes the poses, and announces what is in force there.
+    fn care_for_models(&mut self, now: Moment) {
+        self.replica.tick(self.epoch(now).is_some(), now);
+        // Before what is to be announced.
+        let announces = self.standby.leads() && self.replica.is_current();
+        self.outbox
+            .announce(announces.then_some(self.replica.models()));
+        while let Some(effect) = self.replica.poll() {
+            match effect {
+                Effect::PutInForce(changes) => self.put_in_force(&changes, now),
+                Effect::Answer(answered) => self.answer(answered, now),
+                Effect::Keep(job) => self.actions.push_back(Action::Keep(job)),
+                Effect::Ask(node) => self.actions.push_back(Action::Ask(node)),
+            }
+        }
+    }
+
+    /// Works from the models of the replica, which these changes have made.
+    fn put_in_force(&mut self, changes: &[Change], now: Moment) {
+        let objects = &self.replica.models().objects;
+        self.status.take_objects(objects);
+        self.standby.take_objects(objects);
+        self.outbox.take_objects(objects);
+        self.outbox.announce_changes(changes, self.replica.models());
+        for change in changes {
+            if let Change::Rig(rig) = change {
+                self.intake.take_rig(cameras_of(rig));
+                let source = input_log::source_of_rig(rig);
+                self.feed(source, Input::Rig(rig.clone()), now);
+            }
+        }
+        let is_about_objects =
+            |change: &Change| matches!(change, Change::Object(_) | Change::Removal(_));
+        if changes.iter().any(is_about_objects) {
+            let objects = self.replica.models().objects.clone();
+            let source = input_log::source_of_objects(&objects);
+            self.feed(source, Input::Objects(objects), now);
+        }
+        self.outbox.models(self.replica.payloads());
+        // The estimator does not depend on the settings of cameras.
+        let is_about_models = |change: &Change| !matches!(change, Change::Camera(_));
+        if changes.iter().any(is_about_models) {
+            self.outbox.formers(self.replica.formers());
+            // What was proposed was about the former models.
+            self.propose(None, now);
+        }
+    }
+
+    /// Says what became of a change.
+    fn answer(&mut self, Answered { answer, origin }: Answered, now: Moment) {
+        let (key, outcome) = (&answer.key, &answer.outcome);
+        let (about, sender) = match origin {
+            Origin::Request { about, sender } => (about, sender),
+            Origin::Own => {
+                match outcome {
+                    Outcome::Refused(cause) => {
+                        tracing::warn!("a refinement was refused: {cause}");
+                        self.applies_from_ns = now.monotonic_ns + REFUSED_REST_NS;
+                    }
+                    _ => tracing::info!(
+                        "a refined calibration is applied; `sextant config revert` takes it back"
+                    ),
+                }
+                return;
+            }
+        };
+        match outcome {
+            Outcome::Refused(refusal) => {
+                let sender = sender.as_deref();
+                (self.status.refusals).add(key, sender, refusal, now.monotonic_ns);
+                self.outbox.announce_again(&about, self.replica.models());
+            }
+            Outcome::Taken | Outcome::Kept | Outcome::Same => self.status.refusals.remove(key),
+        }
+        let (followers, behind) = (answer.followers.len(), answer.behind.len());
+        tracing::info!(
+            key,
+            ?outcome,
+            sender,
+            followers,
+            behind,
+            "a change of the site"
+        );
+        self.outbox.answer(&answer);
+    }
+}
+
+/// Once a second.
+impl FusionCore {
+    /// The status, the clocks, and the refined calibration that ordinary use has shown.
+    pub fn report(&mut self, host: HostState, now: Moment) {
+        self.status_due_ns = now.monotonic_ns + STATUS_PERIOD_NS;
+        self.refine(now);
+        self.clock = host.clock;
+        self.status.namesakes = host.namesakes;
+        self.status.epoch = self.standby.newest_epoch(now);
+        self.status.models = model_notices(&self.replica, now);
+        let losses = Losses {
+            unread: host.unread,
+            unpublished: self.outbox.unpublished().clone(),
+        };
+        let now_ns = now.monotonic_ns;
+        let mut status = (self.status).status(&mut self.intake, &self.machine, losses, now_ns);
+        status
+            .objects
+            .retain(|health| self.standby.tracks(&health.object));
+        self.outbox.status(&status);
+        let offsets = self.machine.clock_offsets();
+        let clocks = self.clocks.report(&self.node, offsets, now_ns);
+        self.outbox.clocks(&clocks);
+    }
+
+    /// Publishes the refined calibration, or puts it in force, as configured.
+    fn refine(&mut self, now: Moment) {
+        let proposal = match (self.refinement, self.epoch(now)) {
+            (Refinement::Off, _) | (_, None) => None,
+            (Refinement::Propose | Refinement::Apply, Some(_)) => self.machine.proposal(),
+        };
+        match (self.refinement, proposal) {
+            (Refinement::Apply, Some(proposal)) => self.apply(proposal, now),
+            (_, proposal) => self.propose(proposal, now),
+        }
+    }
+
+    fn propose(&mut self, proposal: Option<Proposal>, now: Moment) {
+        if proposal == self.proposed {
+            return;
+        }
+        if let (Some(proposal), None) = (&proposal, &self.proposed) {
+            tracing::info!("{}", proposing::notice(&proposal.held_back));
+        }
+        self.status.proposed = proposal.as_ref().map(|proposal| proposal.held_back);
+        self.proposed = proposal;
+        self.publish_proposal(now);
+    }
+
+    fn publish_proposal(&mut self, now: Moment) {
+        match proposing::message(self.proposed.as_ref(), &self.node, now.wall_ns) {
+            Ok(message) => self.outbox.proposal(&message),
+            Err(cause) => tracing::warn!("a refined calibration cannot be published: {cause}"),
+        }
+    }
+
+    fn apply(&mut self, proposal: Proposal, now: Moment) {
+        if self.replica.is_ready(now) && now.monotonic_ns >= self.applies_from_ns {
+            let request = Request {
+                key: Keys::below_site(&self.keys.config_models()).to_owned(),
+                fingerprint: 0,
+                origin: Origin::Own,
+                changes: Ok(proposing::changes(proposal).collect()),
+            };
+            self.replica.request(request, now);
+        }
+    }
+}
+
+/// What a person should know of the models.
+fn model_notices(replica: &Replica, now: Moment) -> Vec<Notice> {
+    let outdated = replica
+        .outdated(now)
+        .map(|(node, newer)| Notice::OldModels {
+            node: node.clone(),
+            newer: newer.clone(),
+        });
+    let outdated = outdated.take(OLD_MODELS_SHOWN);
+    let not_kept = replica.not_kept().map(|cause| Notice::NotKept {
+        detail: detail(&cause),
+    });
+    outdated.chain(not_kept).collect()
+}
+
+#[cfg(test)]
+mod tests;
