@@ -82,8 +82,8 @@ impl Fusion {
         if self.is_new(object, before_ns) {
             return before_ns;
         }
-        // The images of other cameras just before an instant must be there yet.
-        let lag_ns = nanoseconds(self.options.window_s).saturating_sub(TOGETHER_NS);
+        // The images of a whole stretch of time before an instant must be there yet.
+        let lag_ns = nanoseconds(self.options.window_s).saturating_sub(STRETCH_NS);
         before_ns.saturating_sub(lag_ns)
     }
 

@@ -17,8 +17,8 @@ use crate::self_calibration::evidence::NOTHING;
 use crate::self_calibration::gauge::Gauge;
 use crate::self_calibration::keyframes::{Keyframe, KeyframeView, Keyframes, Path};
 use crate::self_calibration::normal_equations::{
-    Eliminated, Equations, OF_VIEW, OwnCoupling, Solution, Weighting, camera_map, independence,
-    normal, tag_map,
+    Eliminated, Equations, OF_VIEW, OwnCoupling, Solution, Weighting, camera_map, cost,
+    independence, normal, tag_map,
 };
 use crate::self_calibration::parameters::{
     CLASSES, CLOCK, Class, LENS, OF_CAMERA, OF_TAG, ParameterLayout, SIZE, Source,
@@ -43,8 +43,8 @@ const MEDIAN: f64 = 7.34;
 /// Information that keeps the pose of a keyframe definite, 1/m^2 and 1/rad^2.
 const LEAST_INFORMATION: f64 = 1e-6;
 
-/// Standard deviation of the acceleration of an object, m/s² and rad/s².
-const ACCELERATION: [f64; 2] = [10.0, 50.0];
+/// Shares of a step that are tried.
+const SHARES: [f64; 5] = [1.0, 0.5, 0.25, 0.1, 0.03];
 
 /// Steps by which a keyframe's pose is brought to its views, and tags of which it may begin.
 const ALIGNING_STEPS: usize = 6;
@@ -80,6 +80,14 @@ pub(crate) struct LinearisedKeyframe {
     pub clock_sigmas_s: BTreeMap<usize, f64>,
     /// First coefficient of each camera's distortion that moves the corners of its image by a pixel.
     pub distortions_per_px: BTreeMap<usize, f64>,
+}
+
+/// What the cost of an adjustment is evaluated with.
+#[derive(Clone, Copy)]
+struct Posed<'a> {
+    layout: &'a ParameterLayout,
+    site: &'a Site,
+    weighting: Weighting,
 }
 
 /// Whitened squares of the views.
@@ -125,10 +133,8 @@ impl Adjustment {
             if !step.iter().all(|x| x.is_finite()) {
                 return None;
             }
-            errors += &step;
-            for (keyframe, own) in keyframes.iter_mut().zip(&solution.equations.eliminated) {
-                keyframe.advance(own.step(&step).as_slice());
-            }
+            let posed = Posed { layout: &layout, site, weighting };
+            self.advance(keyframes, &mut errors, &solution, &step, posed);
             self.scales = self.scales.updated(&layout, &errors, &solution.variances);
             last = Some(solution);
         }
@@ -149,6 +155,54 @@ impl Adjustment {
         } else {
             corrections
         })
+    }
+
+    /// Goes a step, or as much of it as lowers the cost: where images say little of an error, its slopes hold for a short way only.
+    fn advance(
+        &self,
+        keyframes: &mut Keyframes,
+        errors: &mut DVector<f64>,
+        solution: &Solution,
+        step: &DVector<f64>,
+        posed: Posed<'_>,
+    ) {
+        let before = self.whole_cost(keyframes, errors, solution, posed);
+        let own = solution.equations.eliminated.iter();
+        let own: Vec<DVector<f64>> = own.map(|own| own.step(step)).collect();
+        for share in SHARES {
+            let mut trial = keyframes.clone();
+            for (keyframe, own) in trial.iter_mut().zip(&own) {
+                keyframe.advance((own * share).as_slice());
+            }
+            let moved = &*errors + step * share;
+            self.place_tags(&mut trial, posed.layout, &moved, posed.site);
+            if self.whole_cost(&trial, &moved, solution, posed) <= before {
+                (*keyframes, *errors) = (trial, moved);
+                return;
+            }
+        }
+    }
+
+    /// Twice the robust cost of all views, with the priors.
+    fn whole_cost(
+        &self,
+        keyframes: &Keyframes,
+        errors: &DVector<f64>,
+        solution: &Solution,
+        posed: Posed<'_>,
+    ) -> f64 {
+        let cameras = self.models(posed.layout, errors, posed.site);
+        let of_view = |keyframe: &Keyframe, one: &KeyframeView| {
+            let rows = self.rows(keyframe, one, &cameras);
+            rows.map_or(UNSEEN, |rows| cost(&rows, one, posed.weighting))
+        };
+        let of_keyframe = |keyframe: &Keyframe| {
+            let views = keyframe.views.iter();
+            let path = keyframe.path.map_or(0.0, |path| path.improbability());
+            path + views.map(|one| of_view(keyframe, one)).sum::<f64>()
+        };
+        let of_errors = errors.component_mul(&solution.precision).dot(errors);
+        of_errors + keyframes.iter().map(of_keyframe).sum::<f64>()
     }
 
     /// Brings a keyframe's pose to where it explains its views best by the models in force, whichever of the tracker's pose and those of
@@ -562,7 +616,7 @@ fn own_priors(keyframe: &Keyframe) -> (DMatrix<f64>, DVector<f64>) {
     let mut gradient = DVector::zeros(n);
     if let Some(path) = &keyframe.path {
         for axis in 0..6 {
-            let precision = ACCELERATION[axis / 3].powi(-2);
+            let precision = Path::precision(axis);
             information[(12 + axis, 12 + axis)] = precision;
             gradient[12 + axis] = precision * path.acceleration[axis];
         }

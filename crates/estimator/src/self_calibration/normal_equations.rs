@@ -88,29 +88,45 @@ pub(super) fn tag_map(by_pose: &Matrix6<f64>) -> SMatrix<f64, OF_VIEW, OF_TAG> {
     map
 }
 
+/// J' W J, J' W r and r' W r.
+type Normal = (ViewMatrix, ViewVector, f64);
+
 /// J' W J, J' W r and r' W r with the weight of the view; a step of the object that is not known exactly is marginalised.
 pub(super) fn normal(
     rows: &[[f64; OF_VIEW + 1]; 8],
     one: &KeyframeView,
     weighting: Weighting,
-) -> (ViewMatrix, ViewVector, f64) {
+) -> Normal {
+    let (matrix, pull, square) = unweighted(rows);
+    let weight =
+        one.view.noise_source.weight(square / weighting.excess) / weighting.design_effect;
+    marginalised((matrix * weight, pull * weight, square * weight), one)
+}
+
+/// Twice the robust cost of a view, weighted as by [`normal`].
+pub(super) fn cost(
+    rows: &[[f64; OF_VIEW + 1]; 8],
+    one: &KeyframeView,
+    weighting: Weighting,
+) -> f64 {
+    let (_, _, square) = marginalised(unweighted(rows), one);
+    let chi2 = one.view.noise_source.chi2(square / weighting.excess);
+    chi2 * weighting.excess / weighting.design_effect
+}
+
+fn unweighted(rows: &[[f64; OF_VIEW + 1]; 8]) -> Normal {
     let rows = SMatrix::<f64, 8, { OF_VIEW + 1 }>::from_fn(|row, column| rows[row][column]);
     let residual = rows.column(OF_VIEW).into_owned();
     let slopes = rows.fixed_columns::<OF_VIEW>(0);
-    let weight = one
-        .view
-        .noise_source
-        .weight(residual.norm_squared() / weighting.excess)
-        / weighting.design_effect;
-    let (matrix, pull, square) = (
-        slopes.tr_mul(&slopes) * weight,
-        slopes.tr_mul(&residual) * weight,
-        residual.norm_squared() * weight,
-    );
+    let matrix = slopes.tr_mul(&slopes);
+    (matrix, slopes.tr_mul(&residual), residual.norm_squared())
+}
+
+/// N - N (N + Q^-1)^-1 N = N (I + Q N)^-1, for the displacement and what goes with it, Q the covariance of the step of the object.
+fn marginalised((matrix, pull, square): Normal, one: &KeyframeView) -> Normal {
     let Some(motion) = &one.motion else {
         return (matrix, pull, square);
     };
-    // N - N (N + Q^-1)^-1 N = N (I + Q N)^-1, for the displacement and what goes with it.
     let of_pose = matrix.fixed_view::<6, 6>(0, 0).into_owned();
     let Some(inverse) = (Matrix6::identity() + motion.covariance * of_pose).try_inverse() else {
         return (ViewMatrix::zeros(), ViewVector::zeros(), 0.0);
