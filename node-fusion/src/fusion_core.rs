@@ -69,6 +69,19 @@ pub struct Beginning {
     pub others: Vec<NodeId>,
 }
 
+/// What a fusion node does at a moment.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CoreState {
+    /// Whether it cares for what concerns the whole site.
+    pub leads: bool,
+    /// Whether it knows of no newer models than its own.
+    pub is_current: bool,
+    /// Whether a change is under way.
+    pub is_deciding: bool,
+    /// What it works from.
+    pub models: ModelsState,
+}
+
 /// The fusion node.
 #[derive(Debug)]
 pub struct FusionCore {
@@ -187,6 +200,17 @@ impl FusionCore {
     #[must_use]
     pub fn models(&self) -> &Models {
         self.replica.models()
+    }
+
+    /// What it does now.
+    #[must_use]
+    pub fn state(&self) -> CoreState {
+        CoreState {
+            leads: self.standby.leads(),
+            is_current: self.replica.is_current(),
+            is_deciding: self.replica.is_deciding(),
+            models: self.replica.state().clone(),
+        }
     }
 
     /// Where to count every observation that arrives, also those that are dropped unread.

@@ -31,5 +31,10 @@ mod status;
 mod storer;
 
 pub use config::{FusionConfig, Refinement, ShardingConfig};
+pub use formers::Formers;
+pub use fusion_core::{Action, Beginning, CoreState, FusionCore, HostState};
 pub use intake::{AdmittedImage, Arrival, Arrivals, Counts, Intake};
+pub use models::{Change, Models, Payloads};
 pub use node::run;
+pub use outbox::{Put, Said};
+pub use replica::KeepJob;

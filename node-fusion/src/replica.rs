@@ -250,6 +250,12 @@ impl Replica {
         self.step.is_none() && !is_writing && !follows && self.pace.is_due(now.monotonic_ns)
     }
 
+    /// Whether a change is under way.
+    #[must_use]
+    pub fn is_deciding(&self) -> bool {
+        self.step.is_some()
+    }
+
     /// Which nodes have older models than others: this one, or present ones that do not follow.
     pub fn outdated(&self, now: Moment) -> impl Iterator<Item = (&NodeId, &NodeId)> {
         let own = self.newer().map(|(_, newer)| (&self.node, newer));

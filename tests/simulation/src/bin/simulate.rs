@@ -1,0 +1,120 @@
+//! Runs sites from many seeds, and says which promise was broken by which.
+
+use clap::Parser;
+use site_simulation::{Coverage, Plan, run, shrunk};
+use std::process::ExitCode;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+/// Whole sites in simulated time, from seeds.
+#[derive(Debug, Parser)]
+struct Arguments {
+    /// How many seeds.
+    #[arg(long, default_value_t = 200)]
+    seeds: u64,
+    /// The first seed.
+    #[arg(long, default_value_t = 0)]
+    from: u64,
+    /// Ends after so many hours, whatever is left.
+    #[arg(long, default_value_t = 8.0)]
+    hours: f64,
+    /// Runs this seed alone and prints what happens.
+    #[arg(long)]
+    trace: Option<u64>,
+    /// Leaves out these faults of the plan that is traced, by number.
+    #[arg(long, value_delimiter = ',')]
+    without: Vec<usize>,
+    /// Removes from a failing plan what does not matter.
+    #[arg(long)]
+    shrink: bool,
+    /// How many run at the same time; as many as there are processors.
+    #[arg(long)]
+    threads: Option<usize>,
+}
+
+/// What all runs showed.
+#[derive(Default)]
+struct Total {
+    failures: u64,
+    runs: u64,
+    poses: u64,
+    simulated_s: f64,
+    coverage: Coverage,
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    if let Some(seed) = arguments.trace {
+        return trace(seed, &arguments.without);
+    }
+    let begun = Instant::now();
+    let ends = Duration::from_secs_f64(arguments.hours * 3600.0);
+    let next = AtomicU64::new(arguments.from);
+    let total = Mutex::new(Total::default());
+    let n_threads = std::thread::available_parallelism().map_or(1, usize::from);
+    std::thread::scope(|scope| {
+        for _ in 0..arguments.threads.unwrap_or(n_threads) {
+            scope.spawn(|| {
+                while begun.elapsed() < ends {
+                    let seed = next.fetch_add(1, Ordering::Relaxed);
+                    if seed >= arguments.from + arguments.seeds {
+                        break;
+                    }
+                    one(seed, arguments.shrink, &total);
+                }
+            });
+        }
+    });
+    let total = total.into_inner().unwrap_or_default();
+    let took_s = begun.elapsed().as_secs_f64();
+    println!("{}", total.coverage.table());
+    println!(
+        "{} sites, {:.0} s simulated in {took_s:.1} s ({:.0} times as fast), {} poses, {} with a broken promise",
+        total.runs,
+        total.simulated_s,
+        total.simulated_s / took_s,
+        total.poses,
+        total.failures
+    );
+    match total.failures {
+        0 => ExitCode::SUCCESS,
+        _ => ExitCode::FAILURE,
+    }
+}
+
+fn one(seed: u64, shrink: bool, total: &Mutex<Total>) {
+    let plan = Plan::new(seed);
+    let outcome = run(&plan, false);
+    if let Some(broken) = &outcome.broken {
+        println!("seed {seed} {broken}; cargo xtask simulate --trace {seed}");
+        if shrink {
+            print!("{}", shrunk(&plan, broken.promise));
+        }
+    }
+    let Ok(mut total) = total.lock() else {
+        return;
+    };
+    total.runs += 1;
+    total.poses += outcome.poses;
+    total.failures += u64::from(outcome.broken.is_some());
+    total.simulated_s += plan.end_ns as f64 * 1e-9;
+    total.coverage.add(&outcome.coverage);
+}
+
+fn trace(seed: u64, without: &[usize]) -> ExitCode {
+    let mut plan = Plan::new(seed);
+    let faults = plan.faults.iter().enumerate();
+    let left = faults.filter(|(at, _)| !without.contains(at));
+    plan.faults = left.map(|(_, fault)| *fault).collect();
+    print!("{plan}");
+    let outcome = run(&plan, true);
+    println!("fingerprint {:016x}", outcome.fingerprint);
+    match outcome.broken {
+        None => ExitCode::SUCCESS,
+        Some(broken) => {
+            println!("{broken}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,19 @@
+//! A whole site in simulated time: cameras, routers, fusion nodes with their election, models and disks, and a client, as their real state
+//! machines, in one queue of events. Everything follows from one seed, and every promise of the site is checked at every event.
+
+mod coverage;
+mod disk;
+mod fusion;
+mod host;
+mod network;
+mod plan;
+mod promises;
+mod scene;
+mod shrink;
+mod world;
+
+pub use coverage::Coverage;
+pub use plan::Plan;
+pub use promises::Broken;
+pub use shrink::shrunk;
+pub use world::{Outcome, run};

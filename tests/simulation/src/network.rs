@@ -1,0 +1,206 @@
+//! The network of a site: processes hang on routers, links keep the order of messages, and what is wrong follows from the plan.
+//!
+//! A link through which nothing passes holds messages back for a while, as the buffers of a connection do; after [`LEASE_NS`] it is closed, what it held
+//! is lost, and it is opened again some time after the cause is gone.
+
+use crate::plan::{Fault, MS, Place, Plan, Wrong};
+use sextant_simulator::Random;
+use std::collections::BTreeMap;
+
+/// Silence after which a link counts as dead: the nodes' default.
+pub const LEASE_NS: u64 = 2_000 * MS;
+/// A message that may be dropped waits so long for room.
+const PATIENCE_NS: u64 = 150 * MS;
+
+/// Which way along a link.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Way {
+    Up,
+    Down,
+    /// Between routers, from this one.
+    Across(usize),
+}
+
+/// Where messages pass when.
+#[derive(Debug)]
+pub struct Network {
+    faults: Vec<Fault>,
+    /// Time from the end of a cause until a closed link is open again, by fault.
+    reopening_ns: Vec<u64>,
+    routers: usize,
+    random: Random,
+    /// The last arrival on each way of each link.
+    last_ns: BTreeMap<(Option<Place>, Way), u64>,
+}
+
+impl Network {
+    /// Of a plan.
+    #[must_use]
+    pub fn new(plan: &Plan) -> Self {
+        let mut random = Random::from_keys(&[plan.seed, 0x6e65_7477]);
+        let reopening = plan.faults.iter();
+        Self {
+            reopening_ns: reopening
+                .map(|_| 50 * MS + random.below(1000) as u64 * MS)
+                .collect(),
+            faults: plan.faults.clone(),
+            routers: plan.routers,
+            random,
+            last_ns: BTreeMap::new(),
+        }
+    }
+
+    fn router(&self, place: Place) -> usize {
+        let index = match place {
+            Place::Fusion(index) | Place::Camera(index) => index,
+            Place::Client => 0,
+        };
+        index % self.routers
+    }
+
+    /// When nothing passes because of a fault, and when the link is closed because of it, if it is.
+    fn gap(&self, index: usize, hop: (Option<Place>, Way)) -> Option<(u64, u64, Option<(u64, u64)>)> {
+        let fault = &self.faults[index];
+        let (place, way) = hop;
+        let is_of_place = place.is_some() && fault.wrong.place() == place;
+        let router = place.map(|place| self.router(place));
+        let at_once = (fault.from_ns, fault.until_ns + self.reopening_ns[index]);
+        let after_lease = (fault.until_ns - fault.from_ns > LEASE_NS).then_some((
+            fault.from_ns + LEASE_NS,
+            fault.until_ns + self.reopening_ns[index],
+        ));
+        let (stops, closed) = match fault.wrong {
+            Wrong::Cut(_) | Wrong::Paused(_) if is_of_place => (true, after_lease),
+            Wrong::Deaf(_) if is_of_place => (way == Way::Down, after_lease),
+            Wrong::Mute(_) if is_of_place => (way == Way::Up, after_lease),
+            Wrong::Killed(_) | Wrong::PowerOff(_) if is_of_place => (true, Some(at_once)),
+            Wrong::Parted if place.is_none() => (true, after_lease),
+            Wrong::RouterDown(down) if router.is_none_or(|router| router == down) => {
+                (true, Some(at_once))
+            }
+            _ => return None,
+        };
+        let until_ns = if stops { fault.until_ns } else { fault.from_ns };
+        Some((fault.from_ns, until_ns, closed))
+    }
+
+    fn gaps(&self, hop: (Option<Place>, Way)) -> impl Iterator<Item = (u64, u64, Option<(u64, u64)>)> {
+        (0..self.faults.len()).filter_map(move |index| self.gap(index, hop))
+    }
+
+    /// Whether the link of a process to its router is open.
+    #[must_use]
+    pub fn is_linked(&self, place: Place, at_ns: u64) -> bool {
+        self.is_open((Some(place), Way::Up), at_ns)
+    }
+
+    fn is_open(&self, hop: (Option<Place>, Way), at_ns: u64) -> bool {
+        let mut closed = self.gaps(hop).filter_map(|(_, _, closed)| closed);
+        !closed.any(|(from_ns, until_ns)| (from_ns..until_ns).contains(&at_ns))
+    }
+
+    /// Whether the routers have each other and those of two processes, so that tokens of one are seen by the other.
+    #[must_use]
+    pub fn sees(&self, one: Place, other: Place, at_ns: u64) -> bool {
+        let between = self.router(one) == self.router(other)
+            || self.is_open((None, Way::Across(0)), at_ns);
+        between && self.is_linked(one, at_ns) && self.is_linked(other, at_ns)
+    }
+
+    /// Whether messages have passed in both directions between two processes for so long, without delay.
+    #[must_use]
+    pub fn is_sound(&self, one: Place, other: Place, for_ns: u64, at_ns: u64) -> bool {
+        let mut hops = vec![Some(one), Some(other)];
+        if self.router(one) != self.router(other) {
+            hops.push(None);
+        }
+        let since_ns = at_ns.saturating_sub(for_ns);
+        self.faults.iter().enumerate().all(|(index, fault)| {
+            let touches = hops.iter().any(|place| match fault.wrong {
+                Wrong::Parted => place.is_none(),
+                Wrong::RouterDown(down) => {
+                    place.is_none_or(|place| self.router(place) == down)
+                }
+                _ => place.is_some() && fault.wrong.place() == *place,
+            });
+            let ends_ns = match fault.wrong {
+                Wrong::SlowDisk(..) | Wrong::FullDisk(_) => 0,
+                Wrong::Overloaded(..) | Wrong::Slow(..) => fault.until_ns + 1000 * MS,
+                Wrong::Killed(_) | Wrong::PowerOff(_) => fault.until_ns + LEASE_NS + 1000 * MS,
+                _ => fault.until_ns + self.reopening_ns[index],
+            };
+            !touches || fault.from_ns > at_ns || ends_ns < since_ns
+        })
+    }
+
+    /// The times at which links open and close, and processes come and go.
+    #[must_use]
+    pub fn turning_points(&self) -> Vec<u64> {
+        let mut points: Vec<u64> = (self.faults.iter().zip(&self.reopening_ns))
+            .flat_map(|(fault, reopening_ns)| {
+                let reopened_ns = fault.until_ns + reopening_ns;
+                [
+                    fault.from_ns,
+                    fault.from_ns + LEASE_NS,
+                    fault.until_ns,
+                    reopened_ns,
+                ]
+            })
+            .collect();
+        points.sort_unstable();
+        points.dedup();
+        points
+    }
+
+    /// When a message of one process reaches another; never, where it is lost. `may_drop` of those that a congested network drops.
+    pub fn arrival_ns(&mut self, from: Place, to: Place, at_ns: u64, may_drop: bool) -> Option<u64> {
+        let (first, last) = (self.router(from), self.router(to));
+        let at_ns = self.pass((Some(from), Way::Up), at_ns, may_drop)?;
+        let at_ns = match first == last {
+            true => at_ns,
+            false => self.pass((None, Way::Across(first)), at_ns, may_drop)?,
+        };
+        self.pass((Some(to), Way::Down), at_ns, may_drop)
+    }
+
+    fn pass(&mut self, hop: (Option<Place>, Way), at_ns: u64, may_drop: bool) -> Option<u64> {
+        let mut leaves_ns = at_ns;
+        // A gap may follow upon another.
+        for _ in 0..self.faults.len() {
+            let gaps = self.gaps(hop);
+            let mut later = gaps.filter_map(|(from_ns, until_ns, closed)| {
+                let stops = (from_ns..until_ns).contains(&leaves_ns);
+                let is_closed = closed.is_some_and(|(from_ns, until_ns)| {
+                    (from_ns..until_ns).contains(&leaves_ns)
+                });
+                (stops || is_closed).then_some((until_ns, closed))
+            });
+            let Some((until_ns, closed)) = later.next() else {
+                break;
+            };
+            drop(later);
+            if closed.is_some() || may_drop && until_ns - at_ns > PATIENCE_NS {
+                return None;
+            }
+            leaves_ns = until_ns;
+        }
+        let mut delay_ns = 100_000 + self.random.below(200_000) as u64;
+        for fault in &self.faults {
+            let is_of_hop = hop.0.is_some() && fault.wrong.place() == hop.0;
+            match fault.wrong {
+                Wrong::Slow(_, by_ns) if is_of_hop && fault.lasts(leaves_ns) => {
+                    delay_ns += self.random.below(by_ns as usize) as u64;
+                }
+                Wrong::Lossy(_, share) if is_of_hop && fault.lasts(leaves_ns) && may_drop => {
+                    if self.random.chance(share) {
+                        return None;
+                    }
+                }
+                _ => {}
+            }
+        }
+        let last_ns = self.last_ns.entry(hop).or_default();
+        *last_ns = (*last_ns).max(leaves_ns + delay_ns);
+        Some(*last_ns)
+    }
+}

@@ -1,0 +1,308 @@
+//! What happens to a site: drawn from a seed, before it happens.
+
+use sextant_simulator::Random;
+use std::fmt;
+
+/// A second, ns.
+pub const S: u64 = 1_000_000_000;
+/// A millisecond, ns.
+pub const MS: u64 = 1_000_000;
+/// Everything is mended so long before the end, ns.
+pub const QUIET_NS: u64 = 20 * S;
+
+/// A process on a host of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Place {
+    /// A fusion node.
+    Fusion(usize),
+    /// A camera.
+    Camera(usize),
+    /// Someone who watches the site and changes it.
+    Client,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Fusion(index) => write!(formatter, "fusion {index}"),
+            Self::Camera(index) => write!(formatter, "camera {index}"),
+            Self::Client => write!(formatter, "client"),
+        }
+    }
+}
+
+/// What is wrong for a time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Wrong {
+    /// Nothing passes between a process and its router.
+    Cut(Place),
+    /// Nothing passes from the router to a process; the other direction works.
+    Deaf(Place),
+    /// Nothing passes from a process to its router; the other direction works.
+    Mute(Place),
+    /// Nothing passes between the two routers.
+    Parted,
+    /// A router is down.
+    RouterDown(usize),
+    /// Messages to and from a process take longer, by up to so many ns.
+    Slow(Place, u64),
+    /// So large a share of the messages that may be lost is lost.
+    Lossy(Place, f64),
+    /// The process is killed, and started again at the end.
+    Killed(Place),
+    /// Its host loses power, and starts again at the end.
+    PowerOff(Place),
+    /// The process stands still.
+    Paused(Place),
+    /// Its wall clock is set by so many ns, and stays so.
+    ClockSet(Place, i64),
+    /// Writing a file takes so many ns.
+    SlowDisk(usize, u64),
+    /// No file can be written.
+    FullDisk(usize),
+    /// An image takes a fusion node so many ns.
+    Overloaded(usize, u64),
+}
+
+impl Wrong {
+    /// Its kind, for the table of what was met.
+    #[must_use]
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Cut(_) => "link cut",
+            Self::Deaf(_) | Self::Mute(_) => "link half open",
+            Self::Parted => "site divided",
+            Self::RouterDown(_) => "router down",
+            Self::Slow(..) => "link slow",
+            Self::Lossy(..) => "messages lost",
+            Self::Killed(_) => "process killed",
+            Self::PowerOff(_) => "power lost",
+            Self::Paused(_) => "process stopped",
+            Self::ClockSet(..) => "clock set",
+            Self::SlowDisk(..) => "disk slow",
+            Self::FullDisk(_) => "disk full",
+            Self::Overloaded(..) => "overload",
+        }
+    }
+
+    /// The place that it concerns; none where it concerns the routers.
+    #[must_use]
+    pub fn place(&self) -> Option<Place> {
+        match *self {
+            Self::Cut(place)
+            | Self::Deaf(place)
+            | Self::Mute(place)
+            | Self::Slow(place, _)
+            | Self::Lossy(place, _)
+            | Self::Killed(place)
+            | Self::PowerOff(place)
+            | Self::Paused(place)
+            | Self::ClockSet(place, _) => Some(place),
+            Self::SlowDisk(index, _) | Self::FullDisk(index) | Self::Overloaded(index, _) => {
+                Some(Place::Fusion(index))
+            }
+            Self::Parted | Self::RouterDown(_) => None,
+        }
+    }
+}
+
+/// Something wrong, from and until when in ns.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fault {
+    /// What.
+    pub wrong: Wrong,
+    /// From.
+    pub from_ns: u64,
+    /// Until.
+    pub until_ns: u64,
+}
+
+impl Fault {
+    /// Whether it lasts at a time.
+    #[must_use]
+    pub fn lasts(&self, at_ns: u64) -> bool {
+        (self.from_ns..self.until_ns).contains(&at_ns)
+    }
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [from_s, until_s] = [self.from_ns, self.until_ns].map(|ns| ns as f64 * 1e-9);
+        write!(formatter, "{from_s:.3} to {until_s:.3} s {:?}", self.wrong)
+    }
+}
+
+/// A change that the client asks for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wish {
+    /// The world of the rig lies so many quarters of a metre along x.
+    World(i32),
+    /// An object is removed.
+    Remove(usize),
+    /// An object is as it was in the beginning.
+    Restore(usize),
+    /// A camera's gain, tenths.
+    Gain(usize, u8),
+    /// The rig as by [`Self::World`], and an object as by [`Self::Restore`], together.
+    Both(i32, usize),
+}
+
+/// A site and its fate.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// Of everything.
+    pub seed: u64,
+    /// How many.
+    pub cameras: usize,
+    /// How many.
+    pub objects: usize,
+    /// Images a second of each camera.
+    pub rate_hz: f64,
+    /// Fusion nodes.
+    pub nodes: usize,
+    /// One or two.
+    pub routers: usize,
+    /// Whether fusion nodes share the objects among them.
+    pub shares: bool,
+    /// Whether changes outlive the fusion nodes.
+    pub keeps: bool,
+    /// Whether the site's files are exact.
+    pub exact: bool,
+    /// By how much cameras' clocks are off, ns.
+    pub clocks_off_ns: u64,
+    /// When each fusion node starts first, ns.
+    pub starts_ns: Vec<u64>,
+    /// What goes wrong.
+    pub faults: Vec<Fault>,
+    /// What the client asks for, and when.
+    pub wishes: Vec<(u64, Wish)>,
+    /// When it ends.
+    pub end_ns: u64,
+}
+
+impl Plan {
+    /// Of a seed: from 30 to 90 s.
+    #[must_use]
+    pub fn new(seed: u64) -> Self {
+        let mut random = Random::from_keys(&[seed, 0x706c_616e]);
+        let (cameras, objects) = (2 + random.below(4), 1 + random.below(3));
+        let nodes = [1, 2, 2, 3][random.below(4)];
+        let end_ns = (30 + random.below(60) as u64) * S;
+        let mut plan = Self {
+            seed,
+            cameras,
+            objects,
+            rate_hz: [5.0, 8.0, 10.0][random.below(3)],
+            nodes,
+            routers: 1 + random.below(2),
+            shares: random.chance(0.2),
+            keeps: random.chance(0.7),
+            exact: random.chance(0.3),
+            clocks_off_ns: [0, 0, 15 * MS][random.below(3)],
+            starts_ns: (0..nodes).map(|_| start(&mut random)).collect(),
+            faults: Vec::new(),
+            wishes: Vec::new(),
+            end_ns,
+        };
+        let n_faults = [0, 1, 2, 3, 5, 8][random.below(6)];
+        plan.faults = (0..n_faults).map(|_| plan.fault(&mut random)).collect();
+        let n_wishes = [0, 0, 1, 3, 6][random.below(5)];
+        plan.wishes = (0..n_wishes).map(|_| plan.wish(&mut random)).collect();
+        plan.wishes.sort_by_key(|(at_ns, _)| *at_ns);
+        plan
+    }
+
+    fn place(&self, random: &mut Random) -> Place {
+        match random.below(10) {
+            0..5 => Place::Fusion(random.below(self.nodes)),
+            5..9 => Place::Camera(random.below(self.cameras)),
+            _ => Place::Client,
+        }
+    }
+
+    fn fault(&self, random: &mut Random) -> Fault {
+        let from_ns = 3 * S + (random.uniform() * (self.end_ns - QUIET_NS - 4 * S) as f64) as u64;
+        let longest_s = [0.05, 0.3, 1.5, 4.0, 12.0][random.below(5)];
+        let until_ns = from_ns + (random.between(0.2, 1.0) * longest_s * 1e9) as u64;
+        let (place, node) = (self.place(random), random.below(self.nodes));
+        let wrong = match random.below(15) {
+            0 => Wrong::Cut(place),
+            1 => Wrong::Deaf(place),
+            2 => Wrong::Mute(place),
+            3 | 4 if self.routers > 1 => Wrong::Parted,
+            3..6 => Wrong::RouterDown(random.below(self.routers)),
+            6 => Wrong::Slow(place, [3, 30, 300][random.below(3)] * MS),
+            7 => Wrong::Lossy(place, random.between(0.1, 1.0)),
+            8 | 9 => Wrong::Killed(place),
+            10 => Wrong::PowerOff(place),
+            11 => Wrong::Paused(place),
+            12 => {
+                let by_s = [0.02, 1.0, 60.0, 3600.0][random.below(4)] * random.between(-1.0, 1.0);
+                Wrong::ClockSet(place, (by_s * 1e9) as i64)
+            }
+            13 if random.chance(0.5) => Wrong::SlowDisk(node, [30, 700, 4000][random.below(3)] * MS),
+            13 => Wrong::FullDisk(node),
+            _ => Wrong::Overloaded(node, [5, 40, 400][random.below(3)] * MS),
+        };
+        Fault {
+            wrong,
+            from_ns,
+            until_ns: until_ns.min(self.end_ns - QUIET_NS),
+        }
+    }
+
+    fn wish(&self, random: &mut Random) -> (u64, Wish) {
+        let at_ns = 2 * S + (random.uniform() * (self.end_ns - QUIET_NS - 2 * S) as f64) as u64;
+        let object = random.below(self.objects);
+        let world = random.below(9) as i32 - 4;
+        let wish = match random.below(6) {
+            0 | 1 => Wish::World(world),
+            2 => Wish::Remove(object),
+            3 => Wish::Restore(object),
+            4 => Wish::Gain(random.below(self.cameras), 10 + random.below(20) as u8),
+            _ => Wish::Both(world, object),
+        };
+        (at_ns, wish)
+    }
+}
+
+fn start(random: &mut Random) -> u64 {
+    match random.chance(0.6) {
+        true => random.below(50) as u64 * MS,
+        false => random.below(8000) as u64 * MS,
+    }
+}
+
+impl fmt::Display for Plan {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut words = format!(
+            "seed {}: {} cameras at {} Hz, {} objects, {} fusion nodes, {} routers, {:.0} s",
+            self.seed,
+            self.cameras,
+            self.rate_hz,
+            self.objects,
+            self.nodes,
+            self.routers,
+            self.end_ns as f64 * 1e-9
+        );
+        for (holds, word) in [
+            (self.shares, "shares objects"),
+            (self.keeps, "keeps changes"),
+            (self.exact, "exact files"),
+            (self.clocks_off_ns > 0, "cameras' clocks off"),
+        ] {
+            if holds {
+                words += ", ";
+                words += word;
+            }
+        }
+        writeln!(formatter, "{words}")?;
+        for fault in &self.faults {
+            writeln!(formatter, "  {fault}")?;
+        }
+        for (at_ns, wish) in &self.wishes {
+            writeln!(formatter, "  {:.3} s {wish:?}", *at_ns as f64 * 1e-9)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,411 @@
+//! What a site promises, checked at every event.
+
+use crate::disk::Disk;
+use crate::host::true_ns;
+use crate::network::Network;
+use crate::plan::{MS, Place, Plan, S, Wrong};
+use crate::scene::Scene;
+use node_fusion::{CoreState, FusionCore, Models, Put};
+use sextant_proto::{
+    ConfigAnswer, FusionStatus, KeyRef, Keys, ModelsState, Notice, ObjectPose, Outcome, decode,
+    fingerprint,
+};
+use sextant_site_mirror::SiteMirror;
+use sextant_site_model::ObjectId;
+use sextant_site_report::{Fault, State};
+use sextant_zenoh_bus::Item;
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// A pose may be off by so much, m, and by so many of its standard deviations.
+const OFF_M: f64 = 0.02;
+const OFF_SIGMAS: f64 = 6.0;
+/// Two nodes that have heard each other for so long do not both publish an object, ns.
+const AGREED_NS: u64 = 1_500 * MS;
+/// Runs of poses of one node after another's within a second that are no handing over.
+const RUNS: usize = 5;
+/// A node that has heard another for so long has its models, ns.
+const FOLLOWED_NS: u64 = 4 * S;
+/// After so long without anything wrong every object that is seen has poses, ns.
+const SETTLED_NS: u64 = 8 * S;
+/// Longest time without poses of an object that is seen, when nothing is wrong, ns.
+const GAP_NS: u64 = 1_500 * MS;
+/// A change is answered within, ns.
+const ANSWERED_NS: u64 = 8 * S;
+/// Between two looks at what should have happened.
+const LOOK_NS: u64 = 250 * MS;
+/// A started node is compared with others for so long, ns.
+const STARTED_NS: u64 = 7 * S;
+
+/// A promise that was broken.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Broken {
+    /// When.
+    pub at_ns: u64,
+    /// Which, in short: the same words for the same promise.
+    pub promise: &'static str,
+    /// How.
+    pub how: String,
+}
+
+impl fmt::Display for Broken {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let at_s = self.at_ns as f64 * 1e-9;
+        write!(formatter, "at {at_s:.3} s: {}: {}", self.promise, self.how)
+    }
+}
+
+/// A fusion node, as seen from above.
+#[derive(Debug, Clone, Default)]
+struct Seen {
+    started_ns: Option<u64>,
+    models: ModelsState,
+    /// Since when it has these.
+    models_since_ns: u64,
+}
+
+/// A change that has to be answered.
+#[derive(Debug)]
+struct Pending {
+    key: String,
+    fingerprint: u64,
+    due_ns: u64,
+}
+
+/// Watches.
+pub struct Promises {
+    plan: Plan,
+    objects: Vec<ObjectId>,
+    nodes: Vec<Seen>,
+    broken: Option<Broken>,
+    poses: u64,
+    mirror: SiteMirror,
+    /// Which nodes published an object in turns, and until when.
+    publishers: BTreeMap<ObjectId, Vec<(usize, u64)>>,
+    /// When each camera saw each object last.
+    sightings: BTreeMap<(ObjectId, usize), u64>,
+    /// Since when at least two cameras have seen an object without a pause, and until when.
+    seen_by_two: BTreeMap<ObjectId, (u64, u64)>,
+    /// When the client used a pose of an object last that is tracked.
+    tracked: BTreeMap<ObjectId, u64>,
+    pending: Vec<Pending>,
+    statuses: BTreeMap<String, FusionStatus>,
+    looked_ns: u64,
+    are_cameras_set: bool,
+}
+
+impl Promises {
+    /// Of a plan.
+    #[must_use]
+    pub fn new(plan: &Plan, objects: Vec<ObjectId>) -> Self {
+        let sets_camera =
+            |wrong: Wrong| matches!(wrong, Wrong::ClockSet(Place::Camera(_), _));
+        Self {
+            are_cameras_set: plan.faults.iter().any(|fault| sets_camera(fault.wrong)),
+            nodes: vec![Seen::default(); plan.nodes],
+            plan: plan.clone(),
+            objects,
+            broken: None,
+            poses: 0,
+            mirror: SiteMirror::default(),
+            publishers: BTreeMap::new(),
+            sightings: BTreeMap::new(),
+            seen_by_two: BTreeMap::new(),
+            tracked: BTreeMap::new(),
+            pending: Vec::new(),
+            statuses: BTreeMap::new(),
+            looked_ns: 0,
+        }
+    }
+
+    /// The first promise that was broken.
+    #[must_use]
+    pub fn broken(&self) -> Option<&Broken> {
+        self.broken.as_ref()
+    }
+
+    /// Poses that the client used.
+    #[must_use]
+    pub fn poses(&self) -> u64 {
+        self.poses
+    }
+
+    fn breaks(&mut self, at_ns: u64, promise: &'static str, how: String) {
+        self.broken.get_or_insert(Broken {
+            at_ns,
+            promise,
+            how,
+        });
+    }
+
+    /// A fusion node's process starts.
+    pub fn started(&mut self, index: usize, at_ns: u64) {
+        self.nodes[index] = Seen {
+            started_ns: Some(at_ns),
+            models_since_ns: at_ns,
+            ..Seen::default()
+        };
+    }
+
+    /// A fusion node's process has ended.
+    pub fn ended(&mut self, index: usize) {
+        self.nodes[index] = Seen::default();
+    }
+
+    /// A camera sees an object.
+    pub fn sees(&mut self, camera: usize, object: &ObjectId, at_ns: u64) {
+        self.sightings.insert((object.clone(), camera), at_ns);
+        let lasts_ns = (2.5e9 / self.plan.rate_hz) as u64;
+        let of_object = self.sightings.iter().filter(|((of, _), seen_ns)| {
+            of == object && at_ns.saturating_sub(**seen_ns) < lasts_ns
+        });
+        if of_object.count() < 2 {
+            return;
+        }
+        let known = self.seen_by_two.entry(object.clone()).or_insert((at_ns, at_ns));
+        if at_ns.saturating_sub(known.1) > lasts_ns {
+            known.0 = at_ns;
+        }
+        known.1 = at_ns;
+    }
+
+    fn is_settled(&self, index: usize, for_ns: u64, at_ns: u64) -> bool {
+        let started_ns = self.nodes[index].started_ns;
+        started_ns.is_some_and(|started_ns| at_ns.saturating_sub(started_ns) >= for_ns)
+    }
+
+    fn are_sound(&self, network: &Network, one: usize, other: usize, for_ns: u64, at_ns: u64) -> bool {
+        let places = [one, other].map(Place::Fusion);
+        network.is_sound(places[0], places[1], for_ns, at_ns)
+            && self.is_settled(one, for_ns.max(AGREED_NS), at_ns)
+            && self.is_settled(other, for_ns.max(AGREED_NS), at_ns)
+    }
+}
+
+/// What fusion nodes say.
+impl Promises {
+    /// A node says something, before this disk.
+    #[expect(clippy::too_many_arguments, reason = "everything that is known at that moment")]
+    pub fn said(
+        &mut self,
+        index: usize,
+        put: &Put,
+        core: &FusionCore,
+        disk: &Disk,
+        scene: &Scene,
+        network: &Network,
+        at_ns: u64,
+    ) {
+        if let Ok(pose) = decode::<ObjectPose>(&put.payload) {
+            let (state, world) = (core.state(), scene.world_of(&core.models().rig));
+            self.pose_is_right(index, &pose, world, scene, at_ns);
+            self.one_publishes(index, &pose, network, at_ns);
+            self.no_older_models(index, &state.models, network, at_ns);
+        } else if let Ok(answer) = decode::<ConfigAnswer>(&put.payload)
+            && answer.outcome == Outcome::Kept
+        {
+            let (state, models) = (core.state(), core.models());
+            let of_disk = disk.record.as_ref().and_then(|record| record.version.clone());
+            if of_disk < state.models.version || disk.models != *models {
+                let how = format!("fusion {index} answers that {} is kept", answer.key);
+                self.breaks(at_ns, "what was answered to be kept is on the disk", how);
+            }
+        }
+    }
+
+    fn pose_is_right(&mut self, index: usize, pose: &ObjectPose, world: i32, scene: &Scene, at_ns: u64) {
+        if pose.state != State::Tracking {
+            return;
+        }
+        let stamp_ns = true_ns(pose.capture_ns);
+        let near = (-3..=3).map(|step: i64| stamp_ns.saturating_add_signed(step * 10_000_000));
+        // By a clock that was set the stamp says little.
+        let late = (0..=60).map(|step| at_ns.saturating_sub(step * 15 * MS));
+        let times: Vec<u64> = match self.are_cameras_set {
+            true => near.chain(late).collect(),
+            false => near.collect(),
+        };
+        let (error_m, sigmas) = scene.error(pose, world, &times);
+        if !(error_m <= OFF_M || sigmas <= OFF_SIGMAS) {
+            let how = format!(
+                "fusion {index}: {} is off by {:.1} mm, {sigmas:.1} sigma, by {} cameras and {} tags",
+                pose.object,
+                error_m * 1e3,
+                pose.cameras,
+                pose.tags
+            );
+            self.breaks(at_ns, "no pose called tracking is wrong", how);
+        }
+    }
+
+    fn one_publishes(&mut self, index: usize, pose: &ObjectPose, network: &Network, at_ns: u64) {
+        let last = self.publishers.entry(pose.object.clone()).or_default();
+        match last.last_mut() {
+            Some((node, last_ns)) if *node == index => *last_ns = at_ns,
+            _ => last.push((index, at_ns)),
+        }
+        if last.len() > RUNS {
+            last.remove(0);
+        }
+        let (first, first_ns) = last[0];
+        let other = last.get(1).map_or(first, |(other, _)| *other);
+        let is_soon = last.len() == RUNS && at_ns - first_ns < S;
+        if is_soon && self.are_sound(network, first, other, AGREED_NS, at_ns) {
+            let how = format!("{} by fusion {first} and {other}", pose.object);
+            self.breaks(at_ns, "one node publishes an object", how);
+        }
+    }
+
+    fn no_older_models(&mut self, index: usize, own: &ModelsState, network: &Network, at_ns: u64) {
+        for other in (0..self.nodes.len()).filter(|other| *other != index) {
+            let newer = &self.nodes[other];
+            let is_newer = newer.started_ns.is_some()
+                && newer.models.version > own.version
+                && newer.models.fingerprint != own.fingerprint
+                && at_ns - newer.models_since_ns > FOLLOWED_NS;
+            if is_newer && self.are_sound(network, index, other, FOLLOWED_NS, at_ns) {
+                let how = format!("fusion {index} publishes, fusion {other} has newer ones");
+                self.breaks(at_ns, "no node publishes with old models", how);
+            }
+        }
+    }
+}
+
+/// What the client gets.
+impl Promises {
+    /// The client asks for a change.
+    pub fn asked(&mut self, key: &str, payload: &[u8], network: &Network, at_ns: u64) {
+        let due_ns = at_ns + ANSWERED_NS;
+        let is_sound = |index: &usize| {
+            let span_ns = ANSWERED_NS + SETTLED_NS;
+            network.is_sound(Place::Client, Place::Fusion(*index), span_ns, due_ns)
+                && self.is_settled(*index, STARTED_NS, at_ns)
+        };
+        if !(0..self.nodes.len()).all(|index| is_sound(&index)) {
+            return;
+        }
+        self.pending.push(Pending {
+            key: Keys::below_site(key).to_owned(),
+            fingerprint: fingerprint(payload),
+            due_ns,
+        });
+    }
+
+    /// The client receives a message.
+    pub fn received(&mut self, item: &Item, keys: &Keys, at_ns: u64) {
+        let Some(key) = keys.parse(&item.key) else {
+            return;
+        };
+        let taken = (self.mirror).handle(at_ns, &key, item.sender.as_deref(), item.try_bytes());
+        if taken.is_err() {
+            return;
+        }
+        match key {
+            KeyRef::Pose(object) => {
+                self.poses += 1;
+                let is_tracked = item
+                    .decode::<ObjectPose>()
+                    .is_ok_and(|pose| pose.state == State::Tracking);
+                if is_tracked {
+                    self.tracked.insert(object, at_ns);
+                }
+            }
+            KeyRef::ConfigAnswer(_) => {
+                if let Ok(answer) = item.decode::<ConfigAnswer>() {
+                    let is_it = |one: &Pending| {
+                        one.key == answer.key && one.fingerprint == answer.fingerprint
+                    };
+                    self.pending.retain(|one| !is_it(one));
+                }
+            }
+            KeyRef::FusionStatus(node) => {
+                if let Ok(status) = item.decode::<FusionStatus>() {
+                    self.statuses.insert(node.as_str().to_owned(), status);
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+/// What should have happened.
+impl Promises {
+    /// A fusion node has had a turn.
+    pub fn watch(
+        &mut self,
+        index: usize,
+        state: &CoreState,
+        models: &Models,
+        network: &Network,
+        at_ns: u64,
+    ) {
+        let node = &mut self.nodes[index];
+        if node.models != state.models {
+            node.models = state.models.clone();
+            node.models_since_ns = at_ns;
+        }
+        if at_ns.saturating_sub(self.looked_ns) < LOOK_NS {
+            return;
+        }
+        self.looked_ns = at_ns;
+        if let Some(late) = self.pending.iter().find(|one| at_ns > one.due_ns) {
+            let how = format!("{} is not answered", late.key);
+            self.breaks(at_ns, "a change is answered", how);
+        }
+        let is_settled = (0..self.nodes.len()).all(|index| {
+            network.is_sound(Place::Client, Place::Fusion(index), SETTLED_NS, at_ns)
+                && self.is_settled(index, SETTLED_NS, at_ns)
+        });
+        // After a change tracks may begin anew.
+        let is_quiet = (self.nodes.iter()).all(|node| at_ns - node.models_since_ns > SETTLED_NS);
+        if !is_settled || !is_quiet {
+            return;
+        }
+        for object in self.objects.clone() {
+            let is_there = models.objects.iter().any(|model| *model.id() == object);
+            let (since_ns, until_ns) = self.seen_by_two.get(&object).copied().unwrap_or_default();
+            let is_seen = at_ns - since_ns > SETTLED_NS && at_ns - until_ns < S / 2;
+            let last_ns = self.tracked.get(&object).copied().unwrap_or(0);
+            if is_there && is_seen && since_ns > 0 && at_ns - last_ns > GAP_NS {
+                let gap_s = (at_ns - last_ns) as f64 * 1e-9;
+                let how = format!("{object} has no pose called tracking for {gap_s:.2} s");
+                self.breaks(at_ns, "an object that is seen has poses", how);
+            }
+        }
+    }
+
+    /// Everything was mended for a while.
+    pub fn end(&mut self, states: &[Option<CoreState>]) {
+        let at_ns = self.plan.end_ns;
+        if states.iter().any(Option::is_none) {
+            self.breaks(at_ns, "a mended node works", "a fusion node is down".to_owned());
+        }
+        let states: Vec<&CoreState> = states.iter().flatten().collect();
+        if states.iter().any(|state| state.models != states[0].models) {
+            let how = format!("{:?}", states.iter().map(|state| &state.models).collect::<Vec<_>>());
+            self.breaks(at_ns, "all nodes have the same models in the end", how);
+        }
+        let leaders = states.iter().filter(|state| state.leads).count();
+        if leaders != 1 {
+            let how = format!("{leaders} nodes lead");
+            self.breaks(at_ns, "one node leads in the end", how);
+        }
+        let mut wrong = Vec::new();
+        for status in self.statuses.values() {
+            let is_usual = |notice: &&Notice| matches!(notice, Notice::RefinementProposed { .. });
+            let notices = status.notices.iter().filter(|notice| !is_usual(notice));
+            wrong.extend(notices.map(ToString::to_string));
+            if self.plan.faults.is_empty() && self.plan.wishes.is_empty() {
+                // Where clocks are off, it is right to say so.
+                let is_so = |fault: &&Fault| {
+                    self.plan.clocks_off_ns > 0 && matches!(fault, Fault::ClockOff { .. })
+                };
+                let faults = status.faults.iter().filter(|fault| !is_so(fault));
+                wrong.extend(faults.map(|fault| format!("{fault:?}")));
+            }
+        }
+        if let Some(first) = wrong.first() {
+            self.breaks(at_ns, "a mended site names nothing wrong", first.clone());
+        }
+    }
+}

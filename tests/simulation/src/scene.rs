@@ -1,0 +1,206 @@
+//! The true site and its files: what cameras see, and by how much a pose is off.
+
+use crate::plan::{Plan, Wish};
+use nalgebra::Vector3;
+use node_fusion::Models;
+use sextant_geometry::Pose;
+use sextant_proto::{
+    CameraSettings, Keys, Message, ModelPayload, NodeId, ObjectConfig, ObjectPose, Proposal,
+    RigConfig, TagObservation, encode,
+};
+use sextant_simulator::{
+    Imperfections, Observer, Occlusion, Random, Scenario, Visibility,
+};
+use sextant_site_model::{Camera, CameraId, ObjectId, ObjectModel, ObjectTag, Rig, TagId};
+
+/// Noise of corners, px.
+const SIGMA_PX: f64 = 0.1;
+/// A world of the rig lies by so much beside the next, m.
+const WORLD_M: f64 = 0.25;
+
+/// The site.
+pub struct Scene {
+    truth: Scenario,
+    written: Scenario,
+    observer: Observer,
+    random: Random,
+}
+
+impl Scene {
+    /// Of a plan.
+    ///
+    /// # Panics
+    /// If the simulator cannot make the demonstration's site.
+    #[must_use]
+    pub fn new(plan: &Plan) -> Self {
+        let mut scenario = Scenario::demo(plan.cameras, plan.objects, plan.seed);
+        if !plan.exact {
+            scenario = scenario.with_imperfections(&Imperfections::TYPICAL);
+        }
+        let visibility = Visibility {
+            occlusion: Occlusion::Ignored,
+            ..Visibility::default()
+        };
+        let written = scenario.as_written().expect("lenses of the demonstration");
+        Self {
+            observer: Observer::new(&scenario, visibility).expect("the demonstration"),
+            random: Random::from_keys(&[plan.seed, 0x7363_656e]),
+            truth: scenario,
+            written,
+        }
+    }
+
+    /// A camera's name.
+    ///
+    /// # Panics
+    /// If there is no such camera.
+    #[must_use]
+    pub fn camera(&self, index: usize) -> CameraId {
+        self.truth.cameras[index].id.parse().expect("an id")
+    }
+
+    /// An object's name.
+    ///
+    /// # Panics
+    /// If there is no such object.
+    #[must_use]
+    pub fn object(&self, index: usize) -> ObjectId {
+        self.truth.objects[index].id.parse().expect("an id")
+    }
+
+    /// The names of all objects.
+    pub fn objects(&self) -> impl Iterator<Item = ObjectId> {
+        (0..self.truth.objects.len()).map(|index| self.object(index))
+    }
+
+    /// The site's files.
+    #[must_use]
+    pub fn models(&self) -> Models {
+        let objects = 0..self.written.objects.len();
+        Models {
+            rig: self.rig(0),
+            objects: objects.map(|index| self.model(index)).collect(),
+            settings: Default::default(),
+        }
+    }
+
+    fn rig(&self, world: i32) -> Rig {
+        let shift = Pose::translation(f64::from(world) * WORLD_M, 0.0, 0.0);
+        let cameras = self.written.cameras.iter().enumerate().map(|(at, camera)| {
+            let world_from_camera = Some(shift * camera.world_from_camera);
+            Camera::new(self.camera(at), camera.resolution, camera.lens, world_from_camera)
+        });
+        Rig::new(cameras.collect()).expect("a rig")
+    }
+
+    fn model(&self, index: usize) -> ObjectModel {
+        let tags = self.written.objects[index].tags.iter().map(|tag| {
+            let (family, id) = (tag.family, tag.id);
+            ObjectTag::new(TagId { family, id }, tag.size, Some(tag.object_from_tag))
+        });
+        ObjectModel::new(self.object(index), tags.collect()).expect("an object")
+    }
+
+    /// Which world a rig has, in steps of a quarter of a metre.
+    #[must_use]
+    pub fn world_of(&self, rig: &Rig) -> i32 {
+        let moved = |(ours, theirs): (&Camera, &sextant_simulator::SceneCamera)| {
+            let pose = ours.world_from_camera?;
+            Some(pose.translation.vector.x - theirs.world_from_camera.translation.vector.x)
+        };
+        let pairs = rig.cameras().iter().zip(&self.written.cameras);
+        let moved: Vec<f64> = pairs.filter_map(moved).collect();
+        (moved.iter().sum::<f64>() / moved.len() as f64 / WORLD_M).round() as i32
+    }
+
+    /// What a camera sees at a true time.
+    pub fn observe(&mut self, camera: usize, true_ns: u64) -> Vec<TagObservation> {
+        let seen = (self.observer).observe(camera, true_ns, SIGMA_PX, &mut self.random);
+        let variance = SIGMA_PX.powi(2) as f32;
+        let tags = seen.iter().map(|seen| TagObservation {
+            family: seen.family,
+            id: seen.id,
+            hamming: 0,
+            margin: 60.0,
+            corners: seen.corners.map(|corner| [corner.x as f32, corner.y as f32]),
+            corner_covariance: [[variance, 0.0, variance]; 4],
+            corner_cross_covariance: [[0.0; 4]; 6],
+            poses: Vec::new(),
+        });
+        tags.collect()
+    }
+
+    /// The objects on which these tags are.
+    #[must_use]
+    pub fn objects_of(&self, tags: &[TagObservation]) -> Vec<ObjectId> {
+        let has = |index: &usize| {
+            let of_object = &self.truth.objects[*index].tags;
+            let is_on = |seen: &TagObservation| {
+                (of_object.iter()).any(|tag| (tag.family, tag.id) == (seen.family, seen.id))
+            };
+            tags.iter().any(is_on)
+        };
+        let indices = (0..self.truth.objects.len()).filter(has);
+        indices.map(|index| self.object(index)).collect()
+    }
+
+    /// By how much a pose in a world is off from the truth at one of these true times, the best of them: metres, and in standard deviations that it
+    /// states.
+    #[must_use]
+    pub fn error(&self, pose: &ObjectPose, world: i32, true_ns: &[u64]) -> (f64, f64) {
+        let shift = Vector3::new(f64::from(world) * WORLD_M, 0.0, 0.0);
+        let mut objects = self.truth.objects.iter();
+        let Some(object) = objects.find(|object| object.id == pose.object.as_str()) else {
+            return (f64::INFINITY, f64::INFINITY);
+        };
+        let errors = true_ns.iter().map(|at_ns| {
+            let truth = object.world_from_object(*at_ns).translation.vector + shift;
+            (Vector3::from(pose.position) - truth).norm()
+        });
+        let error_m = errors.fold(f64::INFINITY, f64::min);
+        let variance: f64 = [0, 7, 14].iter().map(|at| pose.covariance[*at]).sum();
+        (error_m, error_m / variance.sqrt())
+    }
+
+    /// The key and the payload of a wish.
+    ///
+    /// # Panics
+    /// If a model cannot be encoded.
+    #[must_use]
+    pub fn request(&self, wish: Wish, keys: &Keys) -> (String, Vec<u8>) {
+        let object = |index| ObjectConfig::from(&self.model(index));
+        match wish {
+            Wish::World(world) => (keys.config_rig(), encoded(&RigConfig::from(&self.rig(world)))),
+            Wish::Remove(index) => {
+                let id = self.object(index);
+                (keys.config_object(&id), encoded(&ObjectConfig::removal(id)))
+            }
+            Wish::Restore(index) => {
+                (keys.config_object(&self.object(index)), encoded(&object(index)))
+            }
+            Wish::Gain(index, tenths) => {
+                let id = self.camera(index);
+                let settings = CameraSettings {
+                    gain: Some(f64::from(tenths) / 10.0),
+                    ..CameraSettings::none(id.clone())
+                };
+                (keys.config_camera(&id), encoded(&settings))
+            }
+            Wish::Both(world, index) => {
+                let none = Proposal::none(NodeId::new("client").expect("an id"), 1);
+                let rig = ModelPayload::of(&RigConfig::from(&self.rig(world)));
+                let object = ModelPayload::of(&object(index));
+                let proposal = Proposal {
+                    rig: rig.ok(),
+                    objects: vec![object.expect("an object")],
+                    ..none
+                };
+                (keys.config_models(), encoded(&proposal))
+            }
+        }
+    }
+}
+
+fn encoded(message: &impl Message) -> Vec<u8> {
+    encode(message).expect("a message")
+}

@@ -1,0 +1,648 @@
+//! The site in simulated time: one queue of events, every process, the network between them.
+
+use crate::coverage::Coverage;
+use crate::disk::Disk;
+use crate::fusion::{Process, Surroundings, Wanted, item_of};
+use crate::host::{true_ns, wall_ns};
+use crate::network::{LEASE_NS, Network};
+use crate::plan::{MS, Place, Plan, Wrong};
+use crate::promises::{Broken, Promises};
+use crate::scene::Scene;
+use node_fusion::{FusionConfig, FusionCore, Put, Refinement, ShardingConfig};
+use sextant_proto::{
+    ClockQuality, ClockReport, ClockSource, ConfigAnswer, FusionStatus, KeyRef, Keys, NodeId, NodeKind,
+    ObjectPose, Observations, SiteId, Timing, decode, encode,
+};
+use sextant_simulator::{Random, Schedule};
+use sextant_zenoh_bus::{BusOptions, Item, Payload, Presence, Qos, SecurityOptions};
+use std::cmp::Reverse;
+use std::collections::{BTreeSet, BinaryHeap};
+use std::rc::Rc;
+
+/// From the middle of an exposure to the observation.
+const DETECTION_NS: u64 = 6 * MS;
+/// Between two attempts to start where the network is missing, or the name is taken.
+const RETRY_NS: u64 = 200 * MS;
+
+#[derive(Debug)]
+enum Event {
+    /// A fusion node's process starts.
+    Start(usize),
+    /// A fusion node has a turn, unless it was given another meanwhile.
+    Turn(usize),
+    /// A camera takes its next image.
+    Image(usize),
+    /// A message arrives.
+    Message(Place, Rc<Item>),
+    /// A token appears or is gone for a fusion node.
+    Presence(usize, Presence),
+    /// A node is asked for its models, by another, in whose life.
+    Question(usize, usize, u64),
+    /// Its answers arrive.
+    Answers(usize, usize, u64, Vec<Item>),
+    /// Something begins or ends.
+    TurningPoint,
+    /// The client asks for a change.
+    Wish(usize),
+}
+
+/// Sorted by time, then by the order of their making.
+struct Due {
+    at_ns: u64,
+    number: u64,
+    event: Event,
+}
+
+impl PartialEq for Due {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Due {}
+
+impl PartialOrd for Due {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Due {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        (self.at_ns, self.number).cmp(&(other.at_ns, other.number))
+    }
+}
+
+/// A fusion node's host.
+struct Host {
+    config: FusionConfig,
+    disk: Disk,
+    process: Option<Process>,
+    /// Counts its processes.
+    life: u64,
+    next_turn_ns: u64,
+    /// The fusion nodes that it sees.
+    seen: BTreeSet<usize>,
+}
+
+/// What a run showed.
+#[derive(Debug, Clone)]
+pub struct Outcome {
+    /// The first promise that was broken.
+    pub broken: Option<Broken>,
+    /// Poses that the client used.
+    pub poses: u64,
+    /// Tells all messages of the run from those of another.
+    pub fingerprint: u64,
+    /// Which faults met which states.
+    pub coverage: Coverage,
+}
+
+/// Runs a site to its end, or to the first promise that is broken. With `traces`, what happens is printed.
+#[must_use]
+pub fn run(plan: &Plan, traces: bool) -> Outcome {
+    World::new(plan, traces).run()
+}
+
+/// The site.
+struct World<'a> {
+    plan: &'a Plan,
+    keys: Keys,
+    scene: Scene,
+    network: Network,
+    hosts: Vec<Host>,
+    schedules: Vec<Schedule>,
+    sequences: Vec<u64>,
+    /// By how much the clocks of cameras are off.
+    clocks_off_ns: Vec<i64>,
+    due: BinaryHeap<Reverse<Due>>,
+    number: u64,
+    promises: Promises,
+    fingerprint: u64,
+    coverage: Coverage,
+    traces: bool,
+}
+
+impl<'a> World<'a> {
+    fn new(plan: &'a Plan, traces: bool) -> Self {
+        let site: SiteId = "lab".parse().expect("a site");
+        let keys = Keys::of(site.clone());
+        let scene = Scene::new(plan);
+        let mut random = Random::from_keys(&[plan.seed, 0x776f_726c]);
+        let hosts = (0..plan.nodes).map(|index| {
+            let node = node(index);
+            Host {
+                config: config(plan, &site, &node),
+                disk: Disk {
+                    models: scene.models(),
+                    record: None,
+                },
+                process: None,
+                life: 0,
+                next_turn_ns: u64::MAX,
+                seen: BTreeSet::new(),
+            }
+        });
+        let off_ns = plan.clocks_off_ns as f64;
+        let mut world = Self {
+            hosts: hosts.collect(),
+            schedules: (0..plan.cameras)
+                .map(|_| Schedule::new(plan.rate_hz, random.uniform()))
+                .collect(),
+            sequences: vec![0; plan.cameras],
+            clocks_off_ns: (0..plan.cameras)
+                .map(|_| (random.between(-1.0, 1.0) * off_ns) as i64)
+                .collect(),
+            network: Network::new(plan),
+            promises: Promises::new(plan, scene.objects().collect()),
+            due: BinaryHeap::new(),
+            number: 0,
+            fingerprint: 0xcbf2_9ce4_8422_2325,
+            coverage: Coverage::default(),
+            traces,
+            plan,
+            keys,
+            scene,
+        };
+        if traces {
+            println!("clocks of cameras off by {:?} ns", world.clocks_off_ns);
+        }
+        for (index, at_ns) in plan.starts_ns.iter().enumerate() {
+            world.at(*at_ns, Event::Start(index));
+        }
+        for camera in 0..plan.cameras {
+            let first_ns = world.schedules[camera].next_at_or_after(0);
+            world.at(first_ns, Event::Image(camera));
+        }
+        for at_ns in world.network.turning_points() {
+            world.at(at_ns, Event::TurningPoint);
+        }
+        for (index, (at_ns, _)) in plan.wishes.iter().enumerate() {
+            world.at(*at_ns, Event::Wish(index));
+        }
+        world
+    }
+
+    fn at(&mut self, at_ns: u64, event: Event) {
+        self.number += 1;
+        let number = self.number;
+        self.due.push(Reverse(Due {
+            at_ns,
+            number,
+            event,
+        }));
+    }
+
+    fn run(mut self) -> Outcome {
+        while let Some(Reverse(due)) = self.due.pop() {
+            if due.at_ns >= self.plan.end_ns || self.promises.broken().is_some() {
+                break;
+            }
+            self.happen(due.at_ns, due.event);
+        }
+        let state = |host: &Host| host.process.as_ref().map(|process| process.core.state());
+        self.promises.end(&self.hosts.iter().map(state).collect::<Vec<_>>());
+        Outcome {
+            broken: self.promises.broken().cloned(),
+            poses: self.promises.poses(),
+            fingerprint: self.fingerprint,
+            coverage: self.coverage,
+        }
+    }
+
+    fn trace(&self, at_ns: u64, words: impl FnOnce() -> String) {
+        if self.traces {
+            println!("{:10.4} {}", at_ns as f64 * 1e-9, words());
+        }
+    }
+
+    fn has(&self, at_ns: u64, wrong: impl Fn(&Wrong) -> bool) -> bool {
+        let mut lasting = self.plan.faults.iter().filter(|fault| fault.lasts(at_ns));
+        lasting.any(|fault| wrong(&fault.wrong))
+    }
+
+    fn is_down(&self, place: Place, at_ns: u64) -> bool {
+        self.has(at_ns, |wrong| {
+            matches!(wrong, Wrong::Killed(of) | Wrong::PowerOff(of) if *of == place)
+        })
+    }
+
+    fn is_paused(&self, place: Place, at_ns: u64) -> bool {
+        self.has(at_ns, |wrong| matches!(wrong, Wrong::Paused(of) if *of == place))
+    }
+
+    fn happen(&mut self, at_ns: u64, event: Event) {
+        match event {
+            Event::Start(index) => self.start(index, at_ns),
+            Event::Turn(index) => self.turn(index, at_ns),
+            Event::Image(camera) => self.image(camera, at_ns),
+            Event::Message(to, item) => self.receive(to, &item, at_ns),
+            Event::Presence(index, change) => {
+                if let Some(process) = &mut self.hosts[index].process {
+                    process.presence(change);
+                }
+            }
+            Event::Question(asked, asking, life) => self.answer(asked, asking, life, at_ns),
+            Event::Answers(asking, asked, life, items) => {
+                let node = node(asked);
+                let host = &mut self.hosts[asking];
+                if let Some(process) = host.process.as_mut().filter(|_| host.life == life) {
+                    process.answered(&node, items, at_ns);
+                }
+            }
+            Event::TurningPoint => self.turn_point(at_ns),
+            Event::Wish(index) => self.wish(index, at_ns),
+        }
+    }
+}
+
+/// Processes of fusion nodes.
+impl World<'_> {
+    fn surroundings(&self, index: usize, at_ns: u64) -> Surroundings {
+        let place = Place::Fusion(index);
+        let (mut disk_ns, mut overload_ns) = (Some(2 * MS), 0);
+        for fault in self.plan.faults.iter().filter(|fault| fault.lasts(at_ns)) {
+            match fault.wrong {
+                Wrong::SlowDisk(of, each_ns) if of == index => disk_ns = disk_ns.map(|_| each_ns),
+                Wrong::FullDisk(of) if of == index => disk_ns = None,
+                Wrong::Overloaded(of, by_ns) if of == index => overload_ns = by_ns,
+                _ => {}
+            }
+        }
+        Surroundings {
+            at_ns,
+            wall_ns: wall_ns(&self.plan.faults, place, 0, at_ns),
+            is_linked: self.network.is_linked(place, at_ns),
+            disk_ns,
+            overload_ns,
+        }
+    }
+
+    /// The fusion nodes whose tokens another sees. That of a host without power is there until its link counts as dead.
+    fn sees(&self, index: usize, at_ns: u64) -> BTreeSet<usize> {
+        let lost_power = |of: usize| {
+            self.plan.faults.iter().any(|fault| {
+                let lasts = (fault.from_ns..fault.from_ns + LEASE_NS).contains(&at_ns);
+                lasts && fault.wrong == Wrong::PowerOff(Place::Fusion(of))
+            })
+        };
+        let own = Place::Fusion(index);
+        let others = (0..self.hosts.len()).filter(|other| *other != index);
+        let seen = others.filter(|other| {
+            let is_there = self.hosts[*other].process.is_some()
+                && self.network.sees(own, Place::Fusion(*other), at_ns);
+            is_there || self.network.is_linked(own, at_ns) && lost_power(*other)
+        });
+        seen.collect()
+    }
+
+    fn start(&mut self, index: usize, at_ns: u64) {
+        let place = Place::Fusion(index);
+        let lost_power = self.plan.faults.iter().any(|fault| {
+            let lasts = (fault.from_ns..fault.from_ns + LEASE_NS).contains(&at_ns);
+            lasts && fault.wrong == Wrong::PowerOff(place)
+        });
+        if self.is_down(place, at_ns) || self.hosts[index].process.is_some() {
+            return;
+        }
+        let waits = !self.network.is_linked(place, at_ns) || lost_power;
+        if waits || self.is_paused(place, at_ns) {
+            return self.at(at_ns + RETRY_NS, Event::Start(index));
+        }
+        let seen = self.sees(index, at_ns);
+        let others = seen.iter().map(|other| node(*other)).collect();
+        let at = self.surroundings(index, at_ns);
+        let host = &mut self.hosts[index];
+        host.life += 1;
+        host.seen = seen;
+        host.process = Some(Process::start(&host.config, &host.disk, others, at));
+        host.next_turn_ns = at_ns;
+        self.promises.started(index, at_ns);
+        self.trace(at_ns, || format!("{place} starts"));
+        self.at(at_ns, Event::Turn(index));
+        self.tell_presence(at_ns);
+    }
+
+    fn turn(&mut self, index: usize, at_ns: u64) {
+        let place = Place::Fusion(index);
+        if self.hosts[index].next_turn_ns != at_ns {
+            return;
+        }
+        if self.is_paused(place, at_ns) {
+            let faults = self.plan.faults.iter();
+            let ends = faults.filter(|fault| fault.lasts(at_ns) && fault.wrong == Wrong::Paused(place));
+            let until_ns = ends.map(|fault| fault.until_ns).max().unwrap_or(at_ns + MS);
+            return self.schedule_turn(index, until_ns);
+        }
+        let at = self.surroundings(index, at_ns);
+        let host = &mut self.hosts[index];
+        let Some(process) = &mut host.process else {
+            return;
+        };
+        let (promises, scene, network) = (&mut self.promises, &self.scene, &self.network);
+        let mut witness = |put: &Put, core: &FusionCore, disk: &Disk| {
+            promises.said(index, put, core, disk, scene, network, at_ns);
+        };
+        let (wanted, next_ns) = process.turn(at, &mut host.disk, &mut witness);
+        self.schedule_turn(index, next_ns);
+        for wanted in wanted {
+            match wanted {
+                Wanted::Say(put) => self.say(index, &put, at_ns),
+                Wanted::Ask(node) => self.ask(index, &node, at_ns),
+            }
+        }
+        self.look(index, at_ns);
+    }
+
+    fn schedule_turn(&mut self, index: usize, at_ns: u64) {
+        self.hosts[index].next_turn_ns = at_ns;
+        self.at(at_ns, Event::Turn(index));
+    }
+
+    /// What a node says goes to all who subscribe to it.
+    fn say(&mut self, index: usize, put: &Put, at_ns: u64) {
+        let place = Place::Fusion(index);
+        self.note(&put.key, &put.payload);
+        let item = Rc::new(item_of(put));
+        let about = self.keys.parse(&put.key);
+        self.trace_message(place, put, at_ns);
+        match about {
+            Some(KeyRef::Heartbeat(_)) => self.to_fusion_nodes(place, &item, true, at_ns),
+            Some(key) if key.is_config() => {
+                self.to_fusion_nodes(place, &item, false, at_ns);
+                self.send(place, Place::Client, &item, false, at_ns);
+            }
+            Some(KeyRef::Pose(_) | KeyRef::FusionStatus(_) | KeyRef::ConfigAnswer(_)) => {
+                let may_drop = put.qos != Qos::Config;
+                self.send(place, Place::Client, &item, may_drop, at_ns);
+            }
+            _ => {}
+        }
+    }
+
+    fn trace_message(&self, from: Place, put: &Put, at_ns: u64) {
+        if !self.traces {
+            return;
+        }
+        let words = if let Ok(pose) = decode::<ObjectPose>(&put.payload) {
+            let sigma_mm = 1e3 * (pose.covariance[0] + pose.covariance[7] + pose.covariance[14]).sqrt();
+            let (state, cameras, tags) = (pose.state, pose.cameras, pose.tags);
+            let times = [true_ns(pose.capture_ns)];
+            let (error_m, _) = self.scene.error(&pose, self.world_of(from), &times);
+            format!(
+                "{} {state:?} off by {:.1} mm, within {sigma_mm:.1} mm by {cameras} cameras and {tags} tags",
+                pose.object,
+                error_m * 1e3
+            )
+        } else if let Ok(answer) = decode::<ConfigAnswer>(&put.payload) {
+            format!("answers {}: {:?}", answer.key, answer.outcome)
+        } else if let Ok(status) = decode::<FusionStatus>(&put.payload) {
+            let faults = status.faults.iter().map(|fault| format!("{fault:?}"));
+            let notices = status.notices.iter().map(ToString::to_string);
+            format!("status: {}", faults.chain(notices).collect::<Vec<_>>().join("; "))
+        } else if let Ok(report) = decode::<ClockReport>(&put.payload) {
+            let clocks = report.cameras.iter();
+            let clocks = clocks.map(|one| {
+                let (offset_ms, sigma_ms) = (one.offset_s * 1e3, one.sigma_s * 1e3);
+                format!("{} {offset_ms:.1} +- {sigma_ms:.2}", one.camera)
+            });
+            format!("clocks, ms: {}", clocks.collect::<Vec<_>>().join(", "))
+        } else {
+            return;
+        };
+        self.trace(at_ns, || format!("{from}: {words}"));
+    }
+
+    /// The world of the rig that a fusion node works from.
+    fn world_of(&self, place: Place) -> i32 {
+        let Place::Fusion(index) = place else {
+            return 0;
+        };
+        let process = self.hosts[index].process.as_ref();
+        process.map_or(0, |process| self.scene.world_of(&process.core.models().rig))
+    }
+
+    fn to_fusion_nodes(&mut self, from: Place, item: &Rc<Item>, may_drop: bool, at_ns: u64) {
+        for index in 0..self.hosts.len() {
+            self.send(from, Place::Fusion(index), item, may_drop, at_ns);
+        }
+    }
+
+    fn send(&mut self, from: Place, to: Place, item: &Rc<Item>, may_drop: bool, at_ns: u64) {
+        let arrival_ns = match from == to {
+            true => Some(at_ns),
+            false => self.network.arrival_ns(from, to, at_ns, may_drop),
+        };
+        if let Some(arrival_ns) = arrival_ns {
+            self.at(arrival_ns, Event::Message(to, Rc::clone(item)));
+        }
+    }
+
+    fn ask(&mut self, asking: usize, node_asked: &NodeId, at_ns: u64) {
+        let Some(asked) = (0..self.hosts.len()).find(|index| node(*index) == *node_asked) else {
+            return;
+        };
+        let life = self.hosts[asking].life;
+        let (from, to) = (Place::Fusion(asking), Place::Fusion(asked));
+        if let Some(arrival_ns) = self.network.arrival_ns(from, to, at_ns, false) {
+            self.at(arrival_ns, Event::Question(asked, asking, life));
+        }
+    }
+
+    fn answer(&mut self, asked: usize, asking: usize, life: u64, at_ns: u64) {
+        let place = Place::Fusion(asked);
+        if self.is_paused(place, at_ns) {
+            return self.at(at_ns + 20 * MS, Event::Question(asked, asking, life));
+        }
+        let shelf = self.hosts[asked].process.as_ref().and_then(|process| process.shelf.as_ref());
+        let Some((root, payloads)) = shelf else {
+            return;
+        };
+        let items = payloads.iter().map(|(below, payload)| Item {
+            key: format!("{root}/{below}"),
+            payload: Payload::Bytes(payload.to_vec()),
+            sender: None,
+        });
+        let items = items.collect();
+        let to = Place::Fusion(asking);
+        if let Some(arrival_ns) = self.network.arrival_ns(place, to, at_ns, false) {
+            self.at(arrival_ns, Event::Answers(asking, asked, life, items));
+        }
+    }
+
+    fn receive(&mut self, to: Place, item: &Rc<Item>, at_ns: u64) {
+        match to {
+            Place::Fusion(index) => {
+                let about = self.keys.parse(&item.key);
+                let is_paused = self.is_paused(to, at_ns);
+                let Some(process) = &mut self.hosts[index].process else {
+                    return;
+                };
+                let item = Item::clone(item);
+                match about {
+                    Some(KeyRef::Observations(_)) => {
+                        let wakes_ns = process.observation(item, at_ns);
+                        if !is_paused && wakes_ns < self.hosts[index].next_turn_ns {
+                            self.schedule_turn(index, wakes_ns);
+                        }
+                    }
+                    Some(KeyRef::Heartbeat(_)) => process.heartbeat(item),
+                    Some(_) => process.change(item),
+                    None => {}
+                }
+            }
+            Place::Client => {
+                if !self.is_paused(to, at_ns) && !self.is_down(to, at_ns) {
+                    self.promises.received(item, &self.keys, at_ns);
+                }
+            }
+            Place::Camera(_) => {}
+        }
+    }
+
+    fn note(&mut self, key: &str, payload: &[u8]) {
+        for byte in key.bytes().chain(payload.iter().copied()) {
+            self.fingerprint = (self.fingerprint ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3);
+        }
+    }
+
+    fn look(&mut self, index: usize, at_ns: u64) {
+        let Some(process) = &self.hosts[index].process else {
+            return;
+        };
+        let state = process.core.state();
+        let lasting = self.plan.faults.iter().filter(|fault| fault.lasts(at_ns));
+        let kinds = lasting.map(|fault| fault.wrong.kind());
+        self.coverage.note(kinds, &state);
+        let models = process.core.models();
+        (self.promises).watch(index, &state, models, &self.network, at_ns);
+    }
+}
+
+/// What begins and ends.
+impl World<'_> {
+    fn turn_point(&mut self, at_ns: u64) {
+        for fault in self.plan.faults.iter().filter(|fault| fault.from_ns == at_ns) {
+            self.trace(at_ns, || format!("begins: {fault}"));
+        }
+        for index in 0..self.hosts.len() {
+            let place = Place::Fusion(index);
+            if self.is_down(place, at_ns) {
+                let host = &mut self.hosts[index];
+                if let Some(process) = host.process.take() {
+                    process.kill(at_ns, &mut host.disk);
+                    host.next_turn_ns = u64::MAX;
+                    self.promises.ended(index);
+                    self.trace(at_ns, || format!("{place} is killed"));
+                }
+            } else if self.hosts[index].process.is_none() && at_ns >= self.plan.starts_ns[index] {
+                self.start(index, at_ns);
+            }
+        }
+        self.tell_presence(at_ns);
+    }
+
+    /// Tells each fusion node which others have come and gone.
+    fn tell_presence(&mut self, at_ns: u64) {
+        for index in 0..self.hosts.len() {
+            if self.hosts[index].process.is_none() {
+                continue;
+            }
+            let seen = self.sees(index, at_ns);
+            let before = std::mem::replace(&mut self.hosts[index].seen, seen.clone());
+            for other in seen.symmetric_difference(&before) {
+                let key = self.keys.alive(NodeKind::Fusion, &node(*other));
+                let change = match seen.contains(other) {
+                    true => Presence::Joined(key),
+                    false => Presence::Left(key),
+                };
+                self.at(at_ns + 300_000, Event::Presence(index, change));
+            }
+        }
+    }
+
+    fn image(&mut self, camera: usize, at_ns: u64) {
+        let place = Place::Camera(camera);
+        let next_ns = self.schedules[camera].next_at_or_after(at_ns + 1);
+        self.at(next_ns, Event::Image(camera));
+        if self.is_down(place, at_ns) || self.is_paused(place, at_ns) {
+            return;
+        }
+        self.sequences[camera] += 1;
+        let off_ns = self.clocks_off_ns[camera];
+        let capture_ns = wall_ns(&self.plan.faults, place, off_ns, at_ns);
+        let message = Observations {
+            camera: self.scene.camera(camera),
+            sequence: self.sequences[camera],
+            capture_ns,
+            exposure_ns: 2_000_000,
+            clock: ClockQuality {
+                source: match self.plan.clocks_off_ns {
+                    0 => ClockSource::Ntp,
+                    _ => ClockSource::FreeRunning,
+                },
+                error_ns: MS,
+            },
+            resolution: [640, 480],
+            timing: Timing::default(),
+            tags: self.scene.observe(camera, at_ns),
+        };
+        for object in self.scene.objects_of(&message.tags) {
+            self.promises.sees(camera, &object, at_ns);
+        }
+        if !self.network.is_linked(place, at_ns) {
+            return;
+        }
+        let item = Rc::new(Item {
+            key: self.keys.observations(&message.camera),
+            payload: Payload::Bytes(encode(&message).unwrap_or_default()),
+            sender: None,
+        });
+        self.to_fusion_nodes(place, &item, true, at_ns + DETECTION_NS);
+    }
+
+    fn wish(&mut self, index: usize, at_ns: u64) {
+        let (_, wish) = self.plan.wishes[index];
+        let client = Place::Client;
+        if self.is_down(client, at_ns) || self.is_paused(client, at_ns) {
+            return;
+        }
+        let (key, payload) = self.scene.request(wish, &self.keys);
+        self.trace(at_ns, || format!("client asks for {wish:?}"));
+        (self.promises).asked(&key, &payload, &self.network, at_ns);
+        let item = Rc::new(Item {
+            key,
+            payload: Payload::Bytes(payload),
+            sender: Some("ann@desk".to_owned()),
+        });
+        self.to_fusion_nodes(client, &item, false, at_ns);
+    }
+}
+
+/// A fusion node's name.
+///
+/// # Panics
+/// Never.
+#[must_use]
+pub fn node(index: usize) -> NodeId {
+    NodeId::new(&format!("fusion-{index}")).expect("an id")
+}
+
+fn config(plan: &Plan, site: &SiteId, node: &NodeId) -> FusionConfig {
+    FusionConfig {
+        site: site.clone(),
+        node: node.clone(),
+        rig: "rig.toml".into(),
+        objects: Vec::new(),
+        cameras: "cameras.toml".into(),
+        keep_changes: plan.keeps,
+        max_age_s: 0.5,
+        refinement: Refinement::Propose,
+        sharding: match plan.shares {
+            true => ShardingConfig::ByMembers { standbys: 1 },
+            false => ShardingConfig::Off,
+        },
+        network: BusOptions::client_of("tcp/127.0.0.1:7447"),
+        security: SecurityOptions::default(),
+    }
+}
