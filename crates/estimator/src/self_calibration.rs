@@ -10,6 +10,7 @@
 //! errors are therefore estimated with the least norm in units of their priors, and the covariance that is left excludes the motions of
 //! the whole site ([`gauge`]). The uncertainty of an object's own frame and of the common scale is reported apart.
 
+pub(crate) mod accelerations;
 pub(crate) mod adjustment;
 pub(crate) mod arrow;
 pub(crate) mod design_effect;

@@ -11,6 +11,7 @@ use crate::measurement::corners::{CalibratedCamera, UNSEEN, WeightedView};
 use crate::measurement::planar_poses::{area, branches};
 use crate::measurement::rolling_shutter::LinkMotion;
 use crate::measurement::view_equations::NoiseSource;
+use crate::self_calibration::accelerations::Accelerations;
 use crate::self_calibration::arrow::Arrow;
 use crate::self_calibration::design_effect::DesignEffect;
 use crate::self_calibration::evidence::NOTHING;
@@ -62,6 +63,7 @@ pub(crate) struct Adjustment {
     /// Factor on the variance of each camera's corners.
     noise: BTreeMap<usize, f64>,
     design_effect: DesignEffect,
+    accelerations: Accelerations,
 }
 
 /// What one keyframe says of the errors of its cameras and tags, its pose eliminated.
@@ -133,8 +135,14 @@ impl Adjustment {
             if !step.iter().all(|x| x.is_finite()) {
                 return None;
             }
-            let posed = Posed { layout: &layout, site, weighting };
+            let posed = Posed {
+                layout: &layout,
+                site,
+                weighting,
+            };
             self.advance(keyframes, &mut errors, &solution, &step, posed);
+            let eliminated = &solution.equations.eliminated;
+            self.accelerations = self.accelerations.updated(keyframes, eliminated);
             self.scales = self.scales.updated(&layout, &errors, &solution.variances);
             last = Some(solution);
         }
@@ -198,7 +206,9 @@ impl Adjustment {
         };
         let of_keyframe = |keyframe: &Keyframe| {
             let views = keyframe.views.iter();
-            let path = keyframe.path.map_or(0.0, |path| path.improbability());
+            let path = keyframe
+                .path
+                .map_or(0.0, |path| self.accelerations.improbability(&path));
             path + views.map(|one| of_view(keyframe, one)).sum::<f64>()
         };
         let of_errors = errors.component_mul(&solution.precision).dot(errors);
@@ -301,7 +311,7 @@ impl Adjustment {
         keyframe: &Keyframe,
         cameras: &BTreeMap<usize, CalibratedCamera>,
     ) -> Option<DVector<f64>> {
-        let (mut information, mut gradient) = own_priors(keyframe);
+        let (mut information, mut gradient) = own_priors(keyframe, &self.accelerations);
         for one in &keyframe.views {
             let Some(rows) = self.rows(keyframe, one, cameras) else {
                 continue;
@@ -513,7 +523,7 @@ impl Adjustment {
             left: 0.0,
         };
         for keyframe in keyframes {
-            let (mut own, mut gradient) = own_priors(keyframe);
+            let (mut own, mut gradient) = own_priors(keyframe, &self.accelerations);
             let n_own = keyframe.n_unknowns();
             let mut couplings: BTreeMap<usize, OwnCoupling> = BTreeMap::new();
             for one in &keyframe.views {
@@ -610,13 +620,13 @@ impl Adjustment {
 }
 
 /// Information and gradient of a keyframe's own unknowns before its views.
-fn own_priors(keyframe: &Keyframe) -> (DMatrix<f64>, DVector<f64>) {
+fn own_priors(keyframe: &Keyframe, accelerations: &Accelerations) -> (DMatrix<f64>, DVector<f64>) {
     let n = keyframe.n_unknowns();
     let mut information = DMatrix::identity(n, n) * LEAST_INFORMATION;
     let mut gradient = DVector::zeros(n);
     if let Some(path) = &keyframe.path {
         for axis in 0..6 {
-            let precision = Path::precision(axis);
+            let precision = accelerations.precision(axis);
             information[(12 + axis, 12 + axis)] = precision;
             gradient[12 + axis] = precision * path.acceleration[axis];
         }

@@ -12,8 +12,6 @@ use sextant_site_model::TagId;
 const MOST_OF_AN_OBJECT: usize = 40;
 /// Most keyframes of all objects.
 const MOST: usize = 240;
-/// Standard deviation of the acceleration of an object, m/s² and rad/s².
-const ACCELERATION: [f64; 2] = [10.0, 50.0];
 /// Poses nearer than this, m and rad, show nothing new.
 const NEAR: (f64, f64) = (0.03, 0.12);
 /// The first keyframes of an object are taken whatever they show: they tell how exact the site's files are.
@@ -101,17 +99,6 @@ impl Path {
     /// Motion from the instant until `dt` seconds later, in world axes.
     pub fn step(&self, dt: f64) -> Vector6<f64> {
         self.twist * dt + self.acceleration * (0.5 * dt * dt)
-    }
-
-    /// Inverse variance of one of the accelerations.
-    pub fn precision(axis: usize) -> f64 {
-        ACCELERATION[axis / 3].powi(-2)
-    }
-
-    /// Square of the accelerations in units of their standard deviations.
-    pub fn improbability(&self) -> f64 {
-        let axes = self.acceleration.iter().enumerate();
-        axes.map(|(axis, one)| Self::precision(axis) * one * one).sum()
     }
 }
 

@@ -98,8 +98,7 @@ pub(super) fn normal(
     weighting: Weighting,
 ) -> Normal {
     let (matrix, pull, square) = unweighted(rows);
-    let weight =
-        one.view.noise_source.weight(square / weighting.excess) / weighting.design_effect;
+    let weight = one.view.noise_source.weight(square / weighting.excess) / weighting.design_effect;
     marginalised((matrix * weight, pull * weight, square * weight), one)
 }
 
@@ -273,6 +272,11 @@ pub(super) fn independence(covariance: &Arrow, keyframes: &[Eliminated]) -> f64 
 }
 
 impl Eliminated {
+    /// Variance of one of the keyframe's unknowns as the site's errors are.
+    pub(super) fn variance(&self, at: usize) -> f64 {
+        self.inverse[(at, at)]
+    }
+
     /// What the pose explains of the squares of the views.
     pub(super) fn explained(&self) -> f64 {
         self.gradient.dot(&(&self.inverse * &self.gradient))
