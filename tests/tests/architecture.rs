@@ -50,6 +50,7 @@ const FLOORS: &[&[&str]] = &[
     &["sextant-evaluation", "sextant-explain", "sextant-fleet"],
     &["sextant"],
     &[
+        "site-simulation",
         "system-tests",
         "sextant-benches",
         "sextant-examine",
@@ -80,6 +81,7 @@ const RUN_FUSION: &[&str] = &[
     "node-fusion",
     "sextant-replay",
     "sextant",
+    "site-simulation",
     "system-tests",
     "sextant-examine",
 ];

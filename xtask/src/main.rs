@@ -222,6 +222,22 @@ const CHORES: &[Chore] = &[
         )
     },
     Chore {
+        minutes: 60,
+        ..Chore::new(
+            "simulate",
+            "whole sites in simulated time from many seeds; what follows is for it: --seeds N, --hours H, --trace SEED",
+            || suites::simulate(&[]),
+        )
+    },
+    Chore {
+        minutes: 40,
+        ..Chore::new(
+            "planted",
+            "plants faults one at a time and has the simulation find each",
+            suites::planted,
+        )
+    },
+    Chore {
         minutes: 10,
         ..Chore::new(
             "bench",
@@ -299,6 +315,11 @@ fn usage(word: &str) -> String {
 }
 
 fn run(words: &[String]) -> Result<(), String> {
+    if let Some((word, arguments)) = words.split_first()
+        && word == "simulate"
+    {
+        return suites::simulate(arguments);
+    }
     let mut options = Options::default();
     let mut chores = Vec::new();
     for word in words {
@@ -379,7 +400,9 @@ mod tests {
                     "faults",
                     "package",
                     "page-types",
+                    "planted",
                     "python",
+                    "simulate",
                 ]
                 .contains(word)
             })

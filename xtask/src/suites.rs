@@ -21,7 +21,7 @@ const LOWEST: &[&str] = &[
     "xtask",
 ];
 /// Packages that test or measure all others.
-const SYSTEM: &[&str] = &["tests", "benches", "benches/examine"];
+const SYSTEM: &[&str] = &["tests", "tests/simulation", "benches", "benches/examine"];
 
 /// Test programs that take a minute or more; they run after the others of their chore.
 const SLOW: &[&str] = &[
@@ -60,6 +60,72 @@ pub fn system() -> Result<(), String> {
         let _ = page_packages();
     }
     run_programs("system", |folder| SYSTEM.contains(&folder))
+}
+
+/// Whole sites in simulated time.
+pub fn simulate(arguments: &[String]) -> Result<(), String> {
+    let run_it = [
+        "run",
+        "--release",
+        "--quiet",
+        "--package",
+        "site-simulation",
+        "--",
+    ];
+    let arguments = arguments.iter().map(String::as_str);
+    run(
+        "cargo",
+        &run_it.into_iter().chain(arguments).collect::<Vec<_>>(),
+    )
+}
+
+/// Seeds within which a planted fault is to be found.
+const PLANTED_SEEDS: &str = "2000";
+
+/// Plants each fault of `tests/simulation/planted` in a copy of the last commit, and has the simulation find it.
+pub fn planted() -> Result<(), String> {
+    let copy = root().join("target/planted");
+    let at = copy.to_string_lossy().into_owned();
+    if !copy.is_dir() {
+        run("git", &["clone", "--quiet", &root().to_string_lossy(), &at])?;
+    }
+    let git = |arguments: &[&str]| run("git", &[&["-C", &at], arguments].concat());
+    git(&["pull", "--quiet", "--ff-only"])?;
+    let folder = root().join("tests/simulation/planted");
+    let entries =
+        std::fs::read_dir(&folder).map_err(|cause| format!("{}: {cause}", folder.display()))?;
+    let mut patches: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
+    patches.sort();
+    let mut missed = Vec::new();
+    for patch in &patches {
+        let (name, path) = (
+            patch.file_stem().unwrap_or_default(),
+            patch.to_string_lossy(),
+        );
+        git(&["checkout", "--quiet", "."])?;
+        git(&["apply", &path])?;
+        let name = name.to_string_lossy().into_owned();
+        let mut cargo = command("cargo");
+        cargo
+            .current_dir(&copy)
+            .args(["run", "--release", "--quiet", "--package"]);
+        cargo.args([
+            "site-simulation",
+            "--",
+            "--until-broken",
+            "--seeds",
+            PLANTED_SEEDS,
+        ]);
+        println!("planted: {name}");
+        if cargo.status().map_err(|cause| cause.to_string())?.success() {
+            missed.push(name);
+        }
+    }
+    git(&["checkout", "--quiet", "."])?;
+    match missed.as_slice() {
+        [] => Ok(()),
+        _ => Err(format!("not found: {}", missed.join(", "))),
+    }
 }
 
 fn run_programs(word: &str, is_wanted: impl Fn(&str) -> bool) -> Result<(), String> {

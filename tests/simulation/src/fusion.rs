@@ -3,7 +3,9 @@
 use crate::disk::Disk;
 use crate::host::ProcessClock;
 use crate::plan::{MS, S};
-use node_fusion::{Action, Beginning, FusionConfig, FusionCore, HostState, KeepJob, Payloads, Put, Said};
+use node_fusion::{
+    Action, Beginning, FusionConfig, FusionCore, HostState, KeepJob, Payloads, Put, Said,
+};
 use sextant_election::{Link, Moment};
 use sextant_estimator::AdjustmentTask;
 use sextant_process::ClockQuality;
@@ -125,13 +127,15 @@ impl Process {
     /// A heartbeat arrives.
     pub fn heartbeat(&mut self, item: Item) {
         self.heartbeats.push_back(item);
-        self.heartbeats.drain(..self.heartbeats.len().saturating_sub(HEARTBEATS));
+        self.heartbeats
+            .drain(..self.heartbeats.len().saturating_sub(HEARTBEATS));
     }
 
     /// A message under a key of the configuration arrives.
     pub fn change(&mut self, item: Item) {
         self.changes.push_back(item);
-        self.changes.drain(..self.changes.len().saturating_sub(CHANGES));
+        self.changes
+            .drain(..self.changes.len().saturating_sub(CHANGES));
     }
 
     /// A token appears or is gone.
@@ -188,7 +192,10 @@ impl Process {
         let ended = self.now(ends_ns);
         self.act(ended, at, disk, witness, &mut wanted);
         self.care_for_models(ended, at, disk, witness, &mut wanted);
-        if self.solving.as_ref().is_some_and(|(_, due_ns)| *due_ns <= at.at_ns)
+        if self
+            .solving
+            .as_ref()
+            .is_some_and(|(_, due_ns)| *due_ns <= at.at_ns)
             && let Some((task, _)) = self.solving.take()
         {
             task.solve();
@@ -238,7 +245,10 @@ impl Process {
         witness: &mut Witness<'_>,
         wanted: &mut Vec<Wanted>,
     ) {
-        if self.writing.as_ref().is_some_and(|(_, _, done_ns, _)| *done_ns <= at.at_ns)
+        if self
+            .writing
+            .as_ref()
+            .is_some_and(|(_, _, done_ns, _)| *done_ns <= at.at_ns)
             && let Some((job, _, _, succeeds)) = self.writing.take()
         {
             let outcome = match succeeds {

@@ -59,7 +59,11 @@ impl Network {
     }
 
     /// When nothing passes because of a fault, and when the link is closed because of it, if it is.
-    fn gap(&self, index: usize, hop: (Option<Place>, Way)) -> Option<(u64, u64, Option<(u64, u64)>)> {
+    fn gap(
+        &self,
+        index: usize,
+        hop: (Option<Place>, Way),
+    ) -> Option<(u64, u64, Option<(u64, u64)>)> {
         let fault = &self.faults[index];
         let (place, way) = hop;
         let is_of_place = place.is_some() && fault.wrong.place() == place;
@@ -84,7 +88,10 @@ impl Network {
         Some((fault.from_ns, until_ns, closed))
     }
 
-    fn gaps(&self, hop: (Option<Place>, Way)) -> impl Iterator<Item = (u64, u64, Option<(u64, u64)>)> {
+    fn gaps(
+        &self,
+        hop: (Option<Place>, Way),
+    ) -> impl Iterator<Item = (u64, u64, Option<(u64, u64)>)> {
         (0..self.faults.len()).filter_map(move |index| self.gap(index, hop))
     }
 
@@ -102,8 +109,8 @@ impl Network {
     /// Whether the routers have each other and those of two processes, so that tokens of one are seen by the other.
     #[must_use]
     pub fn sees(&self, one: Place, other: Place, at_ns: u64) -> bool {
-        let between = self.router(one) == self.router(other)
-            || self.is_open((None, Way::Across(0)), at_ns);
+        let between =
+            self.router(one) == self.router(other) || self.is_open((None, Way::Across(0)), at_ns);
         between && self.is_linked(one, at_ns) && self.is_linked(other, at_ns)
     }
 
@@ -118,9 +125,7 @@ impl Network {
         self.faults.iter().enumerate().all(|(index, fault)| {
             let touches = hops.iter().any(|place| match fault.wrong {
                 Wrong::Parted => place.is_none(),
-                Wrong::RouterDown(down) => {
-                    place.is_none_or(|place| self.router(place) == down)
-                }
+                Wrong::RouterDown(down) => place.is_none_or(|place| self.router(place) == down),
                 _ => place.is_some() && fault.wrong.place() == *place,
             });
             let ends_ns = match fault.wrong {
@@ -153,7 +158,13 @@ impl Network {
     }
 
     /// When a message of one process reaches another; never, where it is lost. `may_drop` of those that a congested network drops.
-    pub fn arrival_ns(&mut self, from: Place, to: Place, at_ns: u64, may_drop: bool) -> Option<u64> {
+    pub fn arrival_ns(
+        &mut self,
+        from: Place,
+        to: Place,
+        at_ns: u64,
+        may_drop: bool,
+    ) -> Option<u64> {
         let (first, last) = (self.router(from), self.router(to));
         let at_ns = self.pass((Some(from), Way::Up), at_ns, may_drop)?;
         let at_ns = match first == last {
@@ -170,9 +181,8 @@ impl Network {
             let gaps = self.gaps(hop);
             let mut later = gaps.filter_map(|(from_ns, until_ns, closed)| {
                 let stops = (from_ns..until_ns).contains(&leaves_ns);
-                let is_closed = closed.is_some_and(|(from_ns, until_ns)| {
-                    (from_ns..until_ns).contains(&leaves_ns)
-                });
+                let is_closed = closed
+                    .is_some_and(|(from_ns, until_ns)| (from_ns..until_ns).contains(&leaves_ns));
                 (stops || is_closed).then_some((until_ns, closed))
             });
             let Some((until_ns, closed)) = later.next() else {

@@ -8,9 +8,7 @@ use sextant_proto::{
     CameraSettings, Keys, Message, ModelPayload, NodeId, ObjectConfig, ObjectPose, Proposal,
     RigConfig, TagObservation, encode,
 };
-use sextant_simulator::{
-    Imperfections, Observer, Occlusion, Random, Scenario, Visibility,
-};
+use sextant_simulator::{Imperfections, Observer, Occlusion, Random, Scenario, Visibility};
 use sextant_site_model::{Camera, CameraId, ObjectId, ObjectModel, ObjectTag, Rig, TagId};
 
 /// Noise of corners, px.
@@ -24,6 +22,7 @@ pub struct Scene {
     written: Scenario,
     observer: Observer,
     random: Random,
+    is_exact: bool,
 }
 
 impl Scene {
@@ -47,6 +46,7 @@ impl Scene {
             random: Random::from_keys(&[plan.seed, 0x7363_656e]),
             truth: scenario,
             written,
+            is_exact: plan.exact,
         }
     }
 
@@ -88,9 +88,18 @@ impl Scene {
         let shift = Pose::translation(f64::from(world) * WORLD_M, 0.0, 0.0);
         let cameras = self.written.cameras.iter().enumerate().map(|(at, camera)| {
             let world_from_camera = Some(shift * camera.world_from_camera);
-            Camera::new(self.camera(at), camera.resolution, camera.lens, world_from_camera)
+            Camera::new(
+                self.camera(at),
+                camera.resolution,
+                camera.lens,
+                world_from_camera,
+            )
         });
-        Rig::new(cameras.collect()).expect("a rig")
+        let rig = Rig::new(cameras.collect()).expect("a rig");
+        match self.is_exact {
+            true => rig.exact(),
+            false => rig,
+        }
     }
 
     fn model(&self, index: usize) -> ObjectModel {
@@ -98,7 +107,11 @@ impl Scene {
             let (family, id) = (tag.family, tag.id);
             ObjectTag::new(TagId { family, id }, tag.size, Some(tag.object_from_tag))
         });
-        ObjectModel::new(self.object(index), tags.collect()).expect("an object")
+        let model = ObjectModel::new(self.object(index), tags.collect()).expect("an object");
+        match self.is_exact {
+            true => model.exact(),
+            false => model,
+        }
     }
 
     /// Which world a rig has, in steps of a quarter of a metre.
@@ -122,7 +135,9 @@ impl Scene {
             id: seen.id,
             hamming: 0,
             margin: 60.0,
-            corners: seen.corners.map(|corner| [corner.x as f32, corner.y as f32]),
+            corners: seen
+                .corners
+                .map(|corner| [corner.x as f32, corner.y as f32]),
             corner_covariance: [[variance, 0.0, variance]; 4],
             corner_cross_covariance: [[0.0; 4]; 6],
             poses: Vec::new(),
@@ -170,14 +185,18 @@ impl Scene {
     pub fn request(&self, wish: Wish, keys: &Keys) -> (String, Vec<u8>) {
         let object = |index| ObjectConfig::from(&self.model(index));
         match wish {
-            Wish::World(world) => (keys.config_rig(), encoded(&RigConfig::from(&self.rig(world)))),
+            Wish::World(world) => (
+                keys.config_rig(),
+                encoded(&RigConfig::from(&self.rig(world))),
+            ),
             Wish::Remove(index) => {
                 let id = self.object(index);
                 (keys.config_object(&id), encoded(&ObjectConfig::removal(id)))
             }
-            Wish::Restore(index) => {
-                (keys.config_object(&self.object(index)), encoded(&object(index)))
-            }
+            Wish::Restore(index) => (
+                keys.config_object(&self.object(index)),
+                encoded(&object(index)),
+            ),
             Wish::Gain(index, tenths) => {
                 let id = self.camera(index);
                 let settings = CameraSettings {

@@ -10,8 +10,8 @@ use crate::promises::{Broken, Promises};
 use crate::scene::Scene;
 use node_fusion::{FusionConfig, FusionCore, Put, Refinement, ShardingConfig};
 use sextant_proto::{
-    ClockQuality, ClockReport, ClockSource, ConfigAnswer, FusionStatus, KeyRef, Keys, NodeId, NodeKind,
-    ObjectPose, Observations, SiteId, Timing, decode, encode,
+    ClockQuality, ClockReport, ClockSource, ConfigAnswer, FusionStatus, KeyRef, Keys, NodeId,
+    NodeKind, ObjectPose, Observations, SiteId, Timing, decode, encode,
 };
 use sextant_simulator::{Random, Schedule};
 use sextant_zenoh_bus::{BusOptions, Item, Payload, Presence, Qos, SecurityOptions};
@@ -201,7 +201,8 @@ impl<'a> World<'a> {
             self.happen(due.at_ns, due.event);
         }
         let state = |host: &Host| host.process.as_ref().map(|process| process.core.state());
-        self.promises.end(&self.hosts.iter().map(state).collect::<Vec<_>>());
+        self.promises
+            .end(&self.hosts.iter().map(state).collect::<Vec<_>>());
         Outcome {
             broken: self.promises.broken().cloned(),
             poses: self.promises.poses(),
@@ -222,13 +223,17 @@ impl<'a> World<'a> {
     }
 
     fn is_down(&self, place: Place, at_ns: u64) -> bool {
-        self.has(at_ns, |wrong| {
-            matches!(wrong, Wrong::Killed(of) | Wrong::PowerOff(of) if *of == place)
-        })
+        self.has(
+            at_ns,
+            |wrong| matches!(wrong, Wrong::Killed(of) | Wrong::PowerOff(of) if *of == place),
+        )
     }
 
     fn is_paused(&self, place: Place, at_ns: u64) -> bool {
-        self.has(at_ns, |wrong| matches!(wrong, Wrong::Paused(of) if *of == place))
+        self.has(
+            at_ns,
+            |wrong| matches!(wrong, Wrong::Paused(of) if *of == place),
+        )
     }
 
     fn happen(&mut self, at_ns: u64, event: Event) {
@@ -330,7 +335,8 @@ impl World<'_> {
         }
         if self.is_paused(place, at_ns) {
             let faults = self.plan.faults.iter();
-            let ends = faults.filter(|fault| fault.lasts(at_ns) && fault.wrong == Wrong::Paused(place));
+            let ends =
+                faults.filter(|fault| fault.lasts(at_ns) && fault.wrong == Wrong::Paused(place));
             let until_ns = ends.map(|fault| fault.until_ns).max().unwrap_or(at_ns + MS);
             return self.schedule_turn(index, until_ns);
         }
@@ -385,7 +391,8 @@ impl World<'_> {
             return;
         }
         let words = if let Ok(pose) = decode::<ObjectPose>(&put.payload) {
-            let sigma_mm = 1e3 * (pose.covariance[0] + pose.covariance[7] + pose.covariance[14]).sqrt();
+            let sigma_mm =
+                1e3 * (pose.covariance[0] + pose.covariance[7] + pose.covariance[14]).sqrt();
             let (state, cameras, tags) = (pose.state, pose.cameras, pose.tags);
             let times = [true_ns(pose.capture_ns)];
             let (error_m, _) = self.scene.error(&pose, self.world_of(from), &times);
@@ -399,7 +406,10 @@ impl World<'_> {
         } else if let Ok(status) = decode::<FusionStatus>(&put.payload) {
             let faults = status.faults.iter().map(|fault| format!("{fault:?}"));
             let notices = status.notices.iter().map(ToString::to_string);
-            format!("status: {}", faults.chain(notices).collect::<Vec<_>>().join("; "))
+            format!(
+                "status: {}",
+                faults.chain(notices).collect::<Vec<_>>().join("; ")
+            )
         } else if let Ok(report) = decode::<ClockReport>(&put.payload) {
             let clocks = report.cameras.iter();
             let clocks = clocks.map(|one| {
@@ -454,7 +464,10 @@ impl World<'_> {
         if self.is_paused(place, at_ns) {
             return self.at(at_ns + 20 * MS, Event::Question(asked, asking, life));
         }
-        let shelf = self.hosts[asked].process.as_ref().and_then(|process| process.shelf.as_ref());
+        let shelf = self.hosts[asked]
+            .process
+            .as_ref()
+            .and_then(|process| process.shelf.as_ref());
         let Some((root, payloads)) = shelf else {
             return;
         };
@@ -522,7 +535,12 @@ impl World<'_> {
 /// What begins and ends.
 impl World<'_> {
     fn turn_point(&mut self, at_ns: u64) {
-        for fault in self.plan.faults.iter().filter(|fault| fault.from_ns == at_ns) {
+        for fault in self
+            .plan
+            .faults
+            .iter()
+            .filter(|fault| fault.from_ns == at_ns)
+        {
             self.trace(at_ns, || format!("begins: {fault}"));
         }
         for index in 0..self.hosts.len() {

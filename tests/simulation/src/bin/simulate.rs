@@ -25,6 +25,9 @@ struct Arguments {
     /// Leaves out these faults of the plan that is traced, by number.
     #[arg(long, value_delimiter = ',')]
     without: Vec<usize>,
+    /// Ends with the first promise that is broken.
+    #[arg(long)]
+    until_broken: bool,
     /// Removes from a failing plan what does not matter.
     #[arg(long)]
     shrink: bool,
@@ -57,6 +60,10 @@ fn main() -> ExitCode {
         for _ in 0..arguments.threads.unwrap_or(n_threads) {
             scope.spawn(|| {
                 while begun.elapsed() < ends {
+                    let has_failed = total.lock().is_ok_and(|total| total.failures > 0);
+                    if arguments.until_broken && has_failed {
+                        break;
+                    }
                     let seed = next.fetch_add(1, Ordering::Relaxed);
                     if seed >= arguments.from + arguments.seeds {
                         break;
