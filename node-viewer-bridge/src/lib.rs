@@ -33,6 +33,7 @@ mod session;
 mod shared;
 mod socket;
 mod translate;
+mod web_camera;
 mod webhook;
 mod wizard;
 mod zones;

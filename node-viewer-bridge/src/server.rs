@@ -1,6 +1,6 @@
 //! HTTP: the page, the state, the WebSocket's door; every request passes the guard first.
 
-use crate::access::PageRole;
+use crate::access::{Denied, PageRole};
 use crate::assets;
 use crate::connections::Connections;
 use crate::frame::frame_of;
@@ -13,6 +13,7 @@ use crate::request::{Context, as_json, is_json, refuse, role_of};
 use crate::session;
 use crate::shared::Shared;
 use crate::socket;
+use crate::web_camera;
 use crate::webhook::Webhook;
 use crate::wizard;
 use crate::zones;
@@ -104,6 +105,8 @@ fn router(context: Context) -> Router {
         )
         .layer(middleware::from_fn_with_state(context.clone(), identify));
     known
+        .route("/ws/camera", get(web_camera::socket::upgrade))
+        .route("/camera", get(assets::camera))
         .route(
             "/api/session",
             get(session::ask)
@@ -143,6 +146,7 @@ async fn identify(
     next: Next,
 ) -> Response<Body> {
     match role_of(&context.shared, &request) {
+        Ok(PageRole::Camera) => refuse(Denied::NoToken),
         Ok(role) => {
             request.extensions_mut().insert(role);
             next.run(request).await
@@ -292,8 +296,10 @@ async fn health(State(context): State<Context>, request: Request) -> Response<Bo
         false => (StatusCode::SERVICE_UNAVAILABLE, "failing"),
     };
     let json = match role_of(shared, &request) {
-        Ok(_) => serde_json::json!({ "status": word, "causes": ailments }),
-        Err(_) => serde_json::json!({ "status": word }),
+        Ok(PageRole::Viewer | PageRole::Operator) => {
+            serde_json::json!({ "status": word, "causes": ailments })
+        }
+        Ok(PageRole::Camera) | Err(_) => serde_json::json!({ "status": word }),
     };
     as_json(status, format!("{json}\n").into())
 }
