@@ -46,8 +46,8 @@ const MOST_ADDRESSES: usize = 1024;
 pub(crate) struct Tokens {
     read: String,
     operate: String,
-    /// Of browsers that are cameras, by the camera's name.
-    #[serde(default)]
+    /// Of browsers that are cameras, by the camera's name; in a file of their own.
+    #[serde(skip)]
     cameras: BTreeMap<CameraId, String>,
 }
 
@@ -60,15 +60,26 @@ impl Tokens {
         read_toml_checked(file, |tokens: &Self| {
             check(&tokens.read, "read")?;
             check(&tokens.operate, "operate")?;
-            for token in tokens.cameras.values() {
-                check(token, "cameras")?;
-            }
             if tokens.read == tokens.operate {
                 let cause = "is the token of readers, too".to_owned();
                 return Err(Complaint::new("operate", cause, "choose another one"));
             }
             Ok(())
         })
+    }
+
+    /// With those of browsers that are cameras.
+    ///
+    /// # Errors
+    /// A malformed file, or tokens that can be guessed; a missing file has none.
+    pub(crate) fn with_phones(mut self, file: &Path) -> Result<Self, FileError> {
+        if file.exists() {
+            self.cameras = read_toml_checked(file, |cameras: &BTreeMap<CameraId, String>| {
+                let mut tokens = cameras.iter();
+                tokens.try_for_each(|(camera, token)| check(token, camera.as_str()))
+            })?;
+        }
+        Ok(self)
     }
 
     fn role_of(&self, token: &str) -> Option<PageRole> {
@@ -95,7 +106,7 @@ impl Tokens {
     }
 }
 
-fn check(token: &str, key: &'static str) -> Result<(), Complaint> {
+fn check(token: &str, key: &str) -> Result<(), Complaint> {
     if token.len() >= MIN_TOKEN_BYTES && token.bytes().all(|b| b.is_ascii_alphanumeric()) {
         return Ok(());
     }
@@ -160,6 +171,11 @@ impl PageAccess {
         }
         let token = bearer(headers).or_else(|| cookie(headers));
         self.role_of_token(token.ok_or(Denied::NoToken)?, from, now)
+    }
+
+    /// Cameras that browsers may be and the token of each; none where any name will do without one.
+    pub(crate) fn phones(&self) -> Option<&BTreeMap<CameraId, String>> {
+        self.tokens.as_ref().map(|tokens| &tokens.cameras)
     }
 
     /// Whether the sender of a request may be this camera: its token is the camera's, or no token is needed.

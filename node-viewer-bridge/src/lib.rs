@@ -10,6 +10,7 @@
 mod access;
 mod assets;
 mod bridge;
+mod certificate;
 mod config;
 mod connections;
 mod forwarder;
@@ -25,6 +26,7 @@ mod models;
 mod network;
 #[cfg(test)]
 mod panic_tests;
+mod phone_links;
 mod protection;
 mod refusal;
 mod request;
@@ -41,4 +43,5 @@ mod zones;
 pub use bridge::run;
 pub use config::{ViewerConfig, WebhookOptions, WebhookUrl};
 pub use last_seconds::download::download_last_seconds;
+pub use phone_links::{PhoneLink, PhoneLinks, phone_links};
 pub use protection::Protection;

@@ -28,6 +28,8 @@ const LONGEST_TURN_MS: u64 = 10_000;
 /// What server and network share.
 pub(crate) struct Shared {
     pub(crate) config: ViewerConfig,
+    /// The address listened on.
+    pub(crate) address: SocketAddr,
     pub(crate) hosts: HostRule,
     pub(crate) protection: Protection,
     pub(crate) hub: Hub,
@@ -66,6 +68,7 @@ impl Shared {
             webhook: webhook.map(|options| Webhook::new(options, config.site.clone())),
             wizard: WizardService::new(folder),
             hosts: HostRule::new(address, &config.host_names),
+            address,
             config,
             protection,
             web_cameras: Arc::default(),

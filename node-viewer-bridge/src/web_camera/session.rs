@@ -352,3 +352,193 @@ impl Budget {
         has_room
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sextant_proto::{CameraControls, Timing, encode};
+
+    const START_NS: u64 = 1_800_000_000_000_000_000;
+    const AHEAD_NS: u64 = 5_000_000_000;
+
+    fn now_at(ms: u64) -> Now {
+        Now {
+            wire_ns: START_NS + ms * 1_000_000,
+            monotonic_ns: ms * 1_000_000,
+            clock: HostClock {
+                synchronised: true,
+                error_ns: 100_000,
+            },
+        }
+    }
+
+    fn camera() -> CameraId {
+        CameraId::new("pocket").unwrap()
+    }
+
+    /// A session with a browser whose clock is ahead, after one round trip of 2 ms.
+    fn session() -> Session {
+        let mut session = Session::new(camera(), 0);
+        let ping = session.ping(&now_at(0));
+        assert_eq!(ping, Tell::Ping { n: 1 });
+        let there_us = (START_NS + AHEAD_NS) / 1000 + 1000;
+        let pong =
+            format!(r#"{{"type":"pong","n":1,"received_us":{there_us},"sent_us":{there_us}}}"#);
+        session.handle_text(&now_at(2), &pong);
+        session
+    }
+
+    fn observations(camera: &str, there_ns: u64) -> Vec<u8> {
+        encode(&Observations {
+            camera: CameraId::new(camera).unwrap(),
+            sequence: 1,
+            capture_ns: there_ns,
+            exposure_ns: 0,
+            clock: ClockQuality {
+                source: ClockSource::FreeRunning,
+                error_ns: 0,
+            },
+            resolution: [640, 480],
+            timing: Timing::default(),
+            tags: Vec::new(),
+        })
+        .unwrap()
+    }
+
+    fn status() -> Vec<u8> {
+        encode(&CameraStatus {
+            camera: camera(),
+            version: "1".to_owned(),
+            host: "phone".to_owned(),
+            captured: 1,
+            detected: 1,
+            dropped: 0,
+            rate_hz: 30.0,
+            detect_ms: [1.0, 2.0],
+            clock: ClockQuality::default(),
+            uptime_s: 1,
+            published: 1,
+            fallbacks: 0,
+            brightness: 100.0,
+            controls: CameraControls::default(),
+            notices: vec![CameraNotice::NotInRig],
+        })
+        .unwrap()
+    }
+
+    #[test]
+    fn times_become_this_hosts_with_their_error() {
+        let mut session = session();
+        let now = now_at(100);
+        let bytes = observations("pocket", now.wire_ns + AHEAD_NS);
+        let Some(Outgoing::Observations(message)) = session.handle_bytes(&now, &bytes) else {
+            panic!("{session:?}");
+        };
+        assert!(message.capture_ns.abs_diff(now.wire_ns) < 1_000_000);
+        assert_eq!(message.clock.source, ClockSource::Ntp);
+        assert!((100_000..2_000_000).contains(&message.clock.error_ns));
+        assert_eq!(message.timing.published_ns, now.wire_ns);
+    }
+
+    #[test]
+    fn an_undisciplined_host_and_unknown_capture_times_are_stated() {
+        let session = session();
+        let mut now = now_at(100);
+        let time = session.clock.host_time(now.wire_ns + AHEAD_NS).unwrap();
+        let arrival = stated(&now, time, ClockSource::Arrival);
+        assert_eq!(arrival.source, ClockSource::Arrival);
+        assert!(arrival.error_ns >= UNKNOWN_LATENCY_NS);
+        now.clock.synchronised = false;
+        let free = stated(&now, time, ClockSource::FreeRunning);
+        assert_eq!(free.source, ClockSource::FreeRunning);
+    }
+
+    #[test]
+    fn bad_messages_are_refused_with_their_cause_and_counted() {
+        let mut early = Session::new(camera(), 0);
+        let now = now_at(100);
+        let there = now.wire_ns + AHEAD_NS;
+        assert_eq!(
+            early.handle_bytes(&now, &observations("pocket", there)),
+            None
+        );
+        assert_eq!(
+            early.cause.as_deref(),
+            Some("the clocks were not compared yet")
+        );
+        let mut session = session();
+        let mut damaged = observations("pocket", there);
+        damaged.truncate(9);
+        for (bytes, cause) in [
+            (observations("north", there), "another camera"),
+            (observations("pocket", START_NS / 2), "impossible time"),
+            (
+                observations("pocket", there + 60_000_000_000),
+                "impossible time",
+            ),
+            (damaged, "damaged"),
+            (vec![], "no message of a camera"),
+            (
+                vec![0x53, 1, Kind::RigConfig as u8, 0],
+                "no message of a camera",
+            ),
+        ] {
+            assert_eq!(session.handle_bytes(&now, &bytes), None);
+            let told = session.cause.clone().unwrap();
+            assert!(told.contains(cause), "{told} {cause}");
+        }
+        assert_eq!(session.refused, 6);
+        session.handle_text(&now, "{}");
+        assert_eq!(session.refused, 7);
+        let Some(Outgoing::Status(status)) = session.handle_bytes(&now, &status()) else {
+            panic!("{session:?}");
+        };
+        let words = status.notices[0].to_string();
+        assert!(words.contains("7 messages refused"), "{words}");
+        assert_eq!(status.notices.len(), 1);
+    }
+
+    #[test]
+    fn a_picture_is_a_jpeg() {
+        let mut session = session();
+        let now = now_at(100);
+        let mut picture = Preview {
+            camera: camera(),
+            sequence: 1,
+            capture_ns: now.wire_ns + AHEAD_NS,
+            resolution: [640, 480],
+            jpeg: vec![0xff, 0xd8, 1],
+        };
+        let sent = session.handle_bytes(&now, &encode(&picture).unwrap());
+        assert!(matches!(sent, Some(Outgoing::Preview(_))));
+        picture.jpeg = b"<svg>".to_vec();
+        assert_eq!(session.handle_bytes(&now, &encode(&picture).unwrap()), None);
+    }
+
+    #[test]
+    fn a_flood_is_dropped_and_ends_the_session() {
+        let mut session = session();
+        let now = now_at(100);
+        let bytes = observations("pocket", now.wire_ns + AHEAD_NS);
+        let accepted = (0..1000).filter(|_| session.handle_bytes(&now, &bytes).is_some());
+        assert!((100..=200).contains(&accepted.count()));
+        let later = now_at(1100);
+        let bytes = observations("pocket", later.wire_ns + AHEAD_NS);
+        assert!(session.handle_bytes(&later, &bytes).is_some());
+        (0..=MOST_REFUSED).for_each(|_| session.handle_text(&later, "?"));
+        assert!(session.is_hopeless());
+    }
+
+    #[test]
+    fn round_trips_without_an_answer_are_forgotten() {
+        let mut session = Session::new(camera(), 0);
+        for i in 0..100 {
+            session.ping(&now_at(i));
+        }
+        assert_eq!(session.pings.len(), MOST_PINGS);
+        let pong = r#"{"type":"pong","n":1,"received_us":1,"sent_us":1}"#;
+        session.handle_text(&now_at(100), pong);
+        assert_eq!(session.clock.host_time(START_NS), None);
+        assert_eq!(session.refused, 0);
+    }
+}
