@@ -54,17 +54,15 @@ pub(crate) fn links(
     let is_secure = protection.tls.is_some();
     let scheme = if is_secure { "https" } else { "http" };
     let place = place(config, address, host);
-    let url = |token: Option<&String>| {
-        let fragment = token.map_or(String::new(), |token| format!("#token={token}"));
-        format!("{scheme}://{place}/camera{fragment}")
-    };
+    let url = format!("{scheme}://{place}/camera");
     let phones = protection.access.phones();
     let links = match phones {
-        None => vec![PhoneLink::new(None, url(None))],
+        None => vec![PhoneLink::new(None, url)],
         Some(phones) => {
-            let phones = phones.iter();
-            let links = phones
-                .map(|(camera, token)| PhoneLink::new(Some(camera.clone()), url(Some(token))));
+            let links = phones.iter().map(|(camera, token)| {
+                let own = format!("{url}?name={camera}#token={token}");
+                PhoneLink::new(Some(camera.clone()), own)
+            });
             links.collect()
         }
     };

@@ -3,7 +3,7 @@
 //! Of a round trip, t1 is when the host sent, t2 when the browser received, t3 when it answered and t4 when the host received the answer. With equal
 //! delays on both ways the browser's clock is ahead by ((t2 - t1) + (t3 - t4)) / 2, and the error is at most half of the delay
 //! (t4 - t1) - (t3 - t2) (D. Mills, RFC 5905, section 8). Delays have a least value and a long tail, so the round trip of least delay in
-//! each [`SLOT_NS`] is kept (minimum filter), and a line through the best of them gives the drift.
+//! each [`SLOT_NS`] is kept (minimum filter), and a weighted line through them gives the drift.
 
 use std::collections::VecDeque;
 
@@ -11,16 +11,9 @@ use std::collections::VecDeque;
 const SLOT_NS: u64 = 2_000_000_000;
 /// Round trips that are kept: the last minute.
 const MAX_SLOTS: usize = 30;
-/// Delay beyond the least one with which a round trip still counts.
-const SPARE_DELAY_NS: u64 = 500_000;
-/// Shortest span from which a drift is estimated.
-const DRIFT_SPAN_NS: f64 = 10e9;
-/// Round trips from which it is.
-const DRIFT_TRIPS: usize = 5;
-/// Standard deviation of the drift of a device's crystal before it is estimated, and the largest one that is believed, as shares.
-const UNKNOWN_DRIFT: f64 = 30e-6;
-const LARGEST_DRIFT: f64 = 500e-6;
-/// Standard deviation of what an estimated drift may change by within a minute.
+/// Standard deviation of the drift of a device's crystal before it is compared, as a share.
+const UNKNOWN_DRIFT: f64 = 50e-6;
+/// Standard deviation of what a drift may change by within a minute.
 const DRIFT_CHANGE: f64 = 1e-6;
 /// Resolution of browsers' clocks, ns: 0.1 ms, 1 ms in some.
 const RESOLUTION_NS: f64 = 1e5;
@@ -138,57 +131,58 @@ impl ClockComparison {
         })
     }
 
-    /// A line through the round trips of small delay, and its errors: the asymmetry of the delays, uniform within its bound, is common to all.
+    /// The line of least squares through the round trips, each weighted by its delay beyond the least one, of which either way may have all; the
+    /// drift is known beforehand to be small. The least delay may be as uneven for all, which the errors of the fit do not show.
     fn fit(&self) -> Option<Line> {
         let best = self.samples.iter().min_by_key(|sample| sample.delay_ns)?;
-        let limit_ns = best.delay_ns.saturating_add(SPARE_DELAY_NS);
-        let good = self
+        let points: Vec<Point> = self
             .samples
             .iter()
-            .filter(|sample| sample.delay_ns <= limit_ns);
-        let points: Vec<[f64; 2]> = good
-            .map(|sample| {
-                let at = sample.at_ns as f64 - best.at_ns as f64;
-                [at, (sample.offset_ns - best.offset_ns) as f64]
-            })
+            .map(|sample| Point::relative_to(best, sample))
             .collect();
-        let asymmetry_ns = best.delay_ns as f64 / 2.0 / 3_f64.sqrt();
-        let from_one = Line {
-            at_ns: best.at_ns,
-            offset_ns: best.offset_ns,
-            drift: 0.0,
-            sigma_ns: asymmetry_ns.hypot(RESOLUTION_NS),
-            drift_sigma: UNKNOWN_DRIFT,
+        let weight: f64 = points.iter().map(|point| point.weight).sum();
+        let mean = |of: &dyn Fn(&Point) -> f64| {
+            points
+                .iter()
+                .map(|point| point.weight * of(point))
+                .sum::<f64>()
+                / weight
         };
-        Some(drifting(&points, from_one).unwrap_or(from_one))
+        let (at, offset) = (mean(&|point| point.at), mean(&|point| point.offset));
+        let moment = mean(&|point| (point.at - at).powi(2));
+        let product = mean(&|point| (point.at - at) * (point.offset - offset));
+        let information = weight * moment + UNKNOWN_DRIFT.powi(-2);
+        let drift = weight * product / information;
+        let residual = |point: &Point| (point.offset - offset - drift * (point.at - at)).powi(2);
+        // Where clocks tick coarsely, residuals are larger than their weights say.
+        let excess = (weight * mean(&residual) / points.len() as f64).max(1.0);
+        let asymmetry_ns = best.delay_ns as f64 / 2.0 / 3_f64.sqrt();
+        Some(Line {
+            at_ns: best.at_ns.saturating_add_signed(at as i64),
+            offset_ns: best.offset_ns.saturating_add(offset as i64),
+            drift,
+            sigma_ns: (excess / weight).sqrt().hypot(asymmetry_ns),
+            drift_sigma: (excess / information).sqrt().hypot(DRIFT_CHANGE),
+        })
     }
 }
 
-/// The line through several points of time and offset, relative to those of `base`; none where they do not determine a drift.
-fn drifting(points: &[[f64; 2]], base: Line) -> Option<Line> {
-    let n = points.len() as f64;
-    let mean = |axis: usize| points.iter().map(|point| point[axis]).sum::<f64>() / n;
-    let span_ns = points.last()?[0] - points.first()?[0];
-    if points.len() < DRIFT_TRIPS || span_ns < DRIFT_SPAN_NS {
-        return None;
+/// A round trip relative to another one, ns, with the inverse variance of its offset.
+struct Point {
+    at: f64,
+    offset: f64,
+    weight: f64,
+}
+
+impl Point {
+    fn relative_to(base: &Sample, sample: &Sample) -> Self {
+        let spare_ns = (sample.delay_ns - base.delay_ns) as f64 / 2.0 / 3_f64.sqrt();
+        Self {
+            at: sample.at_ns as f64 - base.at_ns as f64,
+            offset: sample.offset_ns as f64 - base.offset_ns as f64,
+            weight: RESOLUTION_NS.hypot(spare_ns).powi(-2),
+        }
     }
-    let [at, offset] = [0, 1].map(mean);
-    let moment = |i: usize, k: usize| {
-        let products = points
-            .iter()
-            .map(|point| (point[i] - [at, offset][i]) * (point[k] - [at, offset][k]));
-        products.sum::<f64>()
-    };
-    let drift = moment(0, 1) / moment(0, 0);
-    let residual = (moment(1, 1) - drift * moment(0, 1)).max(0.0) / (n - 2.0);
-    let sigma_ns = residual.sqrt().max(RESOLUTION_NS);
-    (drift.abs() <= LARGEST_DRIFT).then(|| Line {
-        at_ns: base.at_ns.saturating_add_signed(at as i64),
-        offset_ns: base.offset_ns + offset as i64,
-        drift,
-        sigma_ns: base.sigma_ns.hypot(sigma_ns / n.sqrt()),
-        drift_sigma: DRIFT_CHANGE.hypot(sigma_ns / moment(0, 0).sqrt()),
-    })
 }
 
 impl Line {

@@ -6,6 +6,7 @@ use crate::shared::Shared;
 use nalgebra::Point2;
 use sextant_geometry::Lens;
 use sextant_geometry::planar_pose::tag_poses;
+use sextant_process::fail_point;
 use sextant_process::host::host_name;
 use sextant_proto::{
     CameraNotice, CameraStatus, Keys, NodeId, NodeKind, Observations, Preview, TagObservation,
@@ -34,6 +35,7 @@ pub(crate) fn run(shared: &Shared, bus: &Bus, is_over: &dyn Fn() -> bool) -> Res
     };
     let mut look_due = Instant::now();
     while !is_over() {
+        fail_point!("web_cameras");
         if Instant::now() >= look_due {
             network.follow(&shared.web_cameras)?;
             look_due = Instant::now() + LOOK_PERIOD;

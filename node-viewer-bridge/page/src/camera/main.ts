@@ -70,8 +70,8 @@ function fill(): void {
   field("size").append(...SIZES.map((size) => option(size.join(" × "))));
   field("rate").append(...RATES.map((rate) => option(String(rate))));
   const known = (remembered("camera") ?? {}) as Partial<Settings>;
-  const proposed = new URLSearchParams(location.search).get("name") ?? `phone-${deviceKey().slice(0, 4)}`;
-  field("camera").value = known.camera ?? proposed;
+  const given = new URLSearchParams(location.search).get("name");
+  field("camera").value = given ?? known.camera ?? `phone-${deviceKey().slice(0, 4)}`;
   field("size").value = known.size ?? SIZES[1]!.join(" × ");
   field("rate").value = known.rate ?? "30";
   (field("pictures") as HTMLInputElement).checked = known.pictures ?? false;
