@@ -10,6 +10,8 @@
 mod access;
 mod assets;
 mod bridge;
+mod camera_network;
+mod camera_socket;
 mod certificate;
 mod config;
 mod connections;

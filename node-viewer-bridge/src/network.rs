@@ -1,9 +1,9 @@
 //! The bridge's network session: subscribes to the site, queries kept messages, watches which nodes are alive. Previews and detection
 //! reports are subscribed to only while a client is connected, because cameras make them only for subscribers.
 
+use crate::camera_network;
 use crate::forwarder::Forwarder;
 use crate::shared::Shared;
-use crate::web_camera;
 use crate::wizard::Outgoing;
 use anyhow::anyhow;
 use sextant_process::{Exit, Shutdown, WithExit, fail_point};
@@ -98,7 +98,7 @@ fn with_web_cameras(
             .name("web cameras".into())
             .spawn_scoped(scope, || {
                 let _ends = SetOnDrop(&over);
-                web_camera::network::run(shared, bus, &is_over)
+                camera_network::run(shared, bus, &is_over)
             })?;
         let ends = SetOnDrop(&over);
         let kept = keep(&is_over);

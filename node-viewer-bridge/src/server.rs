@@ -2,6 +2,7 @@
 
 use crate::access::{Denied, PageRole};
 use crate::assets;
+use crate::camera_socket;
 use crate::connections::Connections;
 use crate::frame::frame_of;
 use crate::hub::Slot;
@@ -14,7 +15,6 @@ use crate::request::{Context, as_json, is_json, refuse, role_of};
 use crate::session;
 use crate::shared::Shared;
 use crate::socket;
-use crate::web_camera;
 use crate::webhook::Webhook;
 use crate::wizard;
 use crate::zones;
@@ -107,7 +107,7 @@ fn router(context: Context) -> Router {
         )
         .layer(middleware::from_fn_with_state(context.clone(), identify));
     known
-        .route("/ws/camera", get(web_camera::socket::upgrade))
+        .route("/ws/camera", get(camera_socket::upgrade))
         .route("/camera", get(assets::camera))
         .route(
             "/api/session",

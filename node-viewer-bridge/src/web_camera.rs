@@ -3,11 +3,9 @@
 //! - [`clock`]: offset and drift of a browser's clock by round trips.
 //! - [`session`]: one browser's messages: checked, converted to this host's time, counted. Sans-I/O.
 //! - [`registry`]: which browser has which camera's name, and what waits for the network.
-//! - [`network`]: names, liveliness and messages on the site's network, by a thread of its own.
-//! - [`socket`]: the WebSocket.
+//!
+//! Knows no socket and no network: those are `camera_socket` and `camera_network`.
 
 mod clock;
-pub(crate) mod network;
 pub(crate) mod registry;
-mod session;
-pub(crate) mod socket;
+pub(crate) mod session;

@@ -92,7 +92,7 @@ fn size(text: &str) -> Result<[u32; 2], String> {
 pub fn run(arguments: &PhoneArguments, format: Format) -> anyhow::Result<()> {
     if let Some(camera) = &arguments.rig_entry {
         let entry = rig_entry(camera, arguments.device, arguments.image).exit_with(Exit::Input)?;
-        return print_line(entry.trim_end());
+        return Ok(print_line(entry.trim_end())?);
     }
     let links = phone_links(&arguments.config)?;
     for link in &links.links {

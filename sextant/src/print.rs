@@ -277,16 +277,17 @@ fn print_starter(arguments: &PrintArguments, paper: Paper, format: Format) -> an
         write_atomically(&pdf_file, &pdf::pdf("Sextant starter sheet", &pages))?;
     }
     let pdf_file = scale.is_none().then_some(pdf_file);
-    match (format, pdf_file) {
-        (Format::Json, pdf) => print_line(&json!({"pdf": pdf, "objects": files}).to_string()),
-        (Format::Text, Some(pdf)) => print_line(&format!(
+    let words = match (format, pdf_file) {
+        (Format::Json, pdf) => json!({"pdf": pdf, "objects": files}).to_string(),
+        (Format::Text, Some(pdf)) => format!(
             "{}: one page on {}; print at 100 % and check the ruler\n{}: its objects",
             pdf.display(),
             paper.name(),
             files.join(", ")
-        )),
-        (Format::Text, None) => print_line(&format!("{}: as measured", files.join(", "))),
-    }
+        ),
+        (Format::Text, None) => format!("{}: as measured", files.join(", ")),
+    };
+    Ok(print_line(&words)?)
 }
 
 impl What {

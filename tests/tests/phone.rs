@@ -100,7 +100,7 @@ fn a_browser_is_a_camera_of_the_site() {
         .arg("e2e/camera.mjs")
         .arg(format!("http://{address}/"))
         .arg(&video)
-        .args(["--name", NAME, "--timeout", "60"])
+        .args(["--name", NAME, "--timeout", "60", "--seconds", "3"])
         .current_dir(workspace_root().join("node-viewer-bridge/page"))
         .status();
 

@@ -15,7 +15,7 @@ use sextant_site_model::CameraId;
 use std::collections::VecDeque;
 
 /// Longest message: a picture.
-pub(super) const MAX_BYTES: usize = Kind::Preview.max_bytes();
+pub(crate) const MAX_BYTES: usize = Kind::Preview.max_bytes();
 /// Messages without one that is accepted after which a session ends.
 const MOST_REFUSED: u32 = 1000;
 /// Between round trips in the beginning, how many those are, and the time between later ones.
@@ -32,12 +32,12 @@ const UNKNOWN_LATENCY_NS: u64 = 80_000_000;
 
 /// Now, by this host's clocks.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Now {
+pub(crate) struct Now {
     /// Wire time.
-    pub(super) wire_ns: u64,
-    pub(super) monotonic_ns: u64,
+    pub(crate) wire_ns: u64,
+    pub(crate) monotonic_ns: u64,
     /// How far the wire time can be trusted.
-    pub(super) clock: HostClock,
+    pub(crate) clock: HostClock,
 }
 
 /// What a browser says in text.
@@ -54,7 +54,7 @@ enum Told {
 /// What a browser is told in text; `PROTOCOL.md` has the same.
 #[derive(Debug, Serialize, PartialEq)]
 #[serde(tag = "type", rename_all = "snake_case")]
-pub(super) enum Tell<'a> {
+pub(crate) enum Tell<'a> {
     /// The camera is on the network.
     Joined {
         camera: &'a CameraId,
@@ -98,7 +98,7 @@ enum Refused {
 
 /// One browser.
 #[derive(Debug)]
-pub(super) struct Session {
+pub(crate) struct Session {
     camera: CameraId,
     clock: ClockComparison,
     budget: Budget,
@@ -113,7 +113,7 @@ pub(super) struct Session {
 }
 
 impl Session {
-    pub(super) fn new(camera: CameraId, monotonic_ns: u64) -> Self {
+    pub(crate) fn new(camera: CameraId, monotonic_ns: u64) -> Self {
         Self {
             camera,
             clock: ClockComparison::default(),
@@ -129,7 +129,7 @@ impl Session {
     }
 
     /// A message in the network's own encoding: what is to be published.
-    pub(super) fn handle_bytes(&mut self, now: &Now, bytes: &[u8]) -> Option<Outgoing> {
+    pub(crate) fn handle_bytes(&mut self, now: &Now, bytes: &[u8]) -> Option<Outgoing> {
         let result = match self.budget.take(now.monotonic_ns, bytes.len()) {
             true => self.read(now, bytes),
             false => Err(Refused::Budget.to_string()),
@@ -154,7 +154,7 @@ impl Session {
     }
 
     /// Whether the browser sends nothing but what is refused.
-    pub(super) fn is_hopeless(&self) -> bool {
+    pub(crate) fn is_hopeless(&self) -> bool {
         self.refused_in_a_row > MOST_REFUSED
     }
 
@@ -243,7 +243,7 @@ impl Session {
     }
 
     /// A text: the answer to a round trip.
-    pub(super) fn handle_text(&mut self, now: &Now, text: &str) {
+    pub(crate) fn handle_text(&mut self, now: &Now, text: &str) {
         if !self.budget.take(now.monotonic_ns, text.len()) {
             return self.refuse(Refused::Budget.to_string());
         }
@@ -270,12 +270,12 @@ impl Session {
     }
 
     /// When the next round trip is due, by the monotonic clock.
-    pub(super) fn ping_due_ns(&self) -> u64 {
+    pub(crate) fn ping_due_ns(&self) -> u64 {
         self.ping_due_ns
     }
 
     /// The question of a round trip that begins now.
-    pub(super) fn ping(&mut self, now: &Now) -> Tell<'static> {
+    pub(crate) fn ping(&mut self, now: &Now) -> Tell<'static> {
         self.n_pings += 1;
         let pause_ns = match self.n_pings < FIRST_PINGS {
             true => FIRST_PING_NS,
@@ -290,7 +290,7 @@ impl Session {
     }
 
     /// How the camera fares.
-    pub(super) fn report(&self, now: &Now, watched: bool, in_rig: bool) -> Tell<'_> {
+    pub(crate) fn report(&self, now: &Now, watched: bool, in_rig: bool) -> Tell<'_> {
         let time = self.clock.host_time(self.there(now));
         Tell::Report {
             clock_error_ms: time.map(|time| time.error_ns as f64 / 1e6),

@@ -1,8 +1,8 @@
 //! Names, liveliness and messages of browsers' cameras on the site's network, by a thread of its own: an observation waits for no other work
 //! of the bridge.
 
-use super::registry::{Outgoing, Standing, WebCameras, taken};
 use crate::shared::Shared;
+use crate::web_camera::registry::{Outgoing, Standing, WebCameras, taken};
 use nalgebra::Point2;
 use sextant_geometry::Lens;
 use sextant_geometry::planar_pose::tag_poses;

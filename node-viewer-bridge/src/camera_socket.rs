@@ -1,13 +1,13 @@
 //! A browser's WebSocket: `GET /ws/camera?name=NAME&key=KEY`.
 
-use super::registry::{Place, Standing};
-use super::session::{MAX_BYTES, Now, Session, Tell};
 use crate::access::Denied;
 use crate::assets;
 use crate::connections::Peer;
 use crate::frame::{Frame, frame_of};
 use crate::request::{Context, refuse};
 use crate::shared::Shared;
+use crate::web_camera::registry::{Place, Standing};
+use crate::web_camera::session::{MAX_BYTES, Now, Session, Tell};
 use axum::body::Body;
 use axum::extract::ws::{CloseFrame, WebSocket, WebSocketUpgrade, close_code};
 use axum::extract::{Extension, State};
@@ -45,7 +45,7 @@ pub(crate) async fn upgrade(
     let place = match access.check_camera(&headers, from, &camera, std::time::Instant::now()) {
         Ok(()) => shared.web_cameras.enter(camera.clone(), &key),
         Err(Denied::NotThisCamera) => Err(format!(
-            "this link is not for a camera named {camera}: sextant keys add"
+            "this link is not for a camera named {camera}: use the name that it was made for"
         )),
         Err(denied) => return refuse(denied),
     };
