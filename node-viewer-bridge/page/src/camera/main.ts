@@ -16,6 +16,7 @@ const SIZES: [number, number][] = [
 ];
 const RATES = [15, 30, 60];
 const RETRY_MS = 2000;
+const TOO_OLD = "This browser is too old to be a camera: use one from 2024 or later.";
 const LEAST_SHARPNESS = 0.3;
 const LIGHT = [40, 215] as const;
 
@@ -241,7 +242,7 @@ worker.addEventListener("message", ({ data }: MessageEvent<FromWorker>) => {
       notice.textContent = data.cause;
   }
 });
-worker.addEventListener("error", () => stop("This browser cannot run the detector: it needs WebAssembly with SIMD. Use a newer one."));
+worker.addEventListener("error", () => stop(TOO_OLD));
 
 ask.addEventListener("submit", (event) => {
   event.preventDefault();
@@ -262,8 +263,9 @@ document.addEventListener("visibilitychange", () => {
 addEventListener("pagehide", rest);
 
 fill();
-if (!isSecureContext || !navigator.mediaDevices) {
-  find<HTMLElement>("[data-testid=insecure]").hidden = false;
-  find<HTMLButtonElement>("button[data-testid=start]").disabled = true;
-}
+const isSecure = isSecureContext && navigator.mediaDevices !== undefined;
+const isNew = "requestVideoFrameCallback" in HTMLVideoElement.prototype && "OffscreenCanvas" in window;
+find<HTMLElement>("[data-testid=insecure]").hidden = isSecure;
+if (!isNew) trouble.textContent = TOO_OLD;
+find<HTMLButtonElement>("button[data-testid=start]").disabled = !isSecure || !isNew;
 void enter();

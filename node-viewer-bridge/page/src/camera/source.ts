@@ -7,6 +7,9 @@ export interface Wanted {
   rate: number;
 }
 
+/** From the exposure of an image to its arrival in the page, at most. */
+const LONGEST_LATENCY_MS = 1000;
+
 /** Constraints that TypeScript's own types do not have yet. */
 type Modes = { focusMode?: string[]; exposureMode?: string[]; whiteBalanceMode?: string[] };
 
@@ -42,9 +45,11 @@ export class Source {
       this.#handle = this.video.requestVideoFrameCallback(next);
       this.captured++;
       if (!isWanted()) return;
-      // Browsers state when a local camera took the image, as its driver says; else this is the best that is known.
-      const isArrival = metadata.captureTime === undefined;
-      const captureMs = performance.timeOrigin + (metadata.captureTime ?? now);
+      // Browsers state when a local camera took the image, as its driver says; else, or by a clock that is not the page's, this is the best that is known.
+      const captured = metadata.captureTime ?? -Infinity;
+      const latency = performance.now() - captured;
+      const isArrival = !(latency >= 0 && latency < LONGEST_LATENCY_MS);
+      const captureMs = performance.timeOrigin + (isArrival ? now : captured);
       if ("VideoFrame" in window) take({ image: new VideoFrame(this.video), captureMs, isArrival });
       else void createImageBitmap(this.video).then((image) => take({ image, captureMs, isArrival }));
     };
