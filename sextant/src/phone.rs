@@ -58,6 +58,8 @@ impl Device {
     fn lens(self, [width, height]: [f64; 2]) -> Option<(Lens, LensSigma)> {
         /// Of a lens whose distortion is unknown, as a share of the image's width.
         const DISTORTION: f64 = 0.01;
+        /// The largest that a rig takes.
+        const LARGEST_SIGMA_PX: f64 = 100.0;
         let (degrees, share) = self.field();
         let focal = (width / 2.0 / (degrees.to_radians() / 2.0).tan()).round();
         let intrinsics = Intrinsics {
@@ -67,7 +69,7 @@ impl Device {
             cy: (height - 1.0) / 2.0,
         };
         let sigma = LensSigma {
-            focal_px: (share * focal).round(),
+            focal_px: (share * focal).round().min(LARGEST_SIGMA_PX),
             distortion_px: DISTORTION * width,
         };
         let lens = Lens::brown_conrady(intrinsics, [0.0; 5]).ok()?;

@@ -7,7 +7,7 @@ import { find } from "../panels/dom.ts";
 import { enter } from "../session.ts";
 import { remember, remembered } from "../storage.ts";
 import { Source, type Wanted } from "./source.ts";
-import type { FromWorker, Report, Seen, ToWorker } from "./words.ts";
+import { nowMs, type FromWorker, type Report, type Seen, type ToWorker } from "./words.ts";
 
 const SIZES: [number, number][] = [
   [640, 480],
@@ -109,7 +109,7 @@ async function start(): Promise<void> {
       () => idle,
       (shot) => {
         idle = false;
-        say({ type: "taken", ...shot, captured: source?.captured ?? 0 }, [shot.image]);
+        say({ type: "taken", ...shot, sentMs: nowMs(), captured: source?.captured ?? 0 }, [shot.image]);
       },
     );
     fixButton.hidden = !source.canFix;

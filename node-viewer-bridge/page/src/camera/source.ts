@@ -50,8 +50,12 @@ export class Source {
       const latency = performance.now() - captured;
       const isArrival = !(latency >= 0 && latency < LONGEST_LATENCY_MS);
       const captureMs = performance.timeOrigin + (isArrival ? now : captured);
-      if ("VideoFrame" in window) take({ image: new VideoFrame(this.video), captureMs, isArrival });
-      else void createImageBitmap(this.video).then((image) => take({ image, captureMs, isArrival }));
+      if ("VideoFrame" in window) {
+        const image = new VideoFrame(this.video);
+        // The element may have gone on to a newer image than the one that is told of.
+        const newerMs = image.timestamp / 1000 - metadata.mediaTime * 1000;
+        take({ image, captureMs: captureMs + (Math.abs(newerMs) < LONGEST_LATENCY_MS ? newerMs : 0), isArrival });
+      } else void createImageBitmap(this.video).then((image) => take({ image, captureMs, isArrival }));
     };
     this.#handle = this.video.requestVideoFrameCallback(next);
   }

@@ -20,6 +20,8 @@ export interface Taken {
   /** ms since the Unix epoch by this device's clock. */
   captureMs: number;
   isArrival: boolean;
+  /** When the page sent it, by the page's clock. */
+  sentMs: number;
   /** Images that the camera has delivered so far. */
   captured: number;
 }
@@ -49,5 +51,5 @@ export interface Report {
 export type Link = { type: "link"; condition: "connecting" | "joined" | "lost" | "refused"; words: string };
 export type FromWorker = Seen | Report | Link | { type: "ready" } | { type: "failed"; cause: string };
 
-/** Now, ms since the Unix epoch by this device's clock, which does not step while the page lives. */
+/** Now, ms since the Unix epoch by a clock that does not step. The page's and a worker's may differ by how the device's was set between their beginnings. */
 export const nowMs = () => performance.timeOrigin + performance.now();

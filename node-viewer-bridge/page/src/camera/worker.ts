@@ -24,6 +24,8 @@ class Camera {
   #begun = nowMs();
   #statusDue = 0;
   #pictureDue = 0;
+  /** How much this worker's clock is ahead of the page's, with the delay of the quickest message. */
+  #aheadMs = Infinity;
   #recent: { at: number; ms: number }[] = [];
   readonly #uplink: Uplink;
 
@@ -37,16 +39,17 @@ class Camera {
     });
   }
 
-  async take({ image, captureMs, isArrival, captured }: Taken): Promise<void> {
+  async take({ image, captureMs, isArrival, sentMs, captured }: Taken): Promise<void> {
     const { camera } = this.beginning;
     const received = nowMs();
+    this.#aheadMs = Math.min(this.#aheadMs, received - sentMs);
     this.#captured = captured;
     const tags = await detect(this.detector, image);
     const detected = nowMs();
     this.#recent.push({ at: detected, ms: detected - received });
     if (this.#recent.length > WINDOW) this.#recent.shift();
     const sequence = ++this.#sequence;
-    const times = { captureNs: nanoseconds(captureMs), receivedNs: nanoseconds(received), detectedNs: nanoseconds(detected), isArrival };
+    const times = { captureNs: nanoseconds(captureMs + this.#aheadMs), receivedNs: nanoseconds(received), detectedNs: nanoseconds(detected), isArrival };
     if (this.#uplink.joined && this.#uplink.send(this.detector.observations(camera, sequence, times))) this.#published++;
     const outlines = tags.map(({ id, corners }) => ({ id, corners }));
     tell({ type: "seen", outlines, size: sizeOf(image), light: this.detector.light(), rateHz: this.#rateHz(), detectMs: detected - received });
