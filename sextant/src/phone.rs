@@ -15,7 +15,7 @@ use std::path::PathBuf;
              sextant phone --rig-entry pocket --device phone --image 1280x720 >> rig.toml
 Scan the code with a phone's camera and open the link: the page explains what the browser asks. docs/phones.md goes the whole way.
 With --json, a line a link: {\"camera\",\"url\",\"qr\"}; camera is null where the phone chooses a name.
-The link of a site with keys contains the phone's token: show it to nobody else.")]
+The link of a site with keys contains the phone's token: keep it private.")]
 pub struct PhoneArguments {
     /// File of the viewer bridge that serves the page.
     #[arg(long, default_value = "viewer.toml", conflicts_with = "rig_entry")]

@@ -126,7 +126,7 @@ fn a_browser_is_a_camera_of_the_site() {
     let off = (0..3).map(|axis| (pose.position[axis] - truth[axis]).powi(2));
     let off_m = off.sum::<f64>().sqrt();
     assert!(off_m < 0.03, "{off_m} m");
-    // Nobody watched the site, so no picture left the browser, though its user allowed it.
+    // No page of the site was open, so no picture left the browser, though its user allowed it.
     assert!(previews.try_recv().is_none());
     drop(bridge);
     assert!(

@@ -71,7 +71,7 @@ pub(crate) enum Tell<'a> {
         refused: u64,
         /// Why the last one was.
         cause: Option<&'a str>,
-        /// Whether somebody looks at the page of the site, which then shows pictures.
+        /// Whether a page of the site is open, which shows pictures.
         watched: bool,
         in_rig: bool,
     },

@@ -99,8 +99,8 @@ async function start(): Promise<void> {
   try {
     const { camera, size, rate, pictures } = settings();
     const [width, height] = size.split(" × ").map(Number) as [number, number];
-    const wish: Wanted = { width, height, rate: Number(rate) };
-    source = await Source.open(video, wish, rest);
+    const options: Wanted = { width, height, rate: Number(rate) };
+    source = await Source.open(video, options, rest);
     if (!wanted || document.hidden) return rest();
     show("live");
     idle = false;
