@@ -1,4 +1,4 @@
-// The bundle is committed and embedded into the bridge: one page, one script, one style sheet, fixed names,
+// The bundle is committed and embedded into the bridge: two pages, a script each and what both use, one style sheet, fixed names,
 // nothing that differs from build to build. The bridge answers with ETags, so names need no hashes.
 import { defineConfig } from "vite";
 
@@ -18,13 +18,19 @@ export default defineConfig({
     reportCompressedSize: false,
     chunkSizeWarningLimit: 1024,
     rolldownOptions: {
+      input: { page: "index.html", camera: "camera.html" },
       output: {
-        codeSplitting: false,
-        postBanner: "/* Sextant viewer; contains three.js and uPlot, MIT licence, see licenses.txt */",
-        entryFileNames: "page.js",
+        postBanner: ({ name }) => (name === "page" ? "/* Sextant viewer; contains three.js and uPlot, MIT licence, see licenses.txt */" : ""),
+        entryFileNames: "[name].js",
+        chunkFileNames: "[name].js",
         assetFileNames: "page[extname]",
+        codeSplitting: { groups: [{ name: "shared", test: /src\/(theme|storage|session|panels\/dom)\.ts$/ }] },
       },
     },
+  },
+  worker: {
+    format: "es",
+    rolldownOptions: { output: { entryFileNames: "[name].js", assetFileNames: "[name][extname]" } },
   },
   server: {
     host: "127.0.0.1",

@@ -4,7 +4,7 @@
 //! pages, or as `Authorization: Bearer TOKEN` from other programs. Tokens are compared in constant time, and an address with
 //! too many wrong tokens has to wait.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::net::IpAddr;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
@@ -13,12 +13,15 @@ use std::time::{Duration, Instant};
 use axum::http::{HeaderMap, HeaderValue, header};
 use serde::{Deserialize, Serialize};
 use sextant_site_files::{Complaint, FileError, read_toml_checked};
+use sextant_site_model::CameraId;
 use subtle::{Choice, ConstantTimeEq};
 
 /// Permissions on the page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum PageRole {
+    /// Is a camera, and sees nothing.
+    Camera,
     /// Views everything.
     Viewer,
     /// Also uses the wizards, applies refinements and reverts changes.
@@ -43,6 +46,9 @@ const MOST_ADDRESSES: usize = 1024;
 pub(crate) struct Tokens {
     read: String,
     operate: String,
+    /// Of browsers that are cameras, by the camera's name; in a file of their own.
+    #[serde(skip)]
+    cameras: BTreeMap<CameraId, String>,
 }
 
 impl Tokens {
@@ -52,23 +58,28 @@ impl Tokens {
     /// A missing or malformed file, or tokens that can be guessed.
     pub(crate) fn read(file: &Path) -> Result<Self, FileError> {
         read_toml_checked(file, |tokens: &Self| {
-            for (key, token) in [("read", &tokens.read), ("operate", &tokens.operate)] {
-                if token.len() < MIN_TOKEN_BYTES
-                    || !token.bytes().all(|b| b.is_ascii_alphanumeric())
-                {
-                    return Err(Complaint::new(
-                        key,
-                        format!("a token is at least {MIN_TOKEN_BYTES} letters and digits"),
-                        "`sextant keys add` creates random tokens",
-                    ));
-                }
-            }
+            check(&tokens.read, "read")?;
+            check(&tokens.operate, "operate")?;
             if tokens.read == tokens.operate {
                 let cause = "is the token of readers, too".to_owned();
                 return Err(Complaint::new("operate", cause, "choose another one"));
             }
             Ok(())
         })
+    }
+
+    /// With those of browsers that are cameras.
+    ///
+    /// # Errors
+    /// A malformed file, or tokens that can be guessed; a missing file has none.
+    pub(crate) fn with_phones(mut self, file: &Path) -> Result<Self, FileError> {
+        if file.exists() {
+            self.cameras = read_toml_checked(file, |cameras: &BTreeMap<CameraId, String>| {
+                let mut tokens = cameras.iter();
+                tokens.try_for_each(|(camera, token)| check(token, camera.as_str()))
+            })?;
+        }
+        Ok(self)
     }
 
     fn role_of(&self, token: &str) -> Option<PageRole> {
@@ -79,9 +90,31 @@ impl Tokens {
         } else if reads.into() {
             Some(PageRole::Viewer)
         } else {
-            None
+            self.camera_of(token).map(|_| PageRole::Camera)
         }
     }
+
+    /// The camera whose token this is. Compares with all of them.
+    fn camera_of(&self, token: &str) -> Option<&CameraId> {
+        let mut found = None;
+        for (camera, own) in &self.cameras {
+            if bool::from(token.as_bytes().ct_eq(own.as_bytes())) {
+                found = Some(camera);
+            }
+        }
+        found
+    }
+}
+
+fn check(token: &str, key: &str) -> Result<(), Complaint> {
+    if token.len() >= MIN_TOKEN_BYTES && token.bytes().all(|b| b.is_ascii_alphanumeric()) {
+        return Ok(());
+    }
+    Err(Complaint::new(
+        key,
+        format!("a token is at least {MIN_TOKEN_BYTES} letters and digits"),
+        "`sextant keys add` creates random tokens",
+    ))
 }
 
 /// Why a request is refused.
@@ -89,6 +122,8 @@ impl Tokens {
 pub(crate) enum Denied {
     /// Its token is missing or wrong.
     NoToken,
+    /// Its token is not that of the camera that it wants to be.
+    NotThisCamera,
     /// Too many wrong tokens from its address.
     TooManyTries,
 }
@@ -136,6 +171,28 @@ impl PageAccess {
         }
         let token = bearer(headers).or_else(|| cookie(headers));
         self.role_of_token(token.ok_or(Denied::NoToken)?, from, now)
+    }
+
+    /// Cameras that browsers may be and the token of each; none where any name will do without one.
+    pub(crate) fn phones(&self) -> Option<&BTreeMap<CameraId, String>> {
+        self.tokens.as_ref().map(|tokens| &tokens.cameras)
+    }
+
+    /// Whether the sender of a request may be this camera: its token is the camera's, or no token is needed.
+    pub(crate) fn check_camera(
+        &self,
+        headers: &HeaderMap,
+        from: IpAddr,
+        camera: &CameraId,
+        now: Instant,
+    ) -> Result<(), Denied> {
+        let Some(tokens) = &self.tokens else {
+            return Ok(());
+        };
+        self.role_of(headers, from, now)?;
+        let token = bearer(headers).or_else(|| cookie(headers));
+        let is_own = token.is_some_and(|token| tokens.camera_of(token) == Some(camera));
+        is_own.then_some(()).ok_or(Denied::NotThisCamera)
     }
 
     /// Permissions of a token's owner. A wrong token counts against the address.
@@ -229,11 +286,17 @@ mod tests {
 
     const READ: &str = "readreadreadread";
     const OPERATE: &str = "operateoperate00";
+    const FILM: &str = "filmfilmfilmfilm";
+
+    fn pocket() -> CameraId {
+        CameraId::new("pocket").unwrap()
+    }
 
     fn access(most: PageRole) -> PageAccess {
         let tokens = Tokens {
             read: READ.to_owned(),
             operate: OPERATE.to_owned(),
+            cameras: BTreeMap::from([(pocket(), FILM.to_owned())]),
         };
         PageAccess::by_token(tokens, most, true)
     }
@@ -267,6 +330,26 @@ mod tests {
             PageAccess::open().role_of(&HeaderMap::new(), someone(1), now),
             Ok(PageRole::Operator)
         );
+    }
+
+    #[test]
+    fn a_cameras_token_is_for_that_camera_alone() {
+        let access = access(PageRole::Operator);
+        let now = Instant::now();
+        let said = |token: &str| headers(header::AUTHORIZATION, &format!("Bearer {token}"));
+        let role = access.role_of(&said(FILM), someone(1), now);
+        assert_eq!(role, Ok(PageRole::Camera));
+        let check = |token: &str, camera: &str| {
+            let camera = CameraId::new(camera).unwrap();
+            access.check_camera(&said(token), someone(1), &camera, now)
+        };
+        assert_eq!(check(FILM, "pocket"), Ok(()));
+        assert_eq!(check(FILM, "north"), Err(Denied::NotThisCamera));
+        assert_eq!(check(OPERATE, "pocket"), Err(Denied::NotThisCamera));
+        assert_eq!(check("wrong", "pocket"), Err(Denied::NoToken));
+        let open = PageAccess::open();
+        let anything = open.check_camera(&HeaderMap::new(), someone(1), &pocket(), now);
+        assert_eq!(anything, Ok(()));
     }
 
     #[test]

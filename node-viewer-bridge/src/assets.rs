@@ -9,7 +9,7 @@ use rust_embed::RustEmbed;
 struct Page;
 
 /// Everything comes from the bridge itself; pictures are made in the page.
-const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'self'";
+const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; media-src 'self' blob:; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'self'";
 
 /// The file of a path, `index.html` for the root. Files keep their names from version to version, so browsers ask each time
 /// and get them only when they changed.
@@ -22,6 +22,19 @@ pub(crate) async fn file(uri: Uri, headers: HeaderMap) -> Response<Body> {
         Some(file) => answer(name, file, &headers),
         None => plain(StatusCode::NOT_FOUND, "no such page\n"),
     }
+}
+
+/// The page that makes a browser a camera. Isolated from all other pages: browsers give such a page a clock of 5 us.
+pub(crate) async fn camera(headers: HeaderMap) -> Response<Body> {
+    let mut response = file(Uri::from_static("/camera.html"), headers).await;
+    let set = response.headers_mut();
+    for (name, value) in [
+        ("cross-origin-opener-policy", "same-origin"),
+        ("cross-origin-embedder-policy", "require-corp"),
+    ] {
+        set.insert(name, HeaderValue::from_static(value));
+    }
+    response
 }
 
 /// A few words as an answer.
@@ -47,6 +60,11 @@ fn answer(name: &str, file: rust_embed::EmbeddedFile, headers: &HeaderMap) -> Re
     }
     let set = response.headers_mut();
     set.insert(header::CONTENT_TYPE, content_type(name));
+    // Workers of an isolated page are to be isolated, too.
+    if name.ends_with(".js") {
+        let isolated = HeaderValue::from_static("require-corp");
+        set.insert("cross-origin-embedder-policy", isolated);
+    }
     set.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-cache"));
     set.insert(
         header::CONTENT_SECURITY_POLICY,
@@ -70,6 +88,7 @@ fn content_type(name: &str) -> HeaderValue {
     HeaderValue::from_static(match name.rsplit_once('.') {
         Some((_, "html")) => "text/html; charset=utf-8",
         Some((_, "js")) => "text/javascript; charset=utf-8",
+        Some((_, "wasm")) => "application/wasm",
         Some((_, "css")) => "text/css; charset=utf-8",
         Some((_, "txt")) => "text/plain; charset=utf-8",
         _ => "application/octet-stream",

@@ -1,16 +1,19 @@
 //! The bridge's network session: subscribes to the site, queries kept messages, watches which nodes are alive. Previews and detection
 //! reports are subscribed to only while a client is connected, because cameras make them only for subscribers.
 
+use crate::camera_network;
 use crate::forwarder::Forwarder;
 use crate::shared::Shared;
 use crate::wizard::Outgoing;
+use anyhow::anyhow;
 use sextant_process::{Exit, Shutdown, WithExit, fail_point};
 use sextant_proto::{Keys, Message, NodeKind, limits};
 use sextant_zenoh_bus::{
     AliveWatch, Bus, BusError, CallbackSubscription, ControlProbe, Qos, RawPublisher,
 };
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 use std::time::{Duration, Instant};
 
 /// How long to wait for those who answer for the site's configuration; shutdown waits no longer than this.
@@ -72,11 +75,48 @@ fn run_session(shared: &Arc<Shared>, shutdown: &Shutdown) -> anyhow::Result<()> 
         pictures: None,
         watched_at: Instant::now(),
     };
-    let ended = session.keep(&watch, shutdown);
+    let ended = with_web_cameras(shared, &bus, shutdown, |is_over| {
+        session.keep(&watch, is_over)
+    });
     drop(session);
     drop((alive, watch, streams));
     bus.close();
     ended
+}
+
+/// Runs `keep` beside the thread of browsers' cameras; either ends the other.
+fn with_web_cameras(
+    shared: &Shared,
+    bus: &Bus,
+    shutdown: &Shutdown,
+    keep: impl FnOnce(&dyn Fn() -> bool) -> anyhow::Result<()>,
+) -> anyhow::Result<()> {
+    let over = AtomicBool::new(false);
+    let is_over = || shutdown.is_requested() || over.load(Ordering::Relaxed);
+    thread::scope(|scope| {
+        let cameras = thread::Builder::new()
+            .name("web cameras".into())
+            .spawn_scoped(scope, || {
+                let _ends = SetOnDrop(&over);
+                camera_network::run(shared, bus, &is_over)
+            })?;
+        let ends = SetOnDrop(&over);
+        let kept = keep(&is_over);
+        drop(ends);
+        let published = cameras
+            .join()
+            .map_err(|_| anyhow!("the thread of browsers' cameras panicked"))?;
+        kept.and(published.map_err(anyhow::Error::from))
+    })
+}
+
+/// Also set when its thread panics.
+struct SetOnDrop<'a>(&'a AtomicBool);
+
+impl Drop for SetOnDrop<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
 }
 
 fn subscribe(
@@ -101,12 +141,12 @@ struct NetworkSession<'a> {
 }
 
 impl NetworkSession<'_> {
-    fn keep(&mut self, watch: &AliveWatch, shutdown: &Shutdown) -> anyhow::Result<()> {
+    fn keep(&mut self, watch: &AliveWatch, is_over: &dyn Fn() -> bool) -> anyhow::Result<()> {
         let events = self.keys.events(&self.shared.config.node);
         let events = self.bus.raw_publisher(&events, Qos::Config)?;
         let mut check_due = Instant::now();
         let mut probe = ControlProbe::new(&self.keys.all_alive(), check_due);
-        while !shutdown.is_requested() {
+        while !is_over() {
             fail_point!("network");
             self.shared.note_network_turn();
             if let Some(presence) = watch.recv_timeout(LONGEST_WAIT)

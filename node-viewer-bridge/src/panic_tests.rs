@@ -102,7 +102,7 @@ fn request(address: &str, head: &str, body: &str) -> String {
 
 #[test]
 fn a_panic_of_any_thread_ends_the_process() {
-    for place in ["server", "network", "wizard", "intake"] {
+    for place in ["server", "network", "wizard", "intake", "web_cameras"] {
         let mut site = Site::start(place);
         let status = site.end();
         let mut words = String::new();

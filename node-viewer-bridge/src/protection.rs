@@ -13,6 +13,7 @@ use tokio_rustls::rustls::pki_types::pem::PemObject;
 use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer};
 
 use crate::access::{PageAccess, PageRole, Tokens};
+use crate::certificate;
 use crate::config::ViewerConfig;
 
 /// Protection of the network and the page.
@@ -34,7 +35,9 @@ impl Protection {
         let is_local = config.listen.ip().to_canonical().is_loopback();
         let (access, tls) = match network.keys() {
             Some(keys) => (by_token(keys, is_local)?, tls(keys, is_local)?),
-            None if is_local || network.profile() == Profile::Open => (PageAccess::open(), None),
+            None if is_local || network.profile() == Profile::Open => {
+                (PageAccess::open(), own_tls(config, folder)?)
+            }
             None => bail!(
                 "listen = \"{}\": other machines reach the page there, and with [security] profile \"demo\" everybody may change the site: choose profile = \"site\" or \"lab\" with keys (docs/security-setup.md), an address of 127.0.0.1, or profile = \"open\" to let everybody in knowingly",
                 config.listen
@@ -49,7 +52,7 @@ impl Protection {
 }
 
 fn by_token(keys: &NodeKeys, is_local: bool) -> anyhow::Result<PageAccess> {
-    let tokens = Tokens::read(&keys.files.page_tokens())?;
+    let tokens = Tokens::read(&keys.files.page_tokens())?.with_phones(&keys.files.phones())?;
     let most = match keys.member.role {
         Role::Operator => PageRole::Operator,
         _ => PageRole::Viewer,
@@ -67,13 +70,39 @@ fn tls(keys: &NodeKeys, is_local: bool) -> anyhow::Result<Option<TlsAcceptor>> {
         .map_err(|cause| anyhow!("{}: {cause}", certificate.display()))?;
     let private = PrivateKeyDer::from_pem_file(&key)
         .map_err(|cause| anyhow!("{}: {cause}", key.display()))?;
+    acceptor(chain, private)
+        .with_context(|| format!("{}: the page's certificate", certificate.display()))
+        .map(Some)
+}
+
+/// By a certificate of its own, where the file wants that.
+fn own_tls(config: &ViewerConfig, folder: &Path) -> anyhow::Result<Option<TlsAcceptor>> {
+    if !config.https {
+        return Ok(None);
+    }
+    let kept = config.folder.as_ref().map(|kept| folder.join(kept));
+    let mut names = config.host_names.clone();
+    if !config.listen.ip().is_unspecified() {
+        names.push(config.listen.ip().to_string());
+    }
+    let own = certificate::own(kept.as_deref(), &names)?;
+    let chain: Result<_, _> = CertificateDer::pem_slice_iter(own.certificate.as_bytes()).collect();
+    let private = PrivateKeyDer::from_pem_slice(own.key.as_bytes())?;
+    acceptor(chain?, private)
+        .context("page.pem and page.key of `folder`")
+        .map(Some)
+}
+
+fn acceptor(
+    chain: Vec<CertificateDer<'static>>,
+    private: PrivateKeyDer<'static>,
+) -> anyhow::Result<TlsAcceptor> {
     let config = ServerConfig::builder_with_provider(Arc::new(ring::default_provider()))
         .with_safe_default_protocol_versions()
         .and_then(|builder| {
             builder
                 .with_no_client_auth()
                 .with_single_cert(chain, private)
-        })
-        .with_context(|| format!("{}: the page's certificate", certificate.display()))?;
-    Ok(Some(TlsAcceptor::from(Arc::new(config))))
+        })?;
+    Ok(TlsAcceptor::from(Arc::new(config)))
 }

@@ -38,6 +38,10 @@ pub(crate) fn refuse(denied: Denied) -> Response<Body> {
             StatusCode::UNAUTHORIZED,
             "say a token of this page: POST /api/session, or Authorization: Bearer TOKEN\n",
         ),
+        Denied::NotThisCamera => assets::plain(
+            StatusCode::FORBIDDEN,
+            "this token is for another camera, or for none: `sextant keys add NAME --role phone` makes one\n",
+        ),
         Denied::TooManyTries => assets::plain(
             StatusCode::TOO_MANY_REQUESTS,
             "too many wrong tokens from this address; wait a minute\n",

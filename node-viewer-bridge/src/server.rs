@@ -1,13 +1,15 @@
 //! HTTP: the page, the state, the WebSocket's door; every request passes the guard first.
 
-use crate::access::PageRole;
+use crate::access::{Denied, PageRole};
 use crate::assets;
+use crate::camera_socket;
 use crate::connections::Connections;
 use crate::frame::frame_of;
 use crate::hub::Slot;
 use crate::last_seconds::LAST_MCAP;
 use crate::message::Message;
 use crate::metrics::{self, Ailment, BridgeFigures};
+use crate::phone_links;
 use crate::refusal::{Refusal, RefusalKind};
 use crate::request::{Context, as_json, is_json, refuse, role_of};
 use crate::session;
@@ -93,6 +95,7 @@ fn router(context: Context) -> Router {
         .route("/ws", get(socket::upgrade))
         .route("/api/state", get(state))
         .route("/metrics", get(figures))
+        .route("/api/phones", get(phones))
         .route(LAST_MCAP, get(last_seconds))
         .route(
             "/api/wizard",
@@ -104,6 +107,8 @@ fn router(context: Context) -> Router {
         )
         .layer(middleware::from_fn_with_state(context.clone(), identify));
     known
+        .route("/ws/camera", get(camera_socket::upgrade))
+        .route("/camera", get(assets::camera))
         .route(
             "/api/session",
             get(session::ask)
@@ -143,6 +148,7 @@ async fn identify(
     next: Next,
 ) -> Response<Body> {
     match role_of(&context.shared, &request) {
+        Ok(PageRole::Camera) => refuse(Denied::NoToken),
         Ok(role) => {
             request.extensions_mut().insert(role);
             next.run(request).await
@@ -250,9 +256,7 @@ async fn answer_command(
     obey: impl FnOnce() -> Result<(), Refusal> + Send + 'static,
 ) -> Response<Body> {
     if role < PageRole::Operator {
-        let cause = "This token is for looking only: the operators' may change the site.";
-        let json = serde_json::json!({ "field": null, "cause": cause });
-        return as_json(StatusCode::FORBIDDEN, format!("{json}\n").into());
+        return forbidden();
     }
     // No form of a foreign page can send this type without asking first.
     if !is_json(headers) {
@@ -271,6 +275,12 @@ async fn answer_command(
     }
 }
 
+fn forbidden() -> Response<Body> {
+    let cause = "This token is for looking only: the operators' may change the site.";
+    let json = serde_json::json!({ "field": null, "cause": cause });
+    as_json(StatusCode::FORBIDDEN, format!("{json}\n").into())
+}
+
 fn refused(refusal: &Refusal) -> Response<Body> {
     let status = match refusal.kind {
         RefusalKind::Wrong => StatusCode::BAD_REQUEST,
@@ -278,6 +288,27 @@ fn refused(refusal: &Refusal) -> Response<Body> {
     };
     let json = serde_json::json!({ "field": refusal.field, "cause": refusal.cause });
     as_json(status, format!("{json}\n").into())
+}
+
+/// Links by which phones become cameras. They have tokens, so that they are the operators'.
+async fn phones(
+    State(context): State<Context>,
+    Extension(role): Extension<PageRole>,
+    headers: HeaderMap,
+) -> Response<Body> {
+    if role < PageRole::Operator {
+        return forbidden();
+    }
+    let Shared {
+        config,
+        address,
+        protection,
+        ..
+    } = &*context.shared;
+    let host = headers.get(header::HOST).and_then(|it| it.to_str().ok());
+    let links = phone_links::links(config, *address, protection, host);
+    let json = serde_json::to_string(&links).unwrap_or_default();
+    as_json(StatusCode::OK, format!("{json}\n").into())
 }
 
 /// Health of the site. Causes name cameras and objects, so they require permission to view.
@@ -292,8 +323,10 @@ async fn health(State(context): State<Context>, request: Request) -> Response<Bo
         false => (StatusCode::SERVICE_UNAVAILABLE, "failing"),
     };
     let json = match role_of(shared, &request) {
-        Ok(_) => serde_json::json!({ "status": word, "causes": ailments }),
-        Err(_) => serde_json::json!({ "status": word }),
+        Ok(PageRole::Viewer | PageRole::Operator) => {
+            serde_json::json!({ "status": word, "causes": ailments })
+        }
+        Ok(PageRole::Camera) | Err(_) => serde_json::json!({ "status": word }),
     };
     as_json(status, format!("{json}\n").into())
 }

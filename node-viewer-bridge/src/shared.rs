@@ -8,6 +8,7 @@ use crate::last_seconds::LastSeconds;
 use crate::message::Message;
 use crate::metrics::Metrics;
 use crate::protection::Protection;
+use crate::web_camera::registry::WebCameras;
 use crate::webhook::Webhook;
 use crate::wizard::WizardService;
 use crate::zones::ZoneService;
@@ -18,7 +19,7 @@ use sextant_site_model::ObjectId;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 /// The network's thread has hung when it needs longer than this for one iteration; it may wait for answers and for the end of a session.
@@ -27,6 +28,8 @@ const LONGEST_TURN_MS: u64 = 10_000;
 /// What server and network share.
 pub(crate) struct Shared {
     pub(crate) config: ViewerConfig,
+    /// The address listened on.
+    pub(crate) address: SocketAddr,
     pub(crate) hosts: HostRule,
     pub(crate) protection: Protection,
     pub(crate) hub: Hub,
@@ -38,6 +41,7 @@ pub(crate) struct Shared {
     /// The wizards.
     pub(crate) wizard: WizardService,
     pub(crate) zones: ZoneService,
+    pub(crate) web_cameras: Arc<WebCameras>,
     pub(crate) webhook: Option<Webhook>,
     pub(crate) started: Instant,
     /// Whether the bridge is connected to the site's network.
@@ -64,8 +68,10 @@ impl Shared {
             webhook: webhook.map(|options| Webhook::new(options, config.site.clone())),
             wizard: WizardService::new(folder),
             hosts: HostRule::new(address, &config.host_names),
+            address,
             config,
             protection,
+            web_cameras: Arc::default(),
             hub: Hub::default(),
             mirror: Mutex::default(),
             metrics: Metrics::default(),

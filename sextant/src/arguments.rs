@@ -3,8 +3,8 @@
 use crate::output::Format;
 use crate::{
     calibrate, camera, check, config, convert, demo, deploy, detect, doctor, echo, foxglove, hz,
-    keys, learn, list, manual, mavlink, nodes, osc, play, print, progress, record, replay, ros2,
-    router, simulate, top, vrpn,
+    keys, learn, list, manual, mavlink, nodes, osc, phone, play, print, progress, record, replay,
+    ros2, router, simulate, top, vrpn,
 };
 use clap::{CommandFactory, Parser, Subcommand};
 
@@ -54,6 +54,8 @@ enum Command {
     Echo(echo::EchoArguments),
     /// Send poses as Open Sound Control messages: creative tools, VRChat, SteamVR.
     Osc(osc::OscArguments),
+    /// Show a link and a QR code that make a phone or laptop a camera.
+    Phone(phone::PhoneArguments),
     /// Send the pose of a vehicle to its autopilot as MAVLink odometry.
     Mavlink(mavlink::MavlinkArguments),
     /// Serve poses as VRPN trackers: ROS, Unreal, MATLAB, virtual-reality tools.
@@ -118,6 +120,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Command::List(arguments) => list::run(arguments, format),
         Command::Echo(arguments) => echo::run(arguments, format),
         Command::Osc(arguments) => osc::run(arguments, format),
+        Command::Phone(arguments) => phone::run(arguments, format),
         Command::Mavlink(arguments) => mavlink::run(arguments, format),
         Command::Vrpn(arguments) => vrpn::run(arguments, format),
         Command::Hz(arguments) => hz::run(arguments, format),

@@ -17,6 +17,7 @@ use time::OffsetDateTime;
   sextant keys init site-keys --site lab
   sextant keys add site-keys fusion --role fusion --host fusion.lab
   sextant keys add site-keys north --role camera
+  sextant keys add site-keys pocket --role phone
 then copy site-keys/north to the board and name it in camera.toml: [security] profile = \"site\", keys = \"north\".
 After add, renew and revoke copy the folders of fusion nodes and routers again and restart those nodes: they enforce the list of members.
 With --json, a line a member: {\"name\",\"role\",\"common_name\",\"valid_until\",\"state\"}, state being valid, expired or revoked.
@@ -94,6 +95,8 @@ enum RoleWord {
     Viewer,
     /// Reads everything; changes the rig and the objects.
     Operator,
+    /// A browser that is a camera, by the page of a viewer or operator.
+    Phone,
 }
 
 impl From<RoleWord> for Role {
@@ -104,6 +107,7 @@ impl From<RoleWord> for Role {
             RoleWord::Router => Self::Router,
             RoleWord::Viewer => Self::Viewer,
             RoleWord::Operator => Self::Operator,
+            RoleWord::Phone => Self::Phone,
         }
     }
 }
@@ -183,7 +187,12 @@ fn say(authority: &Authority, member: &Member, now_s: u64, format: Format) -> an
     }
     let folder = authority.folder_of(member.name.as_str());
     print_line(&format!("keys in {}", folder.folder().display()))?;
-    if matches!(member.role, Role::Viewer | Role::Operator) {
+    if member.role == Role::Phone {
+        print_line(
+            "copy the folders of viewers and operators again, restart those nodes, and run `sextant phone --config viewer.toml` there: it shows the phone's link",
+        )?;
+    }
+    if member.role.has_page() {
         let tokens = folder.page_tokens();
         print_line(&format!("tokens of its page in {}", tokens.display()))?;
     }

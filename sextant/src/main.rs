@@ -26,6 +26,7 @@ mod nodes;
 mod osc;
 mod output;
 mod output_file;
+mod phone;
 mod play;
 mod pose_feed;
 mod print;

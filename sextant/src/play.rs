@@ -113,6 +113,7 @@ fn write_viewer_config(
     let endpoints = bus.endpoints();
     let router = endpoints.first().context("the router listens nowhere")?;
     let config = ViewerConfig {
+        https: false,
         site: site.clone(),
         node: NodeId::new("viewer")?,
         listen: page,

@@ -10,7 +10,7 @@ use ids::Ids;
 use serde_json::json;
 use sextant_calibrator::PrintedGrid;
 use sextant_process::{Exit, WithExit};
-use sextant_sheets::{Cube, Paper, PrintJob, SheetError, length_text, pdf};
+use sextant_sheets::{Cube, Paper, PrintJob, SheetError, enlarged, length_text, pdf};
 use sextant_site_files::{
     AprilGrid, CharucoBoard, Chessboard, UpperLeft, object_toml, write_atomically,
     write_keeping_former,
@@ -33,6 +33,7 @@ For example: sextant print board
              sextant print charuco --family charuco5x5-100
              sextant print chessboard --columns 6 --rows 9 --size 0.022
              sextant print tags --ids 3-9 --size 0.03 --out gamepad.pdf
+             sextant print starter
              sextant print cube --edge 0.06 --size 0.04 --first 10"
 )]
 pub struct PrintArguments {
@@ -84,6 +85,8 @@ enum What {
     Tags(TagsArguments),
     /// Cube to fold, with a tag on each face.
     Cube(CubeArguments),
+    /// One page for a first site: tags of two objects and of the floor, with an object file for each.
+    Starter,
 }
 
 /// Options of a board.
@@ -197,8 +200,11 @@ struct CubeArguments {
 /// # Errors
 /// [`Exit::Usage`] for what is larger than the paper, and files that cannot be written.
 pub fn run(arguments: &PrintArguments, format: Format) -> anyhow::Result<()> {
-    let id = arguments.id.as_deref().unwrap_or(arguments.what.word());
     let paper = Paper::from(arguments.paper);
+    if matches!(arguments.what, What::Starter) {
+        return print_starter(arguments, paper, format);
+    }
+    let id = arguments.id.as_deref().unwrap_or(arguments.what.word());
     let printed = arguments.what.printed(id, paper);
     let printed = printed.map_err(with_remedy).exit_with(Exit::Usage)?;
     let default = || PathBuf::from(format!("{}.pdf", arguments.what.word()));
@@ -211,7 +217,11 @@ pub fn run(arguments: &PrintArguments, format: Format) -> anyhow::Result<()> {
             .exit_with(Exit::Usage)?,
         None => printed.model.clone(),
     };
-    let toml = format!("{}{}", heading(&printed, arguments), object_toml(&model));
+    let toml = format!(
+        "{}{}",
+        heading(printed.size, arguments),
+        object_toml(&model)
+    );
     write_keeping_former(&object_file, toml.as_bytes())?;
     if arguments.measured_size.is_none() {
         write_atomically(&pdf_file, &pdf::pdf(&printed.title, &printed.pages))?;
@@ -240,6 +250,46 @@ pub fn run(arguments: &PrintArguments, format: Format) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// The page with an object file for each of its objects, beside it.
+fn print_starter(arguments: &PrintArguments, paper: Paper, format: Format) -> anyhow::Result<()> {
+    if arguments.id.is_some() {
+        let cause = anyhow!("--id: the starter sheet has three objects with names of their own");
+        return Err(cause).exit_with(Exit::Usage);
+    }
+    let starter = sextant_sheets::starter(paper)?;
+    let default = || PathBuf::from("starter.pdf");
+    let pdf_file = arguments.out.clone().unwrap_or_else(default);
+    let scale = arguments
+        .measured_size
+        .map(|measured| measured * 1e3 / starter.size);
+    let heading = heading(starter.size, arguments);
+    let mut files = Vec::new();
+    for object in &starter.objects {
+        let measured = scale.map(|scale| enlarged(object, scale)).transpose();
+        let measured = measured.map_err(with_remedy).exit_with(Exit::Usage)?;
+        let file = pdf_file.with_file_name(format!("{}.toml", object.id()));
+        let toml = object_toml(measured.as_ref().unwrap_or(object));
+        write_keeping_former(&file, format!("{heading}{toml}").as_bytes())?;
+        files.push(file.display().to_string());
+    }
+    if scale.is_none() {
+        let pages = [starter.page];
+        write_atomically(&pdf_file, &pdf::pdf("Sextant starter sheet", &pages))?;
+    }
+    let pdf_file = scale.is_none().then_some(pdf_file);
+    let words = match (format, pdf_file) {
+        (Format::Json, pdf) => json!({"pdf": pdf, "objects": files}).to_string(),
+        (Format::Text, Some(pdf)) => format!(
+            "{}: one page on {}; print at 100 % and check the ruler\n{}: its objects",
+            pdf.display(),
+            paper.name(),
+            files.join(", ")
+        ),
+        (Format::Text, None) => format!("{}: as measured", files.join(", ")),
+    };
+    Ok(print_line(&words)?)
+}
+
 impl What {
     fn word(&self) -> &'static str {
         match self {
@@ -249,6 +299,7 @@ impl What {
             Self::Chessboard(_) => "chessboard",
             Self::Tags(_) => "tags",
             Self::Cube(_) => "cube",
+            Self::Starter => "starter",
         }
     }
 
@@ -307,6 +358,8 @@ impl What {
                 };
                 sextant_sheets::cube(&cube, id, paper)
             }
+            // Several objects: see `print_starter`.
+            Self::Starter => sextant_sheets::tags(Family::Tag36h11, &[0], 0.04, id, paper),
         }
     }
 }
@@ -349,8 +402,8 @@ pub fn with_remedy(error: SheetError) -> anyhow::Error {
 }
 
 /// The comment at the top of the object file.
-fn heading(printed: &PrintJob, arguments: &PrintArguments) -> String {
-    let nominal = length_text(printed.size);
+fn heading(size: f64, arguments: &PrintArguments) -> String {
+    let nominal = length_text(size);
     match arguments.measured_size {
         Some(measured) => format!(
             "# Printed with black squares of {nominal}, measured as {}; sizes and places are those measured.\n",

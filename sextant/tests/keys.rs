@@ -73,16 +73,34 @@ fn secrets_are_for_their_owner_only() {
             "page.key",
             "password",
             "passwords",
+            "page-tokens.toml",
+            "phones.toml",
         ];
         if path.is_dir() {
             assert_eq!(mode(&path), 0o700, "{}", path.display());
-        } else if secret.contains(&name.as_str()) || name == "page-tokens.toml" {
+        } else if secret.contains(&name.as_str()) {
             secrets += 1;
             assert_eq!(mode(&path), 0o600, "{}", path.display());
         }
     }
-    // Of the authority two, of each member two; of the router all passwords; of the operator the page's key and tokens.
-    assert_eq!(secrets, 2 + 3 * 2 + 1 + 2);
+    // Of the authority two, of each member two; of the router all passwords; of the operator the page's key and tokens, and those of phones.
+    assert_eq!(secrets, 2 + 3 * 2 + 1 + 3);
+}
+
+#[test]
+fn pages_have_the_tokens_of_phones_until_those_are_revoked() {
+    let place = tempfile::tempdir().unwrap();
+    let dir = place.path().join("keys");
+    done(&dir, "init", &["--site", "lab"]);
+    done(&dir, "add", &["main", "--role", "fusion"]);
+    done(&dir, "add", &["pocket", "--role", "phone"]);
+    done(&dir, "add", &["desk", "--role", "viewer"]);
+    let phones = || fs::read_to_string(dir.join("desk/phones.toml")).unwrap();
+    let token = fs::read_to_string(dir.join("pocket/password")).unwrap();
+    assert!(phones().contains(&format!("pocket = \"{token}\"")));
+    assert!(!dir.join("main/phones.toml").exists());
+    done(&dir, "revoke", &["pocket"]);
+    assert!(!phones().contains(&token));
 }
 
 #[test]

@@ -46,6 +46,7 @@ const FLOORS: &[&[&str]] = &[
         "sextant-replay",
         "sextant-sheets",
         "sextant-site-keys",
+        "sextant-web",
     ],
     &["sextant-evaluation", "sextant-explain", "sextant-fleet"],
     &["sextant"],

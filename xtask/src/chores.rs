@@ -54,6 +54,7 @@ pub fn page() -> Result<(), String> {
     same_files(
         Path::new(PAGE).join("dist").as_path(),
         Path::new("target/page"),
+        &format!("run `npm run build` in {PAGE} and commit dist/"),
     )
 }
 
@@ -64,7 +65,7 @@ pub fn page_packages() -> Result<(), String> {
 }
 
 /// The committed bundle is what people run; it must be what the sources make.
-fn same_files(committed: &Path, fresh: &Path) -> Result<(), String> {
+pub fn same_files(committed: &Path, fresh: &Path, remedy: &str) -> Result<(), String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let (committed, fresh) = (root.join(committed), root.join(fresh));
     let (old, new) = (files_below(&committed)?, files_below(&fresh)?);
@@ -72,7 +73,7 @@ fn same_files(committed: &Path, fresh: &Path) -> Result<(), String> {
         return Ok(());
     }
     Err(format!(
-        "{} differs from a fresh build: run `npm run build` in {PAGE} and commit dist/",
+        "{} differs from a fresh build: {remedy}",
         committed.display()
     ))
 }

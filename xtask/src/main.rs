@@ -18,6 +18,7 @@ mod report;
 mod ros2;
 mod suites;
 mod tools;
+mod wasm;
 
 use plan::{Chore, Options, run_in_order};
 use sextant_test_needs::{
@@ -43,6 +44,17 @@ const CHORES: &[Chore] = &[
             "page",
             "the web page: types, unit tests, and the committed bundle equals a fresh build",
             chores::page,
+        )
+    },
+    Chore {
+        needs: &[&NODE],
+        targets: &[wasm::TARGET],
+        fetches: &["npm packages, in node-viewer-bridge/page/node_modules"],
+        minutes: 2,
+        ..Chore::new(
+            "web",
+            "the detector for browsers: the committed package equals a fresh build",
+            wasm::web,
         )
     },
     Chore {
@@ -197,6 +209,17 @@ const CHORES: &[Chore] = &[
         "writes the page's messages from proto/CONTRACT.md and the bridge's PROTOCOL.md",
         page_types::page_types,
     ),
+    Chore {
+        needs: &[&NODE],
+        targets: &[wasm::TARGET],
+        fetches: &["npm packages, in node-viewer-bridge/page/node_modules"],
+        minutes: 2,
+        ..Chore::new(
+            "wasm",
+            "writes the detector for browsers: clients/web/dist",
+            wasm::wasm,
+        )
+    },
     Chore::new(
         "python",
         "writes the Python client's messages from proto/CONTRACT.md",
@@ -254,6 +277,7 @@ const LISTS: &[(&str, &str, &[&str])] = &[
         "test",
         "everything that can fail",
         &[
+            "web",
             "page",
             "crates",
             "build",
@@ -403,6 +427,7 @@ mod tests {
                     "planted",
                     "python",
                     "simulate",
+                    "wasm",
                 ]
                 .contains(word)
             })

@@ -1,7 +1,7 @@
 //! The hot loops, each once, in plain Rust that the compiler vectorises.
 //!
 //! On x86-64 they are compiled twice: for the baseline and for AVX2; both give the same bytes. Only this module selects which one runs.
-//! On 32-bit and 64-bit ARM the target determines the vector instructions.
+//! On 32-bit and 64-bit ARM and for WebAssembly the target determines the vector instructions.
 
 use crate::Image;
 use crate::homography::{Homography, POINTS, Points};
@@ -9,6 +9,8 @@ use std::array;
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
+#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+mod simd128;
 
 /// Edge of a tile in pixels. Four is the largest for which the nine tiles around a pixel span no more than a small
 /// tag (11 px), so that its black border and its white ring are always among them.
@@ -189,9 +191,15 @@ fn top_bits(bytes: &Pixels) -> u64 {
     })
 }
 
+#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+use simd128::top_bits;
+
 /// The top bit of each byte; the bytes are 0 or 255. Gathers the bits of each tile in vectors, then joins the tiles.
 #[inline(always)]
-#[cfg(not(target_arch = "x86_64"))]
+#[cfg(not(any(
+    target_arch = "x86_64",
+    all(target_arch = "wasm32", target_feature = "simd128")
+)))]
 fn top_bits(bytes: &Pixels) -> u64 {
     const BIT_OF_PIXEL: u32 = u32::from_ne_bytes([1, 2, 4, 8]);
     let tiles: [u8; TILES_IN_WORD] = array::from_fn(|i| {
@@ -298,9 +306,13 @@ pub(crate) fn products(columns: &[Column], n_groups: usize, sums: &mut Sums) {
         // SAFETY: the processor has AVX2 and what came with it.
         return unsafe { avx2::products(columns, n_groups, sums) };
     }
+    #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+    return simd128::products(columns, n_groups, sums);
+    #[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
     plain_products(columns, n_groups, sums);
 }
 
+#[cfg(any(test, not(all(target_arch = "wasm32", target_feature = "simd128"))))]
 fn plain_products(columns: &[Column], n_groups: usize, sums: &mut Sums) {
     for (i, column) in columns.iter().enumerate() {
         for (sum, other) in sums[i].iter_mut().zip(&columns[..=i]) {

@@ -8,6 +8,7 @@ mod cube;
 mod error;
 pub mod pdf;
 mod sheet;
+mod starter;
 mod tags;
 
 pub use board::board;
@@ -15,6 +16,7 @@ pub use calibration_boards::{aprilgrid, charuco, chessboard};
 pub use cube::{Cube, cube};
 pub use error::SheetError;
 pub use sheet::{Paper, length_text};
+pub use starter::{Starter, starter};
 pub use tags::tags;
 
 use nalgebra::Translation3;

@@ -213,7 +213,9 @@ impl Authority {
         let issuer = Issuer::new(self.members.site.as_str(), &files.authority_key)?;
         let hosts = hosts(new.hosts)?;
         let node = issuer.sign(&Subject::node(member, &hosts))?;
-        let page = has_page(member.role)
+        let page = member
+            .role
+            .has_page()
             .then(|| issuer.sign(&Subject::page(member, &hosts)))
             .transpose()?;
         in_place_of(self.folder_of(member.name.as_str()).folder(), |folder| {
@@ -238,6 +240,19 @@ impl Authority {
     fn passwords(&self) -> Result<String, KeysError> {
         let file = self.dir.join(PASSWORDS);
         fs::read_to_string(&file).map_err(KeysError::system(&file, ": cannot be read"))
+    }
+
+    /// The tokens of phones, which are their passwords, as `phones.toml`.
+    fn phones(&self, passwords: &str) -> String {
+        let head =
+            "# Browsers that may be cameras, and the token of each. Written by `sextant keys`.\n";
+        let phones = self.members.accepted().filter(|it| it.role == Role::Phone);
+        let lines = phones.filter_map(|phone| {
+            let head = format!("{}:", phone.common_name);
+            let token = passwords.lines().find_map(|line| line.strip_prefix(&head));
+            Some(format!("{} = \"{}\"\n", phone.name, token?))
+        });
+        lines.fold(head.to_owned(), |text, line| text + &line)
     }
 
     /// Writes the list of members here and in the folders of fusion nodes and routers below, with these passwords, except those of revoked
@@ -265,6 +280,13 @@ impl Authority {
                 write_secret(&files.passwords(), &passwords)?;
             }
         }
+        let phones = self.phones(&passwords);
+        for member in self.members.accepted().filter(|it| it.role.has_page()) {
+            let files = self.folder_of(member.name.as_str());
+            if files.folder().is_dir() {
+                write_secret(&files.phones(), &phones)?;
+            }
+        }
         Ok(())
     }
 }
@@ -281,10 +303,6 @@ fn page_tokens() -> Result<String, KeysError> {
 struct Secrets {
     password: String,
     page_tokens: String,
-}
-
-fn has_page(role: Role) -> bool {
-    matches!(role, Role::Viewer | Role::Operator)
 }
 
 /// The given hosts, and those of this machine.

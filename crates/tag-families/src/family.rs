@@ -1,7 +1,9 @@
 //! The families by name, and the data of each.
 
 use crate::chessboard::CHESSBOARD;
-use crate::table::{FamilyData, Table, parse, parse_packed};
+#[cfg(not(target_family = "wasm"))]
+use crate::table::parse_packed;
+use crate::table::{FamilyData, Table, parse};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
@@ -54,14 +56,21 @@ static TAG16H5: Table<30, 16> = parse(include_bytes!("../data/tag16h5.txt"));
 static TAG_STANDARD_41H12: Table<2115, 41> = parse(include_bytes!("../data/tagStandard41h12.txt"));
 
 static TAG36H10: Table<2320, 36> = parse(include_bytes!("../data/tag36h10.txt"));
+#[cfg(not(target_family = "wasm"))]
 static TAG_CUSTOM_48H12: Table<42211, 48> = parse_packed(
     include_bytes!("../data/tagCustom48h12.txt"),
     include_bytes!("../data/tagCustom48h12.bin"),
 );
+#[cfg(not(target_family = "wasm"))]
 static TAG_STANDARD_52H13: Table<48714, 52> = parse_packed(
     include_bytes!("../data/tagStandard52h13.txt"),
     include_bytes!("../data/tagStandard52h13.bin"),
 );
+/// Two thirds of a browser's download would be the words of these two: they are left out there, and the families have no codes.
+#[cfg(target_family = "wasm")]
+static TAG_CUSTOM_48H12: Table<0, 0> = Table::EMPTY;
+#[cfg(target_family = "wasm")]
+static TAG_STANDARD_52H13: Table<0, 0> = Table::EMPTY;
 
 static ARUCO_ORIGINAL: Table<1023, 25> = parse(include_bytes!("../data/arucoOriginal.txt"));
 static ARUCO_MIP_36H12: Table<250, 36> = parse(include_bytes!("../data/arucoMip36h12.txt"));

@@ -59,6 +59,14 @@ pub const VIDEO: Guarded = Guarded {
     test: "a_video_is_played_at_its_own_times_to_its_end",
     needs: &[&FFMPEG],
 };
+pub const WEB: Guarded = Guarded {
+    test: "web_assembly_finds_the_same_tags",
+    needs: &[&NODE],
+};
+pub const PHONE: Guarded = Guarded {
+    test: "a_browser_is_a_camera_of_the_site",
+    needs: BROWSER,
+};
 const BROWSER: &[&Need] = &[&NODE, &CHROMIUM];
 
 /// All of them.
@@ -74,6 +82,8 @@ pub const GUARDED: &[&Guarded] = &[
     &WIZARDS,
     &FAULTS,
     &VIDEO,
+    &WEB,
+    &PHONE,
 ];
 
 impl Guarded {

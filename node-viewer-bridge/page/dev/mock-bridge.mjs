@@ -13,7 +13,7 @@ const port = Number(process.env.PORT ?? 8600);
 const begun = Date.now();
 const rejected = { bad_magic: 0, foreign_version: 0, wrong_kind: 0, damaged: 0, too_long: 0, out_of_range: 0, wrong_camera: 0 };
 const withTruth = !process.env.WITHOUT_TRUTH;
-const types = { html: "text/html; charset=utf-8", js: "text/javascript", css: "text/css" };
+const types = { html: "text/html; charset=utf-8", js: "text/javascript", css: "text/css", wasm: "application/wasm" };
 
 /** As the bridge takes it, without its checks. */
 function changeZones({ do: what, zone, name }) {
@@ -34,8 +34,8 @@ const http = createServer(async (request, response) => {
     return void response.writeHead(202).end("{}");
   }
   const path = request.url.split("?")[0];
-  const name = path === "/" ? "index.html" : path.slice(1);
-  if (!/^[a-z]+\.(html|js|css)$/.test(name)) return void response.writeHead(404).end();
+  const name = { "/": "index.html", "/camera": "camera.html" }[path] ?? path.slice(1);
+  if (!/^[a-z]+\.(html|js|css|wasm)$/.test(name)) return void response.writeHead(404).end();
   const body = await readFile(new URL(`../dist/${name}`, import.meta.url)).catch(() => null);
   response.writeHead(body ? 200 : 404, { "content-type": types[name.split(".")[1]] }).end(body);
 });

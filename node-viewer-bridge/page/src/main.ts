@@ -15,6 +15,7 @@ import { find } from "./panels/dom.ts";
 import { HealthPanel } from "./panels/health.ts";
 import { Shortcuts } from "./panels/keys.ts";
 import { ObjectsPanel } from "./panels/objects.ts";
+import { PhonesDialog } from "./panels/phones.ts";
 import { PlotsPanel } from "./panels/plots.ts";
 import { Timeline } from "./panels/timeline.ts";
 import { rememberedOptions, StageTools } from "./panels/tools.ts";
@@ -64,6 +65,7 @@ const dock = new Dock(find(".dock"), [
   { key: "zones", title: "Zones", panel: find("[data-testid=zones]") },
 ]);
 const bar = new Bar(site, () => dock.show("health"));
+new PhonesDialog();
 const wizard = new WizardPanel(find("[data-testid=wizard]"), site);
 
 function createStage(): Stage | null {

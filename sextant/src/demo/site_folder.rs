@@ -104,6 +104,7 @@ impl SiteFolder {
         };
         write_toml(&self.fusion_config(), &fusion)?;
         let viewer = ViewerConfig {
+            https: false,
             site: addresses.site.clone(),
             node: NodeId::new("viewer")?,
             listen: addresses.page,

@@ -83,7 +83,26 @@ fn grants(keys: &Keys, member: &Member) -> Grants {
             reads: vec![everything],
             ..Grants::default()
         },
+        // On the network it is a page that speaks for it.
+        Role::Phone => Grants::default(),
     }
+}
+
+/// Adds to the permissions of a page those of a phone's camera.
+fn speak_for(page: &mut Grants, keys: &Keys, phone: &Member) {
+    let camera = Member {
+        role: Role::Camera,
+        ..phone.clone()
+    };
+    let Grants {
+        puts,
+        answers,
+        tokens,
+        ..
+    } = grants(keys, &camera);
+    page.puts.extend(puts);
+    page.answers.extend(answers);
+    page.tokens.extend(tokens);
 }
 
 /// Zenoh's section `access_control` for these members.
@@ -94,10 +113,16 @@ pub(super) fn access_control<'a>(
 ) -> Value {
     let mut rules = vec![hints(keys)];
     let (mut subjects, mut policies) = (Vec::new(), Vec::new());
-    for member in members {
+    let members: Vec<&Member> = members.collect();
+    let phones = || members.iter().filter(|member| member.role == Role::Phone);
+    for &member in members.iter().filter(|member| member.role != Role::Phone) {
+        let mut granted = grants(keys, member);
+        if member.role.has_page() {
+            phones().for_each(|phone| speak_for(&mut granted, keys, phone));
+        }
         let id = &member.common_name;
         subjects.push(json!({ "id": id, (proof.property()): [id] }));
-        let own = rules_of(id, &grants(keys, member));
+        let own = rules_of(id, &granted);
         let mut names: Vec<Value> = own.iter().map(|rule| rule["id"].clone()).collect();
         names.push(json!(HINTS));
         policies.push(json!({ "subjects": [id], "rules": names }));
@@ -273,6 +298,20 @@ mod tests {
         ] {
             assert!(!includes(&tokens, foreign), "{foreign}");
         }
+    }
+
+    #[test]
+    fn pages_speak_for_phones_and_for_no_other_camera() {
+        let mut page = grants(&keys(), &member("desk", Role::Viewer));
+        speak_for(&mut page, &keys(), &member("pocket", Role::Phone));
+        assert!(includes(&page.puts, "camera/pocket/observations"));
+        assert!(includes(&page.tokens, "alive/camera/pocket"));
+        assert!(!includes(&page.puts, "camera/north/observations"));
+        assert!(!includes(&page.puts, "config/rig"));
+        let members = [member("desk", Role::Viewer), member("pocket", Role::Phone)];
+        let rules = access_control(&keys(), members.iter(), Proof::UserName);
+        let subjects = rules["subjects"].as_array().unwrap();
+        assert_eq!(subjects.len(), 1, "a phone has no link of its own: {rules}");
     }
 
     #[test]

@@ -19,21 +19,29 @@ pub enum Role {
     Viewer,
     /// Reads everything and changes the rig and the objects.
     Operator,
+    /// A browser, by the page of a viewer or operator, which publishes as this camera.
+    Phone,
 }
 
 impl Role {
     /// Every role.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::Camera,
         Self::Fusion,
         Self::Router,
         Self::Viewer,
         Self::Operator,
+        Self::Phone,
     ];
 
     /// Whether such a member may listen: it has the list of members and a certificate for servers.
     pub fn can_be_router(self) -> bool {
         matches!(self, Self::Fusion | Self::Router)
+    }
+
+    /// Whether such a member serves a page.
+    pub fn has_page(self) -> bool {
+        matches!(self, Self::Viewer | Self::Operator)
     }
 
     /// Name in files and on the command line.
@@ -44,6 +52,7 @@ impl Role {
             Self::Router => "router",
             Self::Viewer => "viewer",
             Self::Operator => "operator",
+            Self::Phone => "phone",
         }
     }
 }

@@ -80,6 +80,11 @@ impl KeyFiles {
     pub fn page_tokens(&self) -> PathBuf {
         self.folder.join("page-tokens.toml")
     }
+
+    /// Secret, for viewers and operators: the tokens of browsers that are cameras, by the camera's name.
+    pub fn phones(&self) -> PathBuf {
+        self.folder.join("phones.toml")
+    }
 }
 
 /// Owner of the keys: `node.toml`.
@@ -116,10 +121,12 @@ impl NodeKeys {
         }
         let mut secrets = vec![files.private_key(), files.password()];
         match node.role {
-            Role::Camera => {}
+            Role::Camera | Role::Phone => {}
             Role::Fusion | Role::Router => secrets.push(files.passwords()),
             Role::Viewer | Role::Operator => {
                 secrets.extend([files.page_private_key(), files.page_tokens()]);
+                // Keys from before there were phones have none.
+                secrets.extend(Some(files.phones()).filter(|file| file.exists()));
             }
         }
         for secret in secrets {

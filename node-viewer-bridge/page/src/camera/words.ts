@@ -1,0 +1,55 @@
+// What the camera's page and its worker say to each other.
+
+import type { Light, Point } from "../../../../clients/web/dist/sextant.js";
+
+export interface Beginning {
+  type: "begin";
+  /** The bridge's WebSocket, with name and key. */
+  url: string;
+  camera: string;
+  /** The device's name. */
+  host: string;
+  families: string[];
+  pictures: boolean;
+}
+
+/** An image: it is the worker's to close. */
+export interface Taken {
+  type: "taken";
+  image: VideoFrame | ImageBitmap;
+  /** ms since the Unix epoch by this device's clock. */
+  captureMs: number;
+  isArrival: boolean;
+  /** When the page sent it, by the page's clock. */
+  sentMs: number;
+  /** Images that the camera has delivered so far. */
+  captured: number;
+}
+
+export type ToWorker = Beginning | Taken | { type: "end" };
+
+export interface Seen {
+  type: "seen";
+  outlines: { id: number; corners: Point[] }[];
+  size: [number, number];
+  light: Light;
+  rateHz: number;
+  detectMs: number;
+}
+
+/** How the bridge finds this camera. */
+export interface Report {
+  type: "report";
+  clock_error_ms: number | null;
+  published: number;
+  refused: number;
+  cause: string | null;
+  watched: boolean;
+  in_rig: boolean;
+}
+
+export type Link = { type: "link"; condition: "connecting" | "joined" | "lost" | "refused"; words: string };
+export type FromWorker = Seen | Report | Link | { type: "ready" } | { type: "failed"; cause: string };
+
+/** Now, ms since the Unix epoch by a clock that does not step. The page's and a worker's may differ by how the device's was set between their beginnings. */
+export const nowMs = () => performance.timeOrigin + performance.now();

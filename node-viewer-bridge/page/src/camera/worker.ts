@@ -1,0 +1,123 @@
+// The camera's worker: finds tags in images, sends them and, when wanted, pictures; one image at a time.
+
+import { Detector } from "../../../../clients/web/dist/sextant.js";
+import { detect, drawn, sizeOf } from "./pixels.ts";
+import { Uplink } from "./uplink.ts";
+import { nowMs, type Beginning, type FromWorker, type Taken, type ToWorker } from "./words.ts";
+
+const STATUS_MS = 1000;
+const PICTURE_MS = 500;
+const PICTURE_WIDTH = 640;
+const PICTURE_QUALITY = 0.6;
+/** Detections from which rate and times are taken. */
+const WINDOW = 128;
+const RATE_SPAN_MS = 3000;
+
+const tell = (message: FromWorker) => postMessage(message);
+const nanoseconds = (ms: number) => BigInt(Math.round(ms * 1000)) * 1000n;
+
+class Camera {
+  #sequence = 0;
+  #captured = 0;
+  #published = 0;
+  #watched = false;
+  #begun = nowMs();
+  #statusDue = 0;
+  #pictureDue = 0;
+  /** How much this worker's clock is ahead of the page's, with the delay of the quickest message. */
+  #aheadMs = Infinity;
+  #recent: { at: number; ms: number }[] = [];
+  readonly #uplink: Uplink;
+
+  constructor(
+    private readonly detector: Detector,
+    private readonly beginning: Beginning,
+  ) {
+    this.#uplink = new Uplink(beginning.url, (message) => {
+      if (message.type === "report") this.#watched = message.watched;
+      tell(message);
+    });
+  }
+
+  async take({ image, captureMs, isArrival, sentMs, captured }: Taken): Promise<void> {
+    const { camera } = this.beginning;
+    const received = nowMs();
+    this.#aheadMs = Math.min(this.#aheadMs, received - sentMs);
+    this.#captured = captured;
+    const tags = await detect(this.detector, image);
+    const detected = nowMs();
+    this.#recent.push({ at: detected, ms: detected - received });
+    if (this.#recent.length > WINDOW) this.#recent.shift();
+    const sequence = ++this.#sequence;
+    const times = { captureNs: nanoseconds(captureMs + this.#aheadMs), receivedNs: nanoseconds(received), detectedNs: nanoseconds(detected), isArrival };
+    if (this.#uplink.joined && this.#uplink.send(this.detector.observations(camera, sequence, times))) this.#published++;
+    const outlines = tags.map(({ id, corners }) => ({ id, corners }));
+    tell({ type: "seen", outlines, size: sizeOf(image), light: this.detector.light(), rateHz: this.#rateHz(), detectMs: detected - received });
+    this.#sendStatus(detected);
+    if (this.beginning.pictures && this.#watched && this.#uplink.joined && detected >= this.#pictureDue) {
+      this.#pictureDue = detected + PICTURE_MS;
+      await this.#sendPicture(image, sequence, times.captureNs);
+    }
+  }
+
+  #sendStatus(now: number): void {
+    if (now < this.#statusDue || !this.#uplink.joined) return;
+    this.#statusDue = now + STATUS_MS;
+    const times = this.#recent.map(({ ms }) => ms).sort((a, b) => a - b);
+    const rank = (share: number) => times[Math.floor((times.length - 1) * share)] ?? 0;
+    const figures = {
+      captured: this.#captured,
+      detected: this.#sequence,
+      published: this.#published,
+      rateHz: this.#rateHz(),
+      detectMs: [rank(0.5), rank(0.99)] as [number, number],
+      uptimeS: Math.floor((now - this.#begun) / 1000),
+    };
+    this.#uplink.send(this.detector.status(this.beginning.camera, this.beginning.host, figures));
+  }
+
+  async #sendPicture(image: VideoFrame | ImageBitmap, sequence: number, captureNs: bigint): Promise<void> {
+    const size = sizeOf(image);
+    const canvas = drawn(image, Math.min(1, PICTURE_WIDTH / size[0]));
+    const blob = await canvas.convertToBlob({ type: "image/jpeg", quality: PICTURE_QUALITY });
+    const jpeg = new Uint8Array(await blob.arrayBuffer());
+    this.#uplink.send(this.detector.preview(this.beginning.camera, sequence, captureNs, size, jpeg));
+  }
+
+  #rateHz(): number {
+    const last = this.#recent.at(-1);
+    const recent = this.#recent.filter(({ at }) => last && last.at - at <= RATE_SPAN_MS);
+    const span = last && recent[0] ? last.at - recent[0].at : 0;
+    return span > 0 ? ((recent.length - 1) / span) * 1000 : 0;
+  }
+
+  end(): void {
+    this.#uplink.close();
+  }
+}
+
+let camera: Camera | null = null;
+
+async function obey(message: ToWorker): Promise<void> {
+  switch (message.type) {
+    case "begin":
+      camera?.end();
+      camera = new Camera(await Detector.load({ families: message.families, tracking: true }), message);
+      return tell({ type: "ready" });
+    case "taken":
+      try {
+        await camera?.take(message);
+      } finally {
+        message.image.close();
+        tell({ type: "ready" });
+      }
+      return;
+    case "end":
+      camera?.end();
+      camera = null;
+  }
+}
+
+addEventListener("message", ({ data }: MessageEvent<ToWorker>) => {
+  obey(data).catch((cause: unknown) => tell({ type: "failed", cause: cause instanceof Error ? cause.message : String(cause) }));
+});

@@ -1,0 +1,226 @@
+//! A browser's WebSocket: `GET /ws/camera?name=NAME&key=KEY`.
+
+use crate::access::Denied;
+use crate::assets;
+use crate::connections::Peer;
+use crate::frame::{Frame, frame_of};
+use crate::request::{Context, refuse};
+use crate::shared::Shared;
+use crate::web_camera::registry::{Place, Standing};
+use crate::web_camera::session::{MAX_BYTES, Now, Session, Tell};
+use axum::body::Body;
+use axum::extract::ws::{CloseFrame, WebSocket, WebSocketUpgrade, close_code};
+use axum::extract::{Extension, State};
+use axum::http::{HeaderMap, Response, StatusCode, Uri};
+use sextant_process::{ClockQuality, monotonic_ns, now_ns};
+use sextant_site_model::CameraId;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::sync::watch;
+use tokio::time::{Instant, sleep, sleep_until, timeout};
+
+/// A browser that receives nothing for so long is disconnected, and so is one that sends nothing.
+const WRITE_TIMEOUT: Duration = Duration::from_secs(5);
+const SILENCE: Duration = Duration::from_secs(5);
+const REPORT_PERIOD: Duration = Duration::from_secs(1);
+/// Longest reason in a close frame, by RFC 6455.
+const MAX_REASON_BYTES: usize = 120;
+
+/// `GET /ws/camera`. Browsers do not show scripts why an upgrade is refused, so that most refusals are reasons of a close.
+pub(crate) async fn upgrade(
+    State(context): State<Context>,
+    Extension(Peer(from)): Extension<Peer>,
+    uri: Uri,
+    headers: HeaderMap,
+    socket: WebSocketUpgrade,
+) -> Response<Body> {
+    let Some((camera, key)) = asked(&uri) else {
+        return assets::plain(
+            StatusCode::BAD_REQUEST,
+            "say ?name=NAME&key=KEY: a camera's name has letters a-z, digits, - and _, at most 32; a key is chosen by the browser\n",
+        );
+    };
+    let shared = Arc::clone(&context.shared);
+    let access = &shared.protection.access;
+    let place = match access.check_camera(&headers, from, &camera, std::time::Instant::now()) {
+        Ok(()) => shared.web_cameras.enter(camera.clone(), &key),
+        Err(Denied::NotThisCamera) => Err(format!(
+            "this link is not for a camera named {camera}: use the name that it was made for"
+        )),
+        Err(denied) => return refuse(denied),
+    };
+    socket
+        .max_message_size(MAX_BYTES)
+        .max_frame_size(MAX_BYTES)
+        .on_upgrade(move |socket| async move {
+            match place {
+                Ok(place) => converse(socket, shared, camera, place, context.stopping).await,
+                Err(cause) => close(socket, close_code::POLICY, &cause).await,
+            }
+        })
+}
+
+/// The camera's name and the browser's key.
+fn asked(uri: &Uri) -> Option<(CameraId, String)> {
+    let query = uri.query()?;
+    let value = |name: &str| {
+        let mut pairs = query.split('&').filter_map(|pair| pair.split_once('='));
+        pairs.find_map(|(key, value)| (key == name).then_some(value))
+    };
+    let key = value("key")?;
+    let is_plain = key.bytes().all(|byte| byte.is_ascii_alphanumeric());
+    Some((
+        CameraId::new(value("name")?).ok()?,
+        is_plain.then(|| key.to_owned())?,
+    ))
+}
+
+/// How a conversation ends: silently, or with a reason for the browser.
+enum End {
+    Gone,
+    Because(u16, String),
+}
+
+impl End {
+    fn refused(reason: impl Into<String>) -> Self {
+        Self::Because(close_code::POLICY, reason.into())
+    }
+}
+
+/// What happens next.
+enum Event {
+    Stopping,
+    Silence,
+    Standing,
+    Incoming(Option<Result<Frame, axum::Error>>),
+    PingDue,
+    ReportDue,
+}
+
+struct Conversation {
+    socket: WebSocket,
+    shared: Arc<Shared>,
+    camera: CameraId,
+    place: Place,
+    session: Session,
+    heard: Instant,
+    report_due: Instant,
+}
+
+async fn converse(
+    socket: WebSocket,
+    shared: Arc<Shared>,
+    camera: CameraId,
+    place: Place,
+    mut stopping: watch::Receiver<bool>,
+) {
+    let mut conversation = Conversation {
+        session: Session::new(camera.clone(), monotonic_ns()),
+        socket,
+        shared,
+        camera,
+        place,
+        heard: Instant::now(),
+        report_due: Instant::now(),
+    };
+    let end = loop {
+        let event = conversation.next(&mut stopping).await;
+        if let Err(end) = conversation.handle(event).await {
+            break end;
+        }
+    };
+    if let End::Because(code, reason) = end {
+        close(conversation.socket, code, &reason).await;
+    }
+}
+
+impl Conversation {
+    async fn next(&mut self, stopping: &mut watch::Receiver<bool>) -> Event {
+        let ping_in_ns = self.session.ping_due_ns().saturating_sub(monotonic_ns());
+        tokio::select! {
+            _ = stopping.wait_for(|stopped| *stopped) => Event::Stopping,
+            () = sleep_until(self.heard + SILENCE) => Event::Silence,
+            _ = self.place.standing.changed() => Event::Standing,
+            frame = self.socket.recv() => Event::Incoming(frame),
+            () = sleep(Duration::from_nanos(ping_in_ns)) => Event::PingDue,
+            () = sleep_until(self.report_due) => Event::ReportDue,
+        }
+    }
+
+    async fn handle(&mut self, event: Event) -> Result<(), End> {
+        match event {
+            Event::Stopping => Err(End::Because(close_code::AWAY, "the bridge stops".into())),
+            Event::Silence => Err(End::refused("nothing was heard for 5 s")),
+            Event::Standing => self.follow_standing().await,
+            Event::Incoming(Some(Ok(frame))) => self.take(&frame),
+            Event::Incoming(_) => Err(End::Gone),
+            Event::PingDue => {
+                let ping = self.session.ping(&now());
+                say(&mut self.socket, &ping).await
+            }
+            Event::ReportDue => {
+                self.report_due = Instant::now() + REPORT_PERIOD;
+                let (n_clients, _) = self.shared.hub.counts();
+                let is_in_rig = self.shared.mirror().camera_config(&self.camera).is_some();
+                let report = self.session.report(&now(), n_clients > 0, is_in_rig);
+                say(&mut self.socket, &report).await
+            }
+        }
+    }
+
+    async fn follow_standing(&mut self) -> Result<(), End> {
+        let standing = self.place.standing.borrow_and_update().clone();
+        match standing {
+            Standing::Waiting => Ok(()),
+            Standing::Ended(cause) => Err(End::refused(cause)),
+            Standing::Joined => {
+                let joined = Tell::Joined {
+                    camera: &self.camera,
+                    site: self.shared.config.site.as_str(),
+                };
+                say(&mut self.socket, &joined).await
+            }
+        }
+    }
+
+    fn take(&mut self, frame: &Frame) -> Result<(), End> {
+        self.heard = Instant::now();
+        match frame {
+            Frame::Binary(bytes) => {
+                if let Some(message) = self.session.handle_bytes(&now(), bytes) {
+                    self.shared.web_cameras.send(message, bytes.len());
+                }
+            }
+            Frame::Text(text) => self.session.handle_text(&now(), text),
+            _ => {}
+        }
+        match self.session.is_hopeless() {
+            true => Err(End::refused("too many messages were refused")),
+            false => Ok(()),
+        }
+    }
+}
+
+fn now() -> Now {
+    Now {
+        wire_ns: now_ns(),
+        monotonic_ns: monotonic_ns(),
+        clock: ClockQuality::read(),
+    }
+}
+
+async fn say(socket: &mut WebSocket, message: &Tell<'_>) -> Result<(), End> {
+    match timeout(WRITE_TIMEOUT, socket.send(frame_of(message))).await {
+        Ok(Ok(())) => Ok(()),
+        Ok(Err(_)) | Err(_) => Err(End::Gone),
+    }
+}
+
+async fn close(mut socket: WebSocket, code: u16, reason: &str) {
+    let reason = sextant_proto::limits::clipped(reason, MAX_REASON_BYTES);
+    let farewell = CloseFrame {
+        code,
+        reason: reason.into(),
+    };
+    let _ = timeout(WRITE_TIMEOUT, socket.send(Frame::Close(Some(farewell)))).await;
+}

@@ -1,0 +1,193 @@
+//! Links by which phones and other browsers become cameras, and what may be in their way.
+
+use crate::config::ViewerConfig;
+use crate::protection::Protection;
+use anyhow::Context;
+use qrcode::QrCode;
+use serde::Serialize;
+use sextant_process::{Exit, WithExit};
+use sextant_site_files::read_toml;
+use sextant_site_model::CameraId;
+use std::net::{IpAddr, SocketAddr, UdpSocket};
+use std::path::Path;
+
+/// Links for browsers.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PhoneLinks {
+    /// One a phone with keys; where a site needs none, one for all.
+    pub links: Vec<PhoneLink>,
+    /// What a person has to change before phones can use them.
+    pub caution: Option<String>,
+}
+
+/// A link that makes a browser a camera.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PhoneLink {
+    /// The camera's name; none where the browser chooses.
+    pub camera: Option<CameraId>,
+    /// The address, with the phone's token in its fragment, which browsers send to no server.
+    pub url: String,
+    /// The same as a QR code: a row a text, dark modules `1` and light ones `0`, without the quiet zone.
+    pub qr: Vec<String>,
+}
+
+/// The links of a bridge with this file.
+///
+/// # Errors
+/// [`Exit::Input`] for a wrong file.
+pub fn phone_links(config_file: &Path) -> anyhow::Result<PhoneLinks> {
+    let config: ViewerConfig = read_toml(config_file).exit_with(Exit::Input)?;
+    let folder = config_file.parent().unwrap_or(Path::new(""));
+    let protection = Protection::load(&config, folder)
+        .with_context(|| config_file.display().to_string())
+        .exit_with(Exit::Input)?;
+    Ok(links(&config, config.listen, &protection, None))
+}
+
+/// Links to a bridge that listens on `address`; `host` is the one that a browser asked for.
+pub(crate) fn links(
+    config: &ViewerConfig,
+    address: SocketAddr,
+    protection: &Protection,
+    host: Option<&str>,
+) -> PhoneLinks {
+    let is_secure = protection.tls.is_some();
+    let scheme = if is_secure { "https" } else { "http" };
+    let place = place(config, address, host);
+    let url = format!("{scheme}://{place}/camera");
+    let phones = protection.access.phones();
+    let links = match phones {
+        None => vec![PhoneLink::new(None, url)],
+        Some(phones) => {
+            let links = phones.iter().map(|(camera, token)| {
+                let own = format!("{url}?name={camera}#token={token}");
+                PhoneLink::new(Some(camera.clone()), own)
+            });
+            links.collect()
+        }
+    };
+    let is_local = address.ip().to_canonical().is_loopback();
+    let caution = if links.is_empty() {
+        Some(
+            "No phone has keys yet: run `sextant keys add DIR NAME --role phone`, copy the keys of this page again and restart it.",
+        )
+    } else if is_local {
+        Some(
+            "Only browsers on this machine reach this page. For phones set listen = \"0.0.0.0:8600\" in viewer.toml, and https = true or keys of the site.",
+        )
+    } else if !is_secure {
+        Some("Browsers give cameras to secure pages only: set https = true in viewer.toml.")
+    } else {
+        None
+    };
+    PhoneLinks {
+        links,
+        caution: caution.map(str::to_owned),
+    }
+}
+
+/// Host and port that other machines reach: as the browser that asks wrote them, unless only its own machine does.
+fn place(config: &ViewerConfig, address: SocketAddr, host: Option<&str>) -> String {
+    let is_own = |host: &&str| {
+        let name = host.rsplit_once(':').map_or(*host, |(name, _)| name);
+        let name = name.trim_matches(['[', ']']);
+        let loopback = name.parse::<IpAddr>().is_ok_and(|it| it.is_loopback());
+        name == "localhost" || loopback
+    };
+    if let Some(host) = host.filter(|host| !is_own(host)) {
+        return host.to_owned();
+    }
+    match (address.ip().is_unspecified(), config.host_names.first()) {
+        (false, _) => address.to_string(),
+        (true, Some(name)) => format!("{name}:{}", address.port()),
+        (true, None) => SocketAddr::new(outward(), address.port()).to_string(),
+    }
+}
+
+/// This machine's address on its network: the one from which it would send elsewhere. Nothing is sent.
+fn outward() -> IpAddr {
+    const ANYWHERE: &str = "192.0.2.1:9";
+    let socket = UdpSocket::bind("0.0.0.0:0").and_then(|socket| {
+        socket.connect(ANYWHERE)?;
+        socket.local_addr()
+    });
+    socket.map_or(IpAddr::from([127, 0, 0, 1]), |address| address.ip())
+}
+
+impl PhoneLink {
+    fn new(camera: Option<CameraId>, url: String) -> Self {
+        // A link of a few hundred bytes fits; a longer one is shown as text alone.
+        let qr = QrCode::new(&url).map_or(Vec::new(), |code| {
+            let colours = code.to_colors();
+            let rows = colours.chunks(code.width().max(1));
+            rows.map(|row| row.iter().map(|it| it.select('1', '0')).collect())
+                .collect()
+        });
+        Self { camera, url, qr }
+    }
+
+    /// The QR code for a terminal, with its quiet zone: two modules a character, light ones drawn, as terminals are dark.
+    #[must_use]
+    pub fn qr_text(&self) -> String {
+        const QUIET: usize = 2;
+        let is_dark = |x: usize, y: usize| {
+            let row = y.checked_sub(QUIET).and_then(|y| self.qr.get(y));
+            let module = x.checked_sub(QUIET).zip(row);
+            module.is_some_and(|(x, row)| row.as_bytes().get(x) == Some(&b'1'))
+        };
+        let size = self.qr.len() + 2 * QUIET;
+        let mut text = String::new();
+        for y in (0..size).step_by(2) {
+            for x in 0..size {
+                text.push(match (is_dark(x, y), is_dark(x, y + 1)) {
+                    (true, true) => ' ',
+                    (true, false) => '▄',
+                    (false, true) => '▀',
+                    (false, false) => '█',
+                });
+            }
+            text.push('\n');
+        }
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn links_of(text: &str, host: Option<&str>) -> PhoneLinks {
+        let file = Path::new("viewer.toml");
+        let config: ViewerConfig = sextant_site_files::parse_toml(file, text, |_| Ok(())).unwrap();
+        let protection = Protection::load(&config, Path::new("")).unwrap();
+        links(&config, config.listen, &protection, host)
+    }
+
+    #[test]
+    fn a_link_names_the_host_that_others_reach() {
+        let open =
+            "site = \"a\"\nlisten = \"0.0.0.0:8600\"\nhttps = true\n[security]\nprofile = \"open\"";
+        let links = links_of(open, Some("viewer.lab:8600"));
+        assert_eq!(links.links[0].url, "https://viewer.lab:8600/camera");
+        assert_eq!(links.caution, None);
+        let links = links_of(open, Some("localhost:8600"));
+        assert!(!links.links[0].url.contains("localhost"), "{links:?}");
+    }
+
+    #[test]
+    fn what_keeps_phones_away_is_said() {
+        let local = links_of("site = \"a\"", None).caution.unwrap();
+        assert!(local.contains("listen ="), "{local}");
+        let plain = "site = \"a\"\nlisten = \"0.0.0.0:8600\"\n[security]\nprofile = \"open\"";
+        let plain = links_of(plain, None).caution.unwrap();
+        assert!(plain.contains("https = true"), "{plain}");
+    }
+
+    #[test]
+    fn a_code_for_the_terminal_has_a_quiet_zone() {
+        let link = PhoneLink::new(None, "https://192.168.1.5:8600/camera".to_owned());
+        assert!(link.qr.len() >= 21 && link.qr.iter().all(|row| row.len() == link.qr.len()));
+        let text = link.qr_text();
+        assert!(text.lines().next().unwrap().chars().all(|it| it == '█'));
+    }
+}
