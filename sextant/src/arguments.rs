@@ -3,8 +3,8 @@
 use crate::output::Format;
 use crate::{
     calibrate, camera, check, config, convert, demo, deploy, detect, doctor, echo, foxglove, hz,
-    keys, learn, list, manual, mavlink, nodes, osc, play, print, progress, record, replay, ros2,
-    router, simulate, top, vrpn,
+    keys, learn, list, manual, mavlink, natnet, nodes, osc, play, print, progress, record, replay,
+    ros2, router, simulate, top, vrpn,
 };
 use clap::{CommandFactory, Parser, Subcommand};
 
@@ -58,6 +58,9 @@ enum Command {
     Mavlink(mavlink::MavlinkArguments),
     /// Serve poses as VRPN trackers: ROS, Unreal, MATLAB, virtual-reality tools.
     Vrpn(vrpn::VrpnArguments),
+    /// Serve poses as NatNet rigid bodies, as OptiTrack's Motive does.
+    #[command(name = "natnet")]
+    NatNet(natnet::NatNetArguments),
     /// Show message rates and latencies.
     Hz(hz::HzArguments),
     /// Watch the cameras, objects and faults of a site.
@@ -120,6 +123,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Command::Osc(arguments) => osc::run(arguments, format),
         Command::Mavlink(arguments) => mavlink::run(arguments, format),
         Command::Vrpn(arguments) => vrpn::run(arguments, format),
+        Command::NatNet(arguments) => natnet::run(arguments, format),
         Command::Hz(arguments) => hz::run(arguments, format),
         Command::Top(arguments) => top::run(arguments, format),
         Command::Foxglove(arguments) => foxglove::run(arguments, format),

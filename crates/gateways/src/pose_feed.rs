@@ -8,8 +8,8 @@ use sextant_process::shutdown::SHUTDOWN_POLL;
 use sextant_proto::{AnyMessage, ObjectPose, limits};
 use sextant_site_mirror::SiteMirror;
 use sextant_site_mirror::limits::SILENCE_NS;
-use sextant_site_model::ObjectId;
-use sextant_zenoh_bus::{BusError, DropRule};
+use sextant_site_model::{ObjectId, ObjectModel};
+use sextant_zenoh_bus::{BusError, DropRule, Item, Subscription};
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
@@ -29,6 +29,12 @@ pub trait PoseReceiver {
 
     /// Called several times a second, also without poses.
     fn tick(&mut self) {}
+
+    /// Whether it is given models.
+    const WANTS_MODELS: bool = false;
+
+    /// Takes the model of an object of the site: of each at the start, and of one that has changed.
+    fn describe(&mut self, _model: &ObjectModel) {}
 }
 
 /// Whether a receiver takes more poses.
@@ -75,6 +81,9 @@ pub fn run<R: PoseReceiver>(
         DropRule::Oldest,
         limits::MAX_PAYLOAD_BYTES,
     )?;
+    let mut models = R::WANTS_MODELS
+        .then(|| Models::subscribe(&site))
+        .transpose()?;
     let is_over = || end.is_some_and(|end| Instant::now() >= end);
     let (mut counts, mut mirror) = (FeedCounts::default(), SiteMirror::default());
     let mut router = RouterWatch::default();
@@ -90,6 +99,9 @@ pub fn run<R: PoseReceiver>(
                 hint_due = None;
                 next = receiver.take(&pose)?;
             }
+        }
+        if let Some(models) = &mut models {
+            models.hand_on(&site, &mut mirror, receiver)?;
         }
         receiver.tick();
         if let Some(notice) = router.notice(&site.bus) {
@@ -109,6 +121,50 @@ pub fn run<R: PoseReceiver>(
     counts.dropped = messages.counts().dropped + rejections.too_many();
     site.bus.close();
     Ok(counts)
+}
+
+/// The models of a site's objects.
+struct Models {
+    changes: Subscription,
+    /// Whether the router is a new one, whose models are unknown.
+    is_new: bool,
+}
+
+impl Models {
+    fn subscribe(site: &SiteSession) -> Result<Self, BusError> {
+        let key = site.keys.all_config_objects();
+        let most = limits::MAX_PAYLOAD_BYTES;
+        let changes = site.bus.subscribe(&key, QUEUE, DropRule::Oldest, most)?;
+        Ok(Self {
+            changes,
+            is_new: true,
+        })
+    }
+
+    /// Hands on what is new. Waits for a second at most, when the router is new.
+    fn hand_on<R: PoseReceiver>(
+        &mut self,
+        site: &SiteSession,
+        mirror: &mut SiteMirror,
+        receiver: &mut R,
+    ) -> Result<(), BusError> {
+        let mut hand_on = |item: &Item| {
+            let update = take(&site.keys, mirror, item, now_ns());
+            if let Some(AnyMessage::ObjectConfig(config)) = update.map(|update| update.message)
+                && let Some(model) = mirror.object_model(&config.id)
+            {
+                receiver.describe(&model);
+            }
+        };
+        if self.is_new && site.bus.is_connected() {
+            site.object_models()?.iter().for_each(&mut hand_on);
+        }
+        self.is_new = !site.bus.is_connected();
+        while let Some(item) = self.changes.try_recv() {
+            hand_on(&item);
+        }
+        Ok(())
+    }
 }
 
 /// Lets an object's poses through at most so often, evenly.

@@ -31,9 +31,9 @@ pub enum Notice {
         /// The system's reason.
         cause: String,
     },
-    /// A VRPN client was disconnected because it did not read.
+    /// A client was disconnected because it did not read.
     Disconnected(SocketAddr),
-    /// A VRPN client beyond the limit was turned away.
+    /// A client beyond the limit was turned away.
     TooManyClients {
         /// The limit.
         most: usize,

@@ -1,14 +1,16 @@
-//! Object poses in the protocols of other tools: OSC messages, MAVLink frames, VRPN trackers.
+//! Object poses in the protocols of other tools: OSC messages, MAVLink frames, VRPN trackers, NatNet bodies.
 //!
 //! - [`Axes`]: the world's axes as other tools have them, with positions, quaternions and Euler angles.
 //! - [`OscMessage`], [`OscLayout`]: Open Sound Control 1.0; plain poses, VRChat's trackers, Virtual Motion Tracker.
 //! - [`MavlinkSender`], [`LocalFrame`], [`ResetCounter`]: `ODOMETRY` and `HEARTBEAT` of MAVLink 2.
 //! - [`VrpnTrackers`], [`VrpnConnection`]: the server's side of VRPN.
+//! - [`NatNetBodies`], [`NatNetRequest`], [`NatNetServer`]: the server's side of NatNet.
 //!
 //! Input is [`sextant_proto::ObjectPose`]: metres, x y z w, world with z up. Nothing here knows a socket or a clock.
 
 mod axes;
 mod mavlink;
+mod natnet;
 mod osc;
 mod vrpn;
 
@@ -16,6 +18,9 @@ pub use axes::{Axes, euler_zxy_deg};
 pub use mavlink::odometry::LocalFrame;
 pub use mavlink::reset_counter::ResetCounter;
 pub use mavlink::{MavlinkSender, Sender, timesync_requests};
+pub use natnet::bodies::NatNetBodies;
+pub use natnet::request::{NatNetRequest, NatNetServer, natnet_bitstream, natnet_echo};
+pub use natnet::{NATNET_COMMAND_PORT, NATNET_DATA_PORT, NatNetVersion};
 pub use osc::layouts::{
     AddressError, AddressTemplate, MAX_VMT_TRACKERS, MAX_VRCHAT_TRACKERS, OscLayout,
 };
