@@ -3,8 +3,8 @@
 use crate::output::Format;
 use crate::{
     calibrate, camera, check, config, convert, demo, deploy, detect, doctor, echo, foxglove, hz,
-    keys, learn, list, manual, mavlink, natnet, nodes, osc, play, print, progress, record, replay,
-    ros2, router, simulate, top, vrpn,
+    keys, learn, list, manual, mavlink, mqtt, natnet, nodes, osc, play, print, progress, record,
+    replay, ros2, router, simulate, top, vrpn,
 };
 use clap::{CommandFactory, Parser, Subcommand};
 
@@ -61,6 +61,8 @@ enum Command {
     /// Serve poses as NatNet rigid bodies, as OptiTrack's Motive does.
     #[command(name = "natnet")]
     NatNet(natnet::NatNetArguments),
+    /// Publish poses and events by MQTT: Home Assistant, Node-RED, dashboards.
+    Mqtt(mqtt::MqttArguments),
     /// Show message rates and latencies.
     Hz(hz::HzArguments),
     /// Watch the cameras, objects and faults of a site.
@@ -124,6 +126,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Command::Mavlink(arguments) => mavlink::run(arguments, format),
         Command::Vrpn(arguments) => vrpn::run(arguments, format),
         Command::NatNet(arguments) => natnet::run(arguments, format),
+        Command::Mqtt(arguments) => mqtt::run(arguments, format),
         Command::Hz(arguments) => hz::run(arguments, format),
         Command::Top(arguments) => top::run(arguments, format),
         Command::Foxglove(arguments) => foxglove::run(arguments, format),

@@ -22,6 +22,7 @@ mod manual;
 mod mavlink;
 mod message_text;
 mod model_files;
+mod mqtt;
 mod natnet;
 mod nodes;
 mod osc;

@@ -7,7 +7,7 @@ use anyhow::Context;
 use clap::Args;
 use sextant_gateways::datagrams::{DatagramTarget, SenderCounts, TargetError};
 use sextant_gateways::pose_feed::{self, FeedCounts, PoseReceiver};
-use sextant_gateways::{Notice, Reporter};
+use sextant_gateways::{Notice, Reporter, SiteSession};
 use sextant_process::{Exit, WithExit};
 use sextant_site_model::ObjectId;
 use std::time::{Duration, Instant};
@@ -39,7 +39,22 @@ pub fn run<R: PoseReceiver>(
 where
     anyhow::Error: From<R::Error>,
 {
-    let site = arguments.site.open()?;
+    run_on(arguments.site.open()?, arguments, objects, receiver)
+}
+
+/// As [`run`], on a session that is open already.
+///
+/// # Errors
+/// An error of the receiver.
+pub fn run_on<R: PoseReceiver>(
+    site: SiteSession,
+    arguments: &FeedArguments,
+    objects: &[ObjectId],
+    receiver: &mut R,
+) -> anyhow::Result<FeedCounts>
+where
+    anyhow::Error: From<R::Error>,
+{
     let end = arguments
         .duration
         .map(|duration| Instant::now().checked_add(duration).context("--duration"))

@@ -21,8 +21,8 @@ mod tools;
 
 use plan::{Chore, Options, run_in_order};
 use sextant_test_needs::{
-    CXX, DISK, DPKG_DEB, GCC_AARCH64, GCC_ARM, LINTIAN, NODE, PIP, PYTHON, QEMU_AARCH64, QEMU_ARM,
-    SHARED_MEMORY, SKIPS, SYSUSERS,
+    CXX, DISK, DPKG_DEB, GCC_AARCH64, GCC_ARM, LINTIAN, MOSQUITTO, NODE, PIP, PYTHON, QEMU_AARCH64,
+    QEMU_ARM, SHARED_MEMORY, SKIPS, SYSUSERS,
 };
 use std::fs;
 use std::os::unix::process::CommandExt;
@@ -80,7 +80,7 @@ const CHORES: &[Chore] = &[
         )
     },
     Chore {
-        needs: &[&PYTHON],
+        needs: &[&PYTHON, &MOSQUITTO],
         after: Some("build"),
         fetches: &["Python packages, in target/python"],
         minutes: 3,

@@ -3,7 +3,7 @@
 //!
 //! - [`site`]: the session on a site that every tool has.
 //! - [`foxglove`], [`ros2`]: everything that a site publishes.
-//! - [`pose_feed`]: poses only, for [`osc`], [`mavlink`], [`vrpn`] and [`natnet`], and for anything that implements [`PoseReceiver`].
+//! - [`pose_feed`]: poses only, for [`osc`], [`mavlink`], [`vrpn`], [`natnet`] and [`mqtt`], and for anything that implements [`PoseReceiver`].
 //!
 //! A gateway never waits for a slow reader. What a person should know while it runs goes to a [`Reporter`]; nothing is printed here.
 
@@ -11,6 +11,7 @@ pub mod datagrams;
 pub mod foxglove;
 pub mod listening;
 pub mod mavlink;
+pub mod mqtt;
 pub mod natnet;
 pub mod osc;
 pub mod pose_feed;

@@ -31,6 +31,15 @@ pub enum Notice {
         /// The system's reason.
         cause: String,
     },
+    /// The broker of MQTT is gone, or refuses.
+    BrokerGone {
+        /// Its address.
+        broker: String,
+        /// Why.
+        cause: String,
+    },
+    /// The broker of MQTT is back.
+    BrokerBack,
     /// A client was disconnected because it did not read.
     Disconnected(SocketAddr),
     /// A client beyond the limit was turned away.
@@ -76,6 +85,10 @@ impl fmt::Display for Notice {
             Self::Unsent { address, cause } => {
                 write!(f, "cannot send to {address}: {cause}; trying on")
             }
+            Self::BrokerGone { broker, cause } => {
+                write!(f, "no broker at {broker}: {cause}; waiting for it")
+            }
+            Self::BrokerBack => f.write_str("the broker is back"),
             Self::Disconnected(peer) => write!(
                 f,
                 "{peer} does not read what it is sent and was disconnected"

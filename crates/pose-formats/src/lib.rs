@@ -5,11 +5,13 @@
 //! - [`MavlinkSender`], [`LocalFrame`], [`ResetCounter`]: `ODOMETRY` and `HEARTBEAT` of MAVLink 2.
 //! - [`VrpnTrackers`], [`VrpnConnection`]: the server's side of VRPN.
 //! - [`NatNetBodies`], [`NatNetRequest`], [`NatNetServer`]: the server's side of NatNet.
+//! - [`MqttGreeting`], [`mqtt_publish`], [`MqttReader`]: a client of MQTT 5 that publishes.
 //!
 //! Input is [`sextant_proto::ObjectPose`]: metres, x y z w, world with z up. Nothing here knows a socket or a clock.
 
 mod axes;
 mod mavlink;
+mod mqtt;
 mod natnet;
 mod osc;
 mod vrpn;
@@ -18,6 +20,10 @@ pub use axes::{Axes, euler_zxy_deg};
 pub use mavlink::odometry::LocalFrame;
 pub use mavlink::reset_counter::ResetCounter;
 pub use mavlink::{MavlinkSender, Sender, timesync_requests};
+pub use mqtt::{
+    MQTT_END, MQTT_PING, MQTT_PORT, MQTT_TLS_PORT, MqttAnswer, MqttGreeting, MqttReader, NoMqtt,
+    Retention, mqtt_publish,
+};
 pub use natnet::bodies::NatNetBodies;
 pub use natnet::request::{NatNetRequest, NatNetServer, natnet_bitstream, natnet_echo};
 pub use natnet::{NATNET_COMMAND_PORT, NATNET_DATA_PORT, NatNetVersion};
