@@ -2,9 +2,9 @@
 
 use crate::output::Format;
 use crate::{
-    calibrate, camera, check, config, convert, demo, deploy, detect, doctor, echo, foxglove, hz,
-    keys, learn, list, manual, mavlink, mqtt, natnet, nodes, osc, play, print, progress, record,
-    replay, ros2, router, simulate, top, vrpn,
+    calibrate, camera, check, config, convert, demo, deploy, detect, doctor, echo, foxglove, freed,
+    hz, keys, learn, list, manual, mavlink, mqtt, natnet, nodes, osc, play, print, progress, psn,
+    record, replay, ros2, router, simulate, top, vrpn,
 };
 use clap::{CommandFactory, Parser, Subcommand};
 
@@ -63,6 +63,11 @@ enum Command {
     NatNet(natnet::NatNetArguments),
     /// Publish poses and events by MQTT: Home Assistant, Node-RED, dashboards.
     Mqtt(mqtt::MqttArguments),
+    /// Send poses as PosiStageNet trackers: lighting consoles, media servers.
+    Psn(psn::PsnArguments),
+    /// Send the pose of a camera as Free-D: Unreal, virtual studios.
+    #[command(name = "freed")]
+    FreeD(freed::FreeDArguments),
     /// Show message rates and latencies.
     Hz(hz::HzArguments),
     /// Watch the cameras, objects and faults of a site.
@@ -127,6 +132,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Command::Vrpn(arguments) => vrpn::run(arguments, format),
         Command::NatNet(arguments) => natnet::run(arguments, format),
         Command::Mqtt(arguments) => mqtt::run(arguments, format),
+        Command::Psn(arguments) => psn::run(arguments, format),
+        Command::FreeD(arguments) => freed::run(arguments, format),
         Command::Hz(arguments) => hz::run(arguments, format),
         Command::Top(arguments) => top::run(arguments, format),
         Command::Foxglove(arguments) => foxglove::run(arguments, format),

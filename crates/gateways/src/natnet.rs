@@ -3,7 +3,7 @@
 //! One socket for commands and frames. A thread answers commands at once, and sends the poses of one instant in one frame: when there is a
 //! new one of every tracked object, or shortly after the first.
 
-use crate::pose_feed::{FeedCounts, Next, PoseReceiver};
+use crate::pose_feed::{FeedCounts, GATHER, Gathering, Next, PoseReceiver};
 use crate::report::{Notice, Reporter};
 use serde::Serialize;
 use sextant_pose_formats::{
@@ -23,8 +23,6 @@ use std::time::{Duration, Instant};
 const MAX_CLIENTS: usize = 64;
 /// A client without a sign of life for this long gets no frames any more; those in use send one every two seconds or more often.
 const SILENCE: Duration = Duration::from_secs(10);
-/// How long a frame waits for the poses of further objects; also the longest wait for a command.
-const GATHER: Duration = Duration::from_millis(2);
 /// Longest wait for room in the system's buffer.
 const LONGEST_SEND: Duration = Duration::from_millis(1);
 /// Longest datagram that is read: a greeting has 275 bytes.
@@ -85,12 +83,7 @@ struct Shared {
     clients: Vec<Client>,
     counts: BodyCounts,
     reporter: Reporter,
-    /// Before this time no frame is sent.
-    due: Instant,
-    /// Since when poses wait.
-    waiting: Option<Instant>,
-    /// Whether every tracked object has a new pose.
-    is_complete: bool,
+    gathering: Gathering,
 }
 
 #[derive(Debug)]
@@ -113,14 +106,12 @@ impl BodyServer {
         let commands = socket.try_clone()?;
         let shared = Arc::new(Mutex::new(Shared {
             bodies: NatNetBodies::new(options.server.axes, &options.objects),
+            gathering: Gathering::new(options.server.rate_hz),
             socket,
             options,
             clients: Vec::new(),
             counts: BodyCounts::default(),
             reporter,
-            due: Instant::now(),
-            waiting: None,
-            is_complete: false,
         }));
         let server = Self {
             shared: Arc::clone(&shared),
@@ -165,8 +156,8 @@ impl PoseReceiver for BodyServer {
 
     fn take(&mut self, pose: &ObjectPose) -> Result<Next, BusError> {
         let (mut shared, now) = (locked(&self.shared), Instant::now());
-        shared.is_complete = shared.bodies.take(pose);
-        shared.waiting.get_or_insert(now);
+        let is_complete = shared.bodies.take(pose);
+        shared.gathering.note(now, is_complete);
         shared.send_if_due(now);
         Ok(Next::More)
     }
@@ -267,17 +258,9 @@ impl Shared {
 
     /// Sends a frame if poses wait for one and its time has come.
     fn send_if_due(&mut self, now: Instant) {
-        let is_ripe = |since: Instant| now.saturating_duration_since(since) >= GATHER;
-        let is_ready = self
-            .waiting
-            .is_some_and(|since| self.is_complete || is_ripe(since));
-        if !is_ready || now < self.due {
+        if !self.gathering.is_due(now) {
             return;
         }
-        let period = Duration::from_secs_f64(1.0 / self.options.server.rate_hz);
-        // An early next frame after a late one, by half a period at most, so that the rate is reached.
-        self.due = self.due.max(now - period / 2) + period;
-        self.waiting = None;
         self.clients
             .retain(|client| now.saturating_duration_since(client.heard) < SILENCE);
         let group = self.options.server.multicast.map(SocketAddr::V4);

@@ -201,6 +201,52 @@ impl RateLimit {
     }
 }
 
+/// How long a frame waits for the poses of further objects.
+pub const GATHER: Duration = Duration::from_millis(2);
+
+/// When a frame of the poses of several objects is sent: as soon as it is complete, or shortly after its first pose, and at most so often.
+#[derive(Debug)]
+pub struct Gathering {
+    period: Duration,
+    due: Instant,
+    /// Since when poses wait.
+    waiting: Option<Instant>,
+    is_complete: bool,
+}
+
+impl Gathering {
+    /// At most `rate_hz` frames a second; above 0.
+    pub fn new(rate_hz: f64) -> Self {
+        Self {
+            period: Duration::from_secs_f64(1.0 / rate_hz),
+            due: Instant::now(),
+            waiting: None,
+            is_complete: false,
+        }
+    }
+
+    /// A pose has arrived; `is_complete` where no further one is expected.
+    pub fn note(&mut self, now: Instant, is_complete: bool) {
+        self.waiting.get_or_insert(now);
+        self.is_complete = is_complete;
+    }
+
+    /// Whether a frame is to be sent now; it is taken as sent.
+    pub fn is_due(&mut self, now: Instant) -> bool {
+        let is_ripe = |since: Instant| now.saturating_duration_since(since) >= GATHER;
+        let is_ready = self
+            .waiting
+            .is_some_and(|since| self.is_complete || is_ripe(since));
+        if !is_ready || now < self.due {
+            return false;
+        }
+        self.waiting = None;
+        // An early next frame after a late one, by half a period at most, so that the rate is reached.
+        self.due = self.due.max(now - self.period / 2) + self.period;
+        true
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -217,6 +263,19 @@ mod tests {
             assert!(passed <= wanted + 1 && passed + 10 >= wanted, "{passed}");
             assert_eq!(limit.skipped as usize + passed, 10 * arrivals_hz as usize);
         }
+    }
+
+    #[test]
+    fn a_frame_waits_for_further_poses_a_little_and_keeps_to_its_rate() {
+        let mut gathering = Gathering::new(100.0);
+        let start = Instant::now();
+        let ms = |ms| start + Duration::from_millis(ms);
+        assert!(!gathering.is_due(ms(0)));
+        gathering.note(ms(0), false);
+        assert!(!gathering.is_due(ms(1)) && gathering.is_due(ms(2)));
+        assert!(!gathering.is_due(ms(3)));
+        gathering.note(ms(4), true);
+        assert!(!gathering.is_due(ms(5)) && gathering.is_due(ms(12)));
     }
 
     #[test]

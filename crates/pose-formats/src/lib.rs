@@ -6,17 +6,22 @@
 //! - [`VrpnTrackers`], [`VrpnConnection`]: the server's side of VRPN.
 //! - [`NatNetBodies`], [`NatNetRequest`], [`NatNetServer`]: the server's side of NatNet.
 //! - [`MqttGreeting`], [`mqtt_publish`], [`MqttReader`]: a client of MQTT 5 that publishes.
+//! - [`PsnTrackers`], [`freed_position`]: PosiStageNet and Free-D, for stages and virtual studios.
 //!
 //! Input is [`sextant_proto::ObjectPose`]: metres, x y z w, world with z up. Nothing here knows a socket or a clock.
 
 mod axes;
+mod freed;
 mod mavlink;
 mod mqtt;
 mod natnet;
 mod osc;
+mod psn;
+mod roster;
 mod vrpn;
 
 pub use axes::{Axes, euler_zxy_deg};
+pub use freed::{FreeDCamera, freed_position};
 pub use mavlink::odometry::LocalFrame;
 pub use mavlink::reset_counter::ResetCounter;
 pub use mavlink::{MavlinkSender, Sender, timesync_requests};
@@ -31,6 +36,7 @@ pub use osc::layouts::{
     AddressError, AddressTemplate, MAX_VMT_TRACKERS, MAX_VRCHAT_TRACKERS, OscLayout,
 };
 pub use osc::{OscArgument, OscMessage};
+pub use psn::{PSN_GROUP, PsnTrackers};
 pub use vrpn::connection::{VrpnConnection, VrpnError, requested_port};
 pub use vrpn::{TrackerReport, VRPN_PORT, VrpnTrackers};
 

@@ -3,11 +3,12 @@
 use super::{FRAME, MAX_DATAGRAM_BYTES, MODEL_DEFINITIONS, Message, NatNetVersion};
 use crate::axes::Axes;
 use crate::narrowed;
+use crate::roster::{Member, Roster};
 use nalgebra::UnitQuaternion;
 use sextant_geometry::Pose;
-use sextant_proto::{ObjectPose, limits};
+use sextant_proto::ObjectPose;
 use sextant_site_model::{ObjectId, ObjectModel};
-use sextant_site_report::State;
+use std::collections::BTreeMap;
 
 /// Most markers of a body, as the clients of the SDK have room for.
 const MAX_MARKERS: usize = 20;
@@ -23,18 +24,10 @@ const MODELS_CHANGED: u16 = 2;
 #[derive(Debug)]
 pub struct NatNetBodies {
     axes: Axes,
-    bodies: Vec<Body>,
+    roster: Roster,
+    markers: BTreeMap<ObjectId, Vec<Marker>>,
     frame: i32,
     changed: bool,
-}
-
-#[derive(Debug)]
-struct Body {
-    name: ObjectId,
-    markers: Vec<Marker>,
-    pose: Option<ObjectPose>,
-    /// Whether the pose is newer than the last frame.
-    is_new: bool,
 }
 
 #[derive(Debug, PartialEq)]
@@ -47,35 +40,13 @@ impl NatNetBodies {
     /// Bodies with these names first, in their order.
     #[must_use]
     pub fn new(axes: Axes, names: &[ObjectId]) -> Self {
-        let mut bodies = Self {
+        Self {
             axes,
-            bodies: Vec::new(),
+            roster: Roster::of(names),
+            markers: BTreeMap::new(),
             frame: 1,
-            changed: false,
-        };
-        for name in names {
-            bodies.body(name);
+            changed: true,
         }
-        bodies
-    }
-
-    /// The body of an object, a new one if it has none; `None` beyond the most objects that a site may have.
-    fn body(&mut self, name: &ObjectId) -> Option<&mut Body> {
-        let place = self.bodies.iter().position(|body| body.name == *name);
-        if place.is_none() {
-            if self.bodies.len() >= limits::MAX_OBJECTS {
-                return None;
-            }
-            self.changed = true;
-            self.bodies.push(Body {
-                name: name.clone(),
-                markers: Vec::new(),
-                pose: None,
-                is_new: false,
-            });
-        }
-        let place = place.unwrap_or(self.bodies.len() - 1);
-        self.bodies.get_mut(place)
     }
 
     /// Takes the model of an object: its markers are the centres of the first tags that are placed.
@@ -92,50 +63,30 @@ impl NatNetBodies {
             }
         });
         let markers: Vec<Marker> = markers.collect();
-        let Some(body) = self.body(model.id()) else {
-            return;
-        };
-        if body.markers != markers {
-            body.markers = markers;
+        self.changed |= self.roster.add(model.id());
+        if self.roster.has(model.id()) && self.markers.get(model.id()) != Some(&markers) {
+            self.markers.insert(model.id().clone(), markers);
             self.changed = true;
         }
     }
 
     /// Takes a pose; returns whether there is now a new pose of every body that is tracked.
     pub fn take(&mut self, pose: &ObjectPose) -> bool {
-        if let Some(body) = self.body(&pose.object) {
-            body.pose = Some(pose.clone());
-            body.is_new = true;
-        }
-        let mut tracked = self.bodies.iter().filter(|body| body.is_tracked());
-        tracked.all(|body| body.is_new)
-    }
-
-    /// Whether poses have come since the last frame.
-    #[must_use]
-    pub fn has_news(&self) -> bool {
-        self.bodies.iter().any(|body| body.is_new)
+        self.changed |= self.roster.take(pose);
+        self.roster.is_complete()
     }
 
     /// What follows belongs to the next frame.
     pub fn next_frame(&mut self) {
         self.frame = self.frame.wrapping_add(1) & i32::MAX;
-        for body in &mut self.bodies {
-            body.is_new = false;
-        }
+        self.roster.age();
         self.changed = false;
     }
 
     /// The frame of the newest poses, sent at `sent_ns`. It has all bodies that have been seen; a body is valid where its pose is new and tracked.
     #[must_use]
     pub fn frame(&self, version: NatNetVersion, sent_ns: u64) -> Vec<u8> {
-        let seen = || {
-            self.bodies
-                .iter()
-                .zip(1..)
-                .filter(|(body, _)| body.pose.is_some())
-        };
-        let newest = seen().filter_map(|(body, _)| body.pose.as_ref());
+        let newest = self.roster.seen().map(|(.., pose)| pose);
         let newest = newest.max_by_key(|pose| pose.capture_ns);
         let (capture_ns, published_ns) =
             newest.map_or((0, 0), |pose| (pose.capture_ns, pose.published_ns));
@@ -145,8 +96,10 @@ impl NatNetBodies {
         // Marker sets, unlabelled markers.
         empty(&mut message);
         empty(&mut message);
-        message.with_length(seen().count() as i32, |message| {
-            seen().for_each(|(body, number)| body.write_pose(number, self.axes, message));
+        message.with_length(self.roster.seen().count() as i32, |message| {
+            for (number, body, pose) in self.roster.seen() {
+                self.write_pose(number, body, pose, message);
+            }
         });
         // Skeletons; assets; labelled markers, force plates, devices.
         empty(&mut message);
@@ -180,10 +133,10 @@ impl NatNetBodies {
         let at = list.bytes.len();
         list.i32(0);
         let mut n_described = 0_i32;
-        for (body, number) in self.bodies.iter().zip(1..) {
+        for (number, body) in self.roster.numbered() {
             let end = list.bytes.len();
             list.with_length(RIGID_BODY, |message| {
-                body.write_description(number, message)
+                self.write_description(number, &body.name, message);
             });
             if list.bytes.len() > MAX_DATAGRAM_BYTES {
                 list.bytes.truncate(end);
@@ -194,41 +147,37 @@ impl NatNetBodies {
         list.bytes[at..at + 4].copy_from_slice(&n_described.to_le_bytes());
         list.finish()
     }
-}
 
-impl Body {
-    fn is_tracked(&self) -> bool {
-        let state = self.pose.as_ref().map(|pose| pose.state);
-        state == Some(State::Tracking)
-    }
-
-    fn write_pose(&self, number: i32, axes: Axes, message: &mut Message) {
-        let Some(pose) = &self.pose else { return };
-        let converted = axes.convert(&pose.world_from_object());
-        message.i32(number);
+    fn write_pose(&self, number: u16, body: &Member, pose: &ObjectPose, message: &mut Message) {
+        let converted = self.axes.convert(&pose.world_from_object());
+        message.i32(number.into());
         message.f32s(&converted.position.map(narrowed));
         message.f32s(&converted.orientation.map(narrowed));
         message.f32s(&[position_sigma(pose)]);
-        let is_valid = self.is_new && self.is_tracked();
-        message.u16(if is_valid { TRACKING_VALID } else { 0 });
+        message.u16(if body.is_measured() {
+            TRACKING_VALID
+        } else {
+            0
+        });
     }
 
-    fn write_description(&self, number: i32, message: &mut Message) {
-        message.text(self.name.as_str());
-        message.i32(number);
+    fn write_description(&self, number: u16, name: &ObjectId, message: &mut Message) {
+        message.text(name.as_str());
+        message.i32(number.into());
         message.i32(NO_PARENT);
         // The body is where its pose is.
         message.f32s(&[0.0; 3]);
-        message.i32(self.markers.len() as i32);
-        for marker in &self.markers {
+        let markers = self.markers.get(name).map_or(&[][..], Vec::as_slice);
+        message.i32(markers.len() as i32);
+        for marker in markers {
             message.f32s(&marker.position);
         }
-        for _ in &self.markers {
+        for _ in markers {
             // A passive marker.
             message.i32(0);
         }
         if message.version.states_lengths() {
-            for marker in &self.markers {
+            for marker in markers {
                 message.text(&marker.name);
             }
         }
@@ -244,7 +193,9 @@ fn position_sigma(pose: &ObjectPose) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use sextant_proto::limits;
     use sextant_site_model::{ObjectTag, TagId};
+    use sextant_site_report::State;
     use sextant_tag_families::Family;
 
     const V3: NatNetVersion = NatNetVersion { major: 3, minor: 1 };
@@ -304,7 +255,7 @@ mod tests {
         assert!(bodies.take(&pose("cube", 1)));
         assert_eq!(valid(&bodies), [1, 1]);
         bodies.next_frame();
-        assert!(!bodies.has_news() && !bodies.take(&pose("cube", 2)));
+        assert!(!bodies.take(&pose("cube", 2)));
         assert_eq!(valid(&bodies), [0, 1]);
         let coasting = ObjectPose {
             state: State::Coasting,
@@ -356,7 +307,7 @@ mod tests {
         for number in 0..2 * limits::MAX_OBJECTS {
             bodies.take(&pose(&format!("o{number}-{}", "x".repeat(20)), 1));
         }
-        assert_eq!(bodies.bodies.len(), limits::MAX_OBJECTS);
+        assert_eq!(bodies.roster.seen().count(), limits::MAX_OBJECTS);
         assert!(bodies.definitions(V4).len() <= MAX_DATAGRAM_BYTES);
         assert!(bodies.frame(V4, 0).len() <= MAX_DATAGRAM_BYTES);
     }
