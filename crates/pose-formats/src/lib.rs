@@ -7,10 +7,12 @@
 //! - [`NatNetBodies`], [`NatNetRequest`], [`NatNetServer`]: the server's side of NatNet.
 //! - [`MqttGreeting`], [`mqtt_publish`], [`MqttReader`]: a client of MQTT 5 that publishes.
 //! - [`PsnTrackers`], [`freed_position`]: PosiStageNet and Free-D, for stages and virtual studios.
+//! - [`c3d()`]: a file of recorded poses for biomechanics.
 //!
 //! Input is [`sextant_proto::ObjectPose`]: metres, x y z w, world with z up. Nothing here knows a socket or a clock.
 
 mod axes;
+mod c3d;
 mod freed;
 mod mavlink;
 mod mqtt;
@@ -21,6 +23,7 @@ mod roster;
 mod vrpn;
 
 pub use axes::{Axes, euler_zxy_deg};
+pub use c3d::{C3dError, c3d};
 pub use freed::{FreeDCamera, freed_position};
 pub use mavlink::odometry::LocalFrame;
 pub use mavlink::reset_counter::ResetCounter;
