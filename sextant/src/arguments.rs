@@ -3,8 +3,8 @@
 use crate::output::Format;
 use crate::{
     calibrate, camera, check, config, convert, demo, deploy, detect, doctor, echo, foxglove, freed,
-    hz, keys, learn, list, manual, mavlink, mqtt, natnet, nodes, osc, play, print, progress, psn,
-    record, replay, ros2, router, simulate, top, vrpn,
+    hz, keys, learn, list, manual, mavlink, mqtt, natnet, nodes, nt4, osc, play, print, progress,
+    psn, record, replay, ros2, router, simulate, top, vrpn,
 };
 use clap::{CommandFactory, Parser, Subcommand};
 
@@ -63,6 +63,8 @@ enum Command {
     NatNet(natnet::NatNetArguments),
     /// Publish poses and events by MQTT: Home Assistant, Node-RED, dashboards.
     Mqtt(mqtt::MqttArguments),
+    /// Publish poses by NetworkTables 4: robots of the FIRST Robotics Competition.
+    Nt4(nt4::Nt4Arguments),
     /// Send poses as PosiStageNet trackers: lighting consoles, media servers.
     Psn(psn::PsnArguments),
     /// Send the pose of a camera as Free-D: Unreal, virtual studios.
@@ -132,6 +134,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Command::Vrpn(arguments) => vrpn::run(arguments, format),
         Command::NatNet(arguments) => natnet::run(arguments, format),
         Command::Mqtt(arguments) => mqtt::run(arguments, format),
+        Command::Nt4(arguments) => nt4::run(arguments, format),
         Command::Psn(arguments) => psn::run(arguments, format),
         Command::FreeD(arguments) => freed::run(arguments, format),
         Command::Hz(arguments) => hz::run(arguments, format),

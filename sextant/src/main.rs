@@ -26,6 +26,7 @@ mod model_files;
 mod mqtt;
 mod natnet;
 mod nodes;
+mod nt4;
 mod osc;
 mod output;
 mod output_file;

@@ -3,7 +3,7 @@
 //!
 //! - [`site`]: the session on a site that every tool has.
 //! - [`foxglove`], [`ros2`]: everything that a site publishes.
-//! - [`pose_feed`]: poses only, for [`osc`], [`mavlink`], [`vrpn`], [`natnet`], [`mqtt`], [`psn`] and [`freed`], and for anything that implements [`PoseReceiver`].
+//! - [`pose_feed`]: poses only, for [`osc`], [`mavlink`], [`vrpn`], [`natnet`], [`mqtt`], [`nt4`], [`psn`] and [`freed`], and for anything that implements [`PoseReceiver`].
 //!
 //! A gateway never waits for a slow reader. What a person should know while it runs goes to a [`Reporter`]; nothing is printed here.
 
@@ -14,9 +14,11 @@ pub mod listening;
 pub mod mavlink;
 pub mod mqtt;
 pub mod natnet;
+pub mod nt4;
 pub mod osc;
 pub mod pose_feed;
 pub mod psn;
+mod relay;
 mod report;
 pub mod ros2;
 pub mod site;

@@ -1,6 +1,6 @@
 //! Poses and events of zones as messages of MQTT 5, and what Home Assistant needs to find the objects.
 //!
-//! A thread owns the connection, and opens another one when it ends. Of what waits meanwhile, a newer pose of an object replaces the older one.
+//! What the broker keeps is sent again on each connection. Of what waits for one, a newer pose of an object replaces the older one.
 
 mod broker;
 mod home_assistant;
@@ -8,33 +8,24 @@ mod home_assistant;
 pub use broker::{Broker, BrokerError, Tls};
 
 use crate::pose_feed::{FeedCounts, Next, PoseReceiver, RateLimit};
-use crate::report::{Notice, Reporter};
+use crate::relay::{Connection as _, Relay};
+use crate::report::Reporter;
 use crate::site::SiteSession;
-use broker::Connection;
 use serde::Serialize;
 use serde_json::Value;
 use sextant_pose_formats::{MqttGreeting, Retention, mqtt_publish};
 use sextant_process::now_ns;
 use sextant_proto::{ObjectPose, limits};
-use sextant_queue::{DropRule, Queue, StreamBounds};
 use sextant_recordings::pose_json;
 use sextant_site_model::{ObjectId, ObjectModel};
 use sextant_site_report::State;
-use sextant_zenoh_bus::{BusError, Subscription};
+use sextant_zenoh_bus::{BusError, DropRule, Subscription};
 use std::io;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::thread::{Builder, JoinHandle};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-/// Messages that wait for the broker.
-const WAITING: StreamBounds = StreamBounds::new(2048, 8 << 20);
 /// Events of the site that wait.
 const EVENTS: usize = 256;
-/// Between two tries to connect.
-const RETRY: Duration = Duration::from_secs(1);
-/// Between two looks at the queue.
-const PERIOD: Duration = Duration::from_millis(100);
 /// The broker takes this program for gone after one and a half of this time without a packet.
 const KEEP_ALIVE_S: u16 = 10;
 
@@ -57,21 +48,12 @@ pub struct MqttOptions {
 #[derive(Debug)]
 pub struct MqttPublisher {
     options: MqttOptions,
-    outbox: Arc<Outbox>,
+    relay: Relay<Vec<u8>>,
+    /// Messages of which the broker keeps the last; sent again on each connection.
+    retained: Arc<Mutex<Vec<Vec<u8>>>>,
     events: Subscription,
     limit: RateLimit,
     counts: MqttCounts,
-    thread: Option<JoinHandle<()>>,
-}
-
-/// What waits for the broker.
-#[derive(Debug)]
-struct Outbox {
-    messages: Queue<Vec<u8>, String>,
-    /// Messages of which the broker keeps the last; sent again on each connection.
-    retained: Mutex<Vec<Vec<u8>>>,
-    sent: AtomicU64,
-    stop: AtomicBool,
 }
 
 /// Counts of a publisher.
@@ -125,22 +107,16 @@ impl MqttPublisher {
             will: (status.clone(), "offline".to_owned()),
             user,
         };
-        let outbox = Arc::new(Outbox {
-            messages: Queue::new(WAITING, DropRule::Oldest),
-            retained: Mutex::new(vec![mqtt_publish(&status, b"online", Retention::Retained)]),
-            sent: AtomicU64::new(0),
-            stop: AtomicBool::new(false),
-        });
-        let connection = broker.connect(&greeting)?;
-        let relay = Relay {
-            last: mqtt_publish(&status, b"offline", Retention::Retained),
-            outbox: Arc::clone(&outbox),
-            broker,
-            greeting,
-            reporter,
+        let online = mqtt_publish(&status, b"online", Retention::Retained);
+        let retained = Arc::new(Mutex::new(vec![online]));
+        let (server, known) = (format!("the broker {broker}"), Arc::clone(&retained));
+        let open = move || {
+            let mut connection = broker.connect(&greeting)?;
+            let known = known.lock().unwrap_or_else(PoisonError::into_inner).clone();
+            known.iter().try_for_each(|m| connection.send(m))?;
+            Ok(connection)
         };
-        let thread = Builder::new().name("mqtt".into());
-        let thread = thread.spawn(move || relay.run(connection));
+        let relay = Relay::start(open()?, open, server, reporter).map_err(StartError::Thread)?;
         let events = site.keys.all_events();
         let most = limits::MAX_PAYLOAD_BYTES;
         Ok(Self {
@@ -149,24 +125,32 @@ impl MqttPublisher {
                 .subscribe(&events, EVENTS, DropRule::Oldest, most)?,
             limit: RateLimit::new(options.rate_hz),
             options,
-            outbox,
+            relay,
+            retained,
             counts: MqttCounts::default(),
-            thread: Some(thread.map_err(StartError::Thread)?),
         })
     }
 
     /// Sends what waits, says that nothing follows, and counts.
-    pub fn finish(mut self, feed: FeedCounts) -> MqttCounts {
-        self.outbox.stop.store(true, Ordering::Relaxed);
-        if let Some(thread) = self.thread.take() {
-            let _ = thread.join();
-        }
+    pub fn finish(self, feed: FeedCounts) -> MqttCounts {
+        let relayed = self.relay.finish();
         MqttCounts {
             feed,
-            sent: self.outbox.sent.load(Ordering::Relaxed),
-            unsent: self.outbox.messages.counts().dropped + self.outbox.messages.counts().replaced,
+            sent: relayed.sent,
+            unsent: relayed.unsent,
             skipped: self.limit.skipped,
             ..self.counts
+        }
+    }
+
+    /// Publishes a message that the broker keeps, unless it has it already.
+    fn retain(&self, topic: &str, payload: &[u8]) {
+        let message = mqtt_publish(topic, payload, Retention::Retained);
+        let mut retained = self.retained.lock().unwrap_or_else(PoisonError::into_inner);
+        if !retained.contains(&message) && retained.len() <= limits::MAX_OBJECTS {
+            retained.push(message.clone());
+            let length = message.len();
+            self.relay.push(message, length);
         }
     }
 
@@ -187,7 +171,7 @@ impl MqttPublisher {
             let topic = self.topic(&object, "event");
             let message = mqtt_publish(&topic, payload, Retention::Passing);
             let length = message.len();
-            self.outbox.messages.push(message, length);
+            self.relay.push(message, length);
         }
     }
 }
@@ -203,7 +187,7 @@ impl PoseReceiver for MqttPublisher {
             let payload = pose_json(&pose.into());
             let message = mqtt_publish(&topic, payload.as_bytes(), Retention::Passing);
             let length = message.len();
-            self.outbox.messages.put(topic, message, length);
+            self.relay.put(topic, message, length);
         }
         Ok(Next::More)
     }
@@ -215,7 +199,7 @@ impl PoseReceiver for MqttPublisher {
         };
         if options.objects.is_empty() || options.objects.contains(object) {
             let (topic, payload) = home_assistant::device(prefix, options, object);
-            self.outbox.retain(&topic, payload.as_bytes());
+            self.retain(&topic, payload.as_bytes());
         }
     }
 
@@ -225,89 +209,6 @@ impl PoseReceiver for MqttPublisher {
                 Ok(payload) => self.publish_event(payload),
                 Err(_) => self.counts.refused_events += 1,
             }
-        }
-    }
-}
-
-impl Outbox {
-    /// Publishes a message that the broker keeps, unless it has it already.
-    fn retain(&self, topic: &str, payload: &[u8]) {
-        let message = mqtt_publish(topic, payload, Retention::Retained);
-        let mut retained = self.retained.lock().unwrap_or_else(PoisonError::into_inner);
-        if !retained.contains(&message) && retained.len() <= limits::MAX_OBJECTS {
-            retained.push(message.clone());
-            let length = message.len();
-            self.messages.push(message, length);
-        }
-    }
-}
-
-/// The thread.
-struct Relay {
-    outbox: Arc<Outbox>,
-    broker: Broker,
-    greeting: MqttGreeting,
-    /// The message that says that nothing follows.
-    last: Vec<u8>,
-    reporter: Reporter,
-}
-
-impl Relay {
-    fn run(self, connection: Connection) {
-        let mut connection = Some(connection);
-        let mut is_reported = false;
-        loop {
-            let result = match connection.take() {
-                Some(connection) => Ok(connection),
-                None => self.broker.connect(&self.greeting),
-            };
-            let result = result.and_then(|connection| {
-                if std::mem::take(&mut is_reported) {
-                    self.reporter.report(&Notice::BrokerBack);
-                }
-                self.publish(connection)
-            });
-            match result {
-                Ok(()) => return,
-                Err(error) if !is_reported => {
-                    is_reported = true;
-                    self.reporter.report(&Notice::BrokerGone {
-                        broker: self.broker.to_string(),
-                        cause: error.to_string(),
-                    });
-                }
-                Err(_) => {}
-            }
-            let end = Instant::now() + RETRY;
-            while Instant::now() < end {
-                if self.outbox.stop.load(Ordering::Relaxed) {
-                    return;
-                }
-                std::thread::sleep(PERIOD);
-            }
-        }
-    }
-
-    /// Publishes until the connection ends, or until a request to stop.
-    fn publish(&self, mut connection: Connection) -> Result<(), BrokerError> {
-        let retained = self.outbox.retained.lock();
-        let retained = retained.unwrap_or_else(PoisonError::into_inner).clone();
-        retained.iter().try_for_each(|m| connection.send(m))?;
-        loop {
-            let is_last = self.outbox.stop.load(Ordering::Relaxed);
-            while let Some(message) = self.outbox.messages.pop_timeout(match is_last {
-                true => Duration::ZERO,
-                false => PERIOD,
-            }) {
-                connection.send(&message)?;
-                self.outbox.sent.fetch_add(1, Ordering::Relaxed);
-                connection.turn()?;
-            }
-            if is_last {
-                connection.send(&self.last)?;
-                return connection.end();
-            }
-            connection.turn()?;
         }
     }
 }

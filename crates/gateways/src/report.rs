@@ -31,15 +31,18 @@ pub enum Notice {
         /// The system's reason.
         cause: String,
     },
-    /// The broker of MQTT is gone, or refuses.
-    BrokerGone {
-        /// Its address.
-        broker: String,
+    /// The server to which messages go is gone, or refuses.
+    ServerGone {
+        /// What and where it is.
+        server: String,
         /// Why.
         cause: String,
     },
-    /// The broker of MQTT is back.
-    BrokerBack,
+    /// That server is back.
+    ServerBack {
+        /// What and where it is.
+        server: String,
+    },
     /// A client was disconnected because it did not read.
     Disconnected(SocketAddr),
     /// A client beyond the limit was turned away.
@@ -85,10 +88,10 @@ impl fmt::Display for Notice {
             Self::Unsent { address, cause } => {
                 write!(f, "cannot send to {address}: {cause}; trying on")
             }
-            Self::BrokerGone { broker, cause } => {
-                write!(f, "no broker at {broker}: {cause}; waiting for it")
+            Self::ServerGone { server, cause } => {
+                write!(f, "{server} is gone: {cause}; waiting for it")
             }
-            Self::BrokerBack => f.write_str("the broker is back"),
+            Self::ServerBack { server } => write!(f, "{server} is back"),
             Self::Disconnected(peer) => write!(
                 f,
                 "{peer} does not read what it is sent and was disconnected"

@@ -6,6 +6,7 @@
 //! - [`VrpnTrackers`], [`VrpnConnection`]: the server's side of VRPN.
 //! - [`NatNetBodies`], [`NatNetRequest`], [`NatNetServer`]: the server's side of NatNet.
 //! - [`MqttGreeting`], [`mqtt_publish`], [`MqttReader`]: a client of MQTT 5 that publishes.
+//! - [`nt4_publish`], [`nt4_raw`]: a client of NetworkTables 4 that publishes.
 //! - [`PsnTrackers`], [`freed_position`]: PosiStageNet and Free-D, for stages and virtual studios.
 //! - [`c3d()`]: a file of recorded poses for biomechanics.
 //!
@@ -17,6 +18,7 @@ mod freed;
 mod mavlink;
 mod mqtt;
 mod natnet;
+mod nt4;
 mod osc;
 mod psn;
 mod roster;
@@ -35,6 +37,10 @@ pub use mqtt::{
 pub use natnet::bodies::NatNetBodies;
 pub use natnet::request::{NatNetRequest, NatNetServer, natnet_bitstream, natnet_echo};
 pub use natnet::{NATNET_COMMAND_PORT, NATNET_DATA_PORT, NatNetVersion};
+pub use nt4::{
+    NT4_PORT, NT4_PROTOCOL, NT4_SCHEMAS, nt4_pose, nt4_publish, nt4_raw, nt4_time_answer,
+    nt4_time_request,
+};
 pub use osc::layouts::{
     AddressError, AddressTemplate, MAX_VMT_TRACKERS, MAX_VRCHAT_TRACKERS, OscLayout,
 };

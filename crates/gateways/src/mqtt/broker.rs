@@ -1,10 +1,12 @@
 //! A broker's address and the connection to it, by TCP or TLS.
 
+use crate::relay;
 use rustls::pki_types::pem::PemObject;
 use rustls::pki_types::{CertificateDer, ServerName};
 use rustls::{ClientConfig, ClientConnection, RootCertStore, StreamOwned};
 use sextant_pose_formats::{
-    MQTT_END, MQTT_PING, MQTT_PORT, MQTT_TLS_PORT, MqttAnswer, MqttGreeting, MqttReader,
+    MQTT_END, MQTT_PING, MQTT_PORT, MQTT_TLS_PORT, MqttAnswer, MqttGreeting, MqttReader, Retention,
+    mqtt_publish,
 };
 use std::fmt;
 use std::io::{self, ErrorKind, Read, Write};
@@ -107,15 +109,17 @@ impl Broker {
                 Box::new(StreamOwned::new(tls.map_err(io::Error::other)?, tcp))
             }
         };
+        let (topic, offline) = &greeting.will;
         let now = Instant::now();
         let mut connection = Connection {
             stream,
+            last: mqtt_publish(topic, offline.as_bytes(), Retention::Retained),
             reader: MqttReader::default(),
             heard: now,
             ping_due: now + PING,
             look_due: now,
         };
-        connection.send(&greeting.to_bytes())?;
+        connection.write(&greeting.to_bytes())?;
         while now.elapsed() < PATIENCE {
             connection.read()?;
             match connection.reader.next_answer() {
@@ -207,6 +211,8 @@ impl<T: Read + Write + Send> Stream for T {}
 /// A connection whose greeting was accepted.
 pub(super) struct Connection {
     stream: Box<dyn Stream>,
+    /// What an orderly end says itself: the will.
+    last: Vec<u8>,
     reader: MqttReader,
     /// When the broker last said something.
     heard: Instant,
@@ -214,19 +220,20 @@ pub(super) struct Connection {
     look_due: Instant,
 }
 
-impl Connection {
+impl relay::Connection for Connection {
+    type Message = Vec<u8>;
+    type Error = BrokerError;
+
     /// Waits for 5 s at most.
-    pub(super) fn send(&mut self, packet: &[u8]) -> Result<(), BrokerError> {
-        self.stream.write_all(packet)?;
-        Ok(self.stream.flush()?)
+    fn send(&mut self, packet: &Vec<u8>) -> Result<(), BrokerError> {
+        self.write(packet)
     }
 
-    /// Gives signs of life and looks for those of the broker, if it is time.
-    pub(super) fn turn(&mut self) -> Result<(), BrokerError> {
+    fn turn(&mut self) -> Result<(), BrokerError> {
         let now = Instant::now();
         if now >= self.ping_due {
             self.ping_due = now + PING;
-            self.send(&MQTT_PING)?;
+            self.write(&MQTT_PING)?;
         }
         if now < self.look_due {
             return Ok(());
@@ -242,6 +249,18 @@ impl Connection {
             true => Ok(()),
             false => Err(BrokerError::Silent),
         }
+    }
+
+    fn end(mut self) -> Result<(), BrokerError> {
+        self.write(&self.last.clone())?;
+        self.write(&MQTT_END)
+    }
+}
+
+impl Connection {
+    fn write(&mut self, packet: &[u8]) -> Result<(), BrokerError> {
+        self.stream.write_all(packet)?;
+        Ok(self.stream.flush()?)
     }
 
     /// Takes what has arrived.
@@ -261,11 +280,6 @@ impl Connection {
                 _ => Err(cause.into()),
             },
         }
-    }
-
-    /// Ends it in order.
-    pub(super) fn end(mut self) -> Result<(), BrokerError> {
-        self.send(&MQTT_END)
     }
 }
 
