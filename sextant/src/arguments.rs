@@ -3,8 +3,8 @@
 use crate::output::Format;
 use crate::{
     calibrate, camera, check, config, convert, demo, deploy, detect, doctor, echo, foxglove, freed,
-    hz, keys, learn, list, manual, mavlink, mqtt, natnet, nodes, nt4, osc, play, print, progress,
-    psn, record, replay, ros2, router, simulate, top, vrpn,
+    hz, keys, learn, list, manual, mavlink, mqtt, natnet, nodes, nt4, opentrackio, osc, play,
+    print, progress, psn, record, replay, ros2, router, simulate, top, vrpn,
 };
 use clap::{CommandFactory, Parser, Subcommand};
 
@@ -70,6 +70,9 @@ enum Command {
     /// Send the pose of a camera as Free-D: Unreal, virtual studios.
     #[command(name = "freed")]
     FreeD(freed::FreeDArguments),
+    /// Send the pose of a camera as OpenTrackIO: Unreal, virtual studios.
+    #[command(name = "opentrackio")]
+    OpenTrackIo(opentrackio::OpenTrackIoArguments),
     /// Show message rates and latencies.
     Hz(hz::HzArguments),
     /// Watch the cameras, objects and faults of a site.
@@ -137,6 +140,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Command::Nt4(arguments) => nt4::run(arguments, format),
         Command::Psn(arguments) => psn::run(arguments, format),
         Command::FreeD(arguments) => freed::run(arguments, format),
+        Command::OpenTrackIo(arguments) => opentrackio::run(arguments, format),
         Command::Hz(arguments) => hz::run(arguments, format),
         Command::Top(arguments) => top::run(arguments, format),
         Command::Foxglove(arguments) => foxglove::run(arguments, format),

@@ -3,7 +3,7 @@
 use crate::output::Format;
 use crate::pose_feed::{self, FeedArguments};
 use clap::Args;
-use sextant_gateways::freed::FreeDSender;
+use sextant_gateways::camera_tracking::{CameraSender, TrackedCamera};
 use sextant_pose_formats::FreeDCamera;
 use sextant_site_model::ObjectId;
 
@@ -56,7 +56,8 @@ pub fn run(arguments: &FreeDArguments, format: Format) -> anyhow::Result<()> {
         zoom: arguments.zoom,
         focus: arguments.focus,
     };
-    let mut sender = FreeDSender::new(camera, target, arguments.rate);
+    let camera = TrackedCamera::FreeD(camera);
+    let mut sender = CameraSender::new(camera, target, arguments.rate);
     let objects = std::slice::from_ref(&arguments.object);
     let feed = pose_feed::run(&arguments.feed, objects, &mut sender)?;
     pose_feed::print_counts(&sender.counts(feed), format)

@@ -27,6 +27,7 @@ mod mqtt;
 mod natnet;
 mod nodes;
 mod nt4;
+mod opentrackio;
 mod osc;
 mod output;
 mod output_file;

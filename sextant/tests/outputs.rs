@@ -139,6 +139,12 @@ fn stages_and_studios_get_trackers_and_cameras() {
     let places = [-128_000, 64_000, 192_000_i32].map(|n| n.to_be_bytes()[1..].to_vec());
     assert_eq!(message[11..20], places.concat());
     assert!(summary["sent"].as_u64() >= Some(1), "{summary}");
+    let arguments = ["opentrackio", "--object", "cube", "--source", "7"];
+    let (sample, _) = site.datagrams(&arguments, |_| true);
+    assert!(sample.starts_with(b"OTrk\0\x01"));
+    let json: Value = serde_json::from_slice(&sample[16..]).unwrap();
+    let place = &json["transforms"][0]["translation"];
+    assert_eq!(*place, serde_json::json!({"x": -2, "y": 1, "z": 3}));
     let (packet, _) = site.datagrams(&["psn"], |packet| packet.starts_with(b"\x55\x67"));
     let position = [-2_f32, 3.0, 1.0].map(f32::to_le_bytes).concat();
     assert_eq!(packet[32..44], position);

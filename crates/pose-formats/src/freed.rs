@@ -24,13 +24,8 @@ pub struct FreeDCamera {
 /// The message D1 of a camera.
 #[must_use]
 pub fn freed_position(pose: &ObjectPose, camera: &FreeDCamera) -> [u8; 29] {
-    let rotation = pose.world_from_object().rotation.to_rotation_matrix();
-    let r = rotation.matrix();
-    let pan = (-r[(1, 0)]).atan2(r[(0, 0)]).to_degrees();
-    let tilt = r[(2, 0)].clamp(-1.0, 1.0).asin().to_degrees();
-    let roll = r[(2, 1)].atan2(r[(2, 2)]).to_degrees();
     let [forward, left, up] = pose.position;
-    let angles = [pan, tilt, roll].map(|angle| steps(angle * STEPS_PER_DEGREE));
+    let angles = camera_angles_deg(pose).map(|angle| steps(angle * STEPS_PER_DEGREE));
     let places = [-left, forward, up].map(|place| steps(place * STEPS_PER_METRE));
     let lens = [camera.zoom, camera.focus].map(|raw| raw.min(0xff_ffff) as i32);
     let numbers = angles.into_iter().chain(places).chain(lens);
@@ -44,6 +39,16 @@ pub fn freed_position(pose: &ObjectPose, camera: &FreeDCamera) -> [u8; 29] {
         .fold(0_u8, |sum, byte| sum.wrapping_add(*byte));
     message[28] = CHECKSUM_OF.wrapping_sub(sum);
     message
+}
+
+/// Pan to the right, tilt upwards and roll clockwise of a camera whose optical axis is the object's x axis, degrees.
+pub(crate) fn camera_angles_deg(pose: &ObjectPose) -> [f64; 3] {
+    let rotation = pose.world_from_object().rotation.to_rotation_matrix();
+    let r = rotation.matrix();
+    let pan = (-r[(1, 0)]).atan2(r[(0, 0)]);
+    let tilt = r[(2, 0)].clamp(-1.0, 1.0).asin();
+    let roll = r[(2, 1)].atan2(r[(2, 2)]);
+    [pan, tilt, roll].map(f64::to_degrees)
 }
 
 /// The nearest number of 24 bits.

@@ -7,7 +7,7 @@
 //! - [`NatNetBodies`], [`NatNetRequest`], [`NatNetServer`]: the server's side of NatNet.
 //! - [`MqttGreeting`], [`mqtt_publish`], [`MqttReader`]: a client of MQTT 5 that publishes.
 //! - [`nt4_publish`], [`nt4_raw`]: a client of NetworkTables 4 that publishes.
-//! - [`PsnTrackers`], [`freed_position`]: PosiStageNet and Free-D, for stages and virtual studios.
+//! - [`PsnTrackers`], [`freed_position`], [`OpenTrackIoCamera`]: PosiStageNet, Free-D and OpenTrackIO, for stages and virtual studios.
 //! - [`c3d()`]: a file of recorded poses for biomechanics.
 //!
 //! Input is [`sextant_proto::ObjectPose`]: metres, x y z w, world with z up. Nothing here knows a socket or a clock.
@@ -19,6 +19,7 @@ mod mavlink;
 mod mqtt;
 mod natnet;
 mod nt4;
+mod opentrackio;
 mod osc;
 mod psn;
 mod roster;
@@ -41,6 +42,7 @@ pub use nt4::{
     NT4_PORT, NT4_PROTOCOL, NT4_SCHEMAS, nt4_pose, nt4_publish, nt4_raw, nt4_time_answer,
     nt4_time_request,
 };
+pub use opentrackio::{OpenTrackIoCamera, opentrackio_group};
 pub use osc::layouts::{
     AddressError, AddressTemplate, MAX_VMT_TRACKERS, MAX_VRCHAT_TRACKERS, OscLayout,
 };
