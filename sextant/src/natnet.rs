@@ -19,7 +19,7 @@ use std::net::SocketAddrV4;
     after_help = "Each object is a rigid body of its name; its streaming id is 1 for the first --object, or by name where none is named. The centres of its
 tags are its markers. Frames go to the multicast group, and to every client that asks for them by unicast. A body is marked as tracked where its pose is new and
 not a prediction; its mean error is the standard deviation of its position in metres; times are nanoseconds since the Unix epoch.
-NatNet knows no passwords: whoever reaches the address can read the poses. --listen with an address of this machine lets other machines
+NatNet has no passwords: every client that reaches the address can read the poses. --listen with an address of this machine lets other machines
 connect, and sends to the group on that network. docs/outputs.md has the settings of clients.
 With --json, one line at the end: {\"poses\",\"refused\",\"dropped\",\"frames\",\"sent\",\"unsent\",\"clients\",\"turned_away\",\"unrecognized\"}"
 )]
@@ -70,7 +70,7 @@ pub fn run(arguments: &NatNetArguments, format: Format) -> anyhow::Result<()> {
     let address = socket.local_addr()?;
     if arguments.feed.site.has_keys() && !address.ip().is_loopback() {
         bail!(usage(&format!(
-            "--listen {}: NatNet has no passwords, so that whoever reaches it would read this protected site; listen at 127.0.0.1",
+            "--listen {}: NatNet has no passwords, so that every client that reaches it would read this protected site; listen at 127.0.0.1",
             arguments.listen
         )));
     }

@@ -180,7 +180,7 @@ impl Shared {
         };
         let answer = match request {
             NatNetRequest::Connect(wanted) => {
-                // Who hears the group hears the version of all.
+                // Clients of the group all get its version.
                 let is_alone = self.options.server.multicast.is_none();
                 let wanted = wanted.filter(|_| is_alone).unwrap_or(version);
                 self.note(from, |client| client.version = wanted);

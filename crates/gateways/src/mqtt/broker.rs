@@ -34,7 +34,7 @@ pub struct Broker {
     tls: Option<Arc<ClientConfig>>,
 }
 
-/// Whom to trust under TLS.
+/// Trusted authorities under TLS.
 #[derive(Debug, Clone, Copy)]
 pub enum Tls<'a> {
     /// The authorities of this system.
