@@ -258,6 +258,12 @@ impl Keys {
         self.under(format_args!("viewer/{node}/events"))
     }
 
+    /// Events of every viewer bridge.
+    #[must_use]
+    pub fn all_events(&self) -> String {
+        self.under(format_args!("viewer/*/events"))
+    }
+
     /// Liveliness of a node.
     #[must_use]
     pub fn alive(&self, kind: NodeKind, id: &NodeId) -> String {

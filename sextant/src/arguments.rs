@@ -2,9 +2,9 @@
 
 use crate::output::Format;
 use crate::{
-    calibrate, camera, check, config, convert, demo, deploy, detect, doctor, echo, foxglove, hz,
-    keys, learn, list, manual, mavlink, nodes, osc, phone, play, print, progress, record, replay,
-    ros2, router, simulate, top, vrpn,
+    calibrate, camera, check, config, convert, demo, deploy, detect, doctor, echo, foxglove, freed,
+    hz, keys, learn, list, manual, mavlink, mqtt, natnet, nodes, nt4, opentrackio, osc, phone,
+    play, print, progress, psn, record, replay, ros2, router, simulate, top, vrpn,
 };
 use clap::{CommandFactory, Parser, Subcommand};
 
@@ -60,6 +60,21 @@ enum Command {
     Mavlink(mavlink::MavlinkArguments),
     /// Serve poses as VRPN trackers: ROS, Unreal, MATLAB, virtual-reality tools.
     Vrpn(vrpn::VrpnArguments),
+    /// Serve poses as NatNet rigid bodies, as OptiTrack's Motive does.
+    #[command(name = "natnet")]
+    NatNet(natnet::NatNetArguments),
+    /// Publish poses and events by MQTT: Home Assistant, Node-RED, dashboards.
+    Mqtt(mqtt::MqttArguments),
+    /// Publish poses by NetworkTables 4: robots of the FIRST Robotics Competition.
+    Nt4(nt4::Nt4Arguments),
+    /// Send poses as PosiStageNet trackers: lighting consoles, media servers.
+    Psn(psn::PsnArguments),
+    /// Send the pose of a camera as Free-D: Unreal, virtual studios.
+    #[command(name = "freed")]
+    FreeD(freed::FreeDArguments),
+    /// Send the pose of a camera as OpenTrackIO: Unreal, virtual studios.
+    #[command(name = "opentrackio")]
+    OpenTrackIo(opentrackio::OpenTrackIoArguments),
     /// Show message rates and latencies.
     Hz(hz::HzArguments),
     /// Watch the cameras, objects and faults of a site.
@@ -123,6 +138,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Command::Phone(arguments) => phone::run(arguments, format),
         Command::Mavlink(arguments) => mavlink::run(arguments, format),
         Command::Vrpn(arguments) => vrpn::run(arguments, format),
+        Command::NatNet(arguments) => natnet::run(arguments, format),
+        Command::Mqtt(arguments) => mqtt::run(arguments, format),
+        Command::Nt4(arguments) => nt4::run(arguments, format),
+        Command::Psn(arguments) => psn::run(arguments, format),
+        Command::FreeD(arguments) => freed::run(arguments, format),
+        Command::OpenTrackIo(arguments) => opentrackio::run(arguments, format),
         Command::Hz(arguments) => hz::run(arguments, format),
         Command::Top(arguments) => top::run(arguments, format),
         Command::Foxglove(arguments) => foxglove::run(arguments, format),

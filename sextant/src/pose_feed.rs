@@ -7,9 +7,10 @@ use anyhow::Context;
 use clap::Args;
 use sextant_gateways::datagrams::{DatagramTarget, SenderCounts, TargetError};
 use sextant_gateways::pose_feed::{self, FeedCounts, PoseReceiver};
-use sextant_gateways::{Notice, Reporter};
+use sextant_gateways::{Notice, Reporter, SiteSession};
 use sextant_process::{Exit, WithExit};
 use sextant_site_model::ObjectId;
+use std::net::{Ipv4Addr, SocketAddrV4};
 use std::time::{Duration, Instant};
 
 /// Which site, and for how long.
@@ -39,7 +40,22 @@ pub fn run<R: PoseReceiver>(
 where
     anyhow::Error: From<R::Error>,
 {
-    let site = arguments.site.open()?;
+    run_on(arguments.site.open()?, arguments, objects, receiver)
+}
+
+/// As [`run`], on a session that is open already.
+///
+/// # Errors
+/// An error of the receiver.
+pub fn run_on<R: PoseReceiver>(
+    site: SiteSession,
+    arguments: &FeedArguments,
+    objects: &[ObjectId],
+    receiver: &mut R,
+) -> anyhow::Result<FeedCounts>
+where
+    anyhow::Error: From<R::Error>,
+{
     let end = arguments
         .duration
         .map(|duration| Instant::now().checked_add(duration).context("--duration"))
@@ -66,7 +82,31 @@ pub fn reporter() -> Reporter {
 /// # Errors
 /// [`Exit::Usage`] for what is no address of one machine, [`Exit::Unavailable`] for a name that is not found.
 pub fn datagram_target(target: &str) -> anyhow::Result<DatagramTarget> {
-    DatagramTarget::open(target, reporter()).or_else(|error| {
+    opened(target, DatagramTarget::open(target, reporter()))
+}
+
+/// Value of `--to` where a multicast group is allowed too, which is reached from this machine's address `interface`.
+///
+/// # Errors
+/// As [`datagram_target`]; [`Exit::Usage`] for an address that this machine does not have.
+pub fn group_or_machine(target: &str, interface: Ipv4Addr) -> anyhow::Result<DatagramTarget> {
+    match target.parse::<SocketAddrV4>() {
+        Ok(group) if group.ip().is_multicast() && group.port() != 0 => {
+            let described = format!("{target} --interface {interface}");
+            opened(
+                &described,
+                DatagramTarget::group(group, interface, reporter()),
+            )
+        }
+        _ => datagram_target(target),
+    }
+}
+
+fn opened(
+    target: &str,
+    result: Result<DatagramTarget, TargetError>,
+) -> anyhow::Result<DatagramTarget> {
+    result.or_else(|error| {
         let exit = match &error {
             TargetError::Address(_) => Exit::Usage,
             TargetError::Host { .. } | TargetError::Unreachable(_) => Exit::Unavailable,

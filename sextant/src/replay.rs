@@ -41,7 +41,8 @@ For an articulated object, whose pose is that of its base, also \"links\":[{\"li
 With --json and --out, one line on standard output: {\"images\",\"cameras\":[{\"id\",\"images\",\"late\",\"ahead\",\"unknown_tags\"}],\"objects\":[{\"id\",\"poses\"}],
 \"notices\"}, of an MCAP file \"live\":{\"identical\",\"different\",\"after_last_input\"}, with --against \"against\":[\"none\"|\"rigid\",[{\"object\",\"compared\",
 \"without_reference\",\"position_mm\":{\"rms\",\"median\",\"p95\",\"max\"},\"attitude_deg\":{...},\"nees\",\"within_95\"}]]
-TUM: timestamp tx ty tz qx qy qz qw, as `evo` reads it; one object only."
+TUM: timestamp tx ty tz qx qy qz qw, as `evo` reads it; one object only. C3D: a point (its origin, mm) and a rotation of each object, at a
+constant rate; docs/formats.md has more."
 )]
 pub struct ReplayArguments {
     /// The recording: an MCAP file of `sextant record`, or DIR/CAMERA/data.csv with the pictures in DIR/CAMERA/data, or
@@ -57,7 +58,7 @@ pub struct ReplayArguments {
     /// Fusion node whose inputs are replayed; by default the one with the most in the file.
     #[arg(long, value_name = "ID")]
     node: Option<NodeId>,
-    /// File for the poses, FILE.jsonl or FILE.tum, written atomically. By default JSON lines go to standard output.
+    /// File for the poses, FILE.jsonl, FILE.tum or FILE.c3d, written atomically. By default JSON lines go to standard output.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Compare with the poses of this file: another recording (its truth where it is simulated, else its poses), JSON lines of poses, TUM text, or

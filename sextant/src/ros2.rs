@@ -4,11 +4,11 @@ use crate::output::{Format, print_line};
 use crate::pose_feed::reporter;
 use crate::site::SiteArguments;
 use anyhow::Context;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use serde_json::json;
 use sextant_gateways::ros2::{self, Ros2Counts};
 use sextant_process::{Exit, Failure, Shutdown, WithExit};
-use sextant_ros2::{BridgeOptions, Distribution, Graph, Namespace, Topic};
+use sextant_ros2::{Also, BridgeOptions, Distribution, Graph, Namespace, Topic};
 use sextant_zenoh_bus::{Bus, BusError};
 
 /// Arguments of `sextant ros2`.
@@ -45,8 +45,32 @@ pub struct Ros2Arguments {
     /// Most messages per second of each object, and of each camera's detections and pictures; all when absent.
     #[arg(long, value_name = "HZ", value_parser = rate)]
     max_rate: Option<f64>,
+    /// Also publish poses as these messages; may be repeated.
+    #[arg(long, value_enum, value_name = "MESSAGES")]
+    also: Vec<AlsoName>,
     #[command(flatten)]
     site: SiteArguments,
+}
+
+/// Value of `--also`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum AlsoName {
+    /// nav_msgs/Odometry on /sextant/object/ID/odom.
+    Odometry,
+    /// motion_capture_tracking_interfaces/NamedPoseArray on /poses: Crazyswarm2.
+    NamedPoses,
+    /// mocap4r2_msgs/RigidBodies on /rigid_bodies: MOCAP4ROS2.
+    RigidBodies,
+}
+
+impl From<AlsoName> for Also {
+    fn from(name: AlsoName) -> Self {
+        match name {
+            AlsoName::Odometry => Self::Odometry,
+            AlsoName::NamedPoses => Self::NamedPoses,
+            AlsoName::RigidBodies => Self::RigidBodies,
+        }
+    }
 }
 
 fn frame(text: &str) -> Result<String, String> {
@@ -83,6 +107,7 @@ pub fn run(arguments: &Ros2Arguments, format: Format) -> anyhow::Result<()> {
         namespace: arguments.namespace.clone(),
         world: arguments.frame.clone(),
         max_rate_hz: arguments.max_rate,
+        also: arguments.also.iter().copied().map(Also::from).collect(),
     };
     let mut on_topic = |topic: &Topic| print_line(&declared(topic, format));
     let counts = ros2::run(site, (ros, graph), options, &mut on_topic, &reporter())?;

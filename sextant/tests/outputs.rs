@@ -130,6 +130,28 @@ fn mavlink_odometry_reaches_its_autopilot_beside_heartbeats() {
 }
 
 #[test]
+fn stages_and_studios_get_trackers_and_cameras() {
+    let mut site = Site::open();
+    let arguments = ["freed", "--object", "cube", "--camera", "9"];
+    let (message, summary) = site.datagrams(&arguments, |_| true);
+    assert_eq!((message.len(), &message[..2]), (29, &[0xd1, 9][..]));
+    // Two metres to the left, one forward, three up, in 1/64 mm.
+    let places = [-128_000, 64_000, 192_000_i32].map(|n| n.to_be_bytes()[1..].to_vec());
+    assert_eq!(message[11..20], places.concat());
+    assert!(summary["sent"].as_u64() >= Some(1), "{summary}");
+    let arguments = ["opentrackio", "--object", "cube", "--source", "7"];
+    let (sample, _) = site.datagrams(&arguments, |_| true);
+    assert!(sample.starts_with(b"OTrk\0\x01"));
+    let json: Value = serde_json::from_slice(&sample[16..]).unwrap();
+    let place = &json["transforms"][0]["translation"];
+    assert_eq!(*place, serde_json::json!({"x": -2, "y": 1, "z": 3}));
+    let (packet, _) = site.datagrams(&["psn"], |packet| packet.starts_with(b"\x55\x67"));
+    let position = [-2_f32, 3.0, 1.0].map(f32::to_le_bytes).concat();
+    assert_eq!(packet[32..44], position);
+    site.datagrams(&["psn"], |packet| packet.ends_with(b"\0\0\x04\0cube"));
+}
+
+#[test]
 fn what_would_surprise_is_refused_before_anything_is_sent() {
     let run = |arguments: &[&str]| sextant().args(arguments).output().unwrap();
     for (arguments, cause) in [

@@ -22,8 +22,8 @@ mod wasm;
 
 use plan::{Chore, Options, run_in_order};
 use sextant_test_needs::{
-    CXX, DISK, DPKG_DEB, GCC_AARCH64, GCC_ARM, LINTIAN, NODE, PIP, PYTHON, QEMU_AARCH64, QEMU_ARM,
-    SHARED_MEMORY, SKIPS, SYSUSERS,
+    CXX, DISK, DPKG_DEB, GCC_AARCH64, GCC_ARM, LINTIAN, MOSQUITTO, NODE, PIP, PYTHON, QEMU_AARCH64,
+    QEMU_ARM, SHARED_MEMORY, SKIPS, SYSUSERS,
 };
 use std::fs;
 use std::os::unix::process::CommandExt;
@@ -92,7 +92,7 @@ const CHORES: &[Chore] = &[
         )
     },
     Chore {
-        needs: &[&PYTHON],
+        needs: &[&PYTHON, &MOSQUITTO],
         after: Some("build"),
         fetches: &["Python packages, in target/python"],
         minutes: 3,

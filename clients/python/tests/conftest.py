@@ -5,11 +5,14 @@ import os
 import signal
 import socket
 import subprocess
+import threading
 import time
+from collections import deque
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+import sextant
 
 #: A limit that only a broken build reaches, s.
 PATIENCE = 120
@@ -85,3 +88,26 @@ def guide():
     page = Path(__file__).parents[3] / "docs" / "subscribe.md"
     blocks = page.read_text(encoding="utf-8").split("```")[1::2]
     return [block.removeprefix("python\n") for block in blocks if block.startswith("python\n")]
+
+
+class Published:
+    """The newest poses that a site has published, of every object."""
+
+    def __init__(self, site):
+        self.poses = deque(maxlen=10_000)
+        self.subscription = site.poses()
+        threading.Thread(target=self._collect, daemon=True).start()
+
+    def _collect(self):
+        for pose in self.subscription:
+            self.poses.append(pose)
+
+    def find(self, condition):
+        """The pose that fulfils a condition, as soon as it is there."""
+        return wait_for(lambda: next((pose for pose in list(self.poses) if condition(pose)), None))
+
+
+@pytest.fixture(scope="module")
+def published(demo):
+    with sextant.connect(demo, site="demo") as site:
+        yield Published(site)

@@ -4,7 +4,7 @@ use crate::pose_feed::FeedCounts;
 use crate::report::{Notice, Reporter};
 use serde::Serialize;
 use std::io::{self, ErrorKind};
-use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, ToSocketAddrs, UdpSocket};
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, SocketAddrV4, ToSocketAddrs, UdpSocket};
 use std::time::Duration;
 
 /// Longest wait for room in the system's buffer.
@@ -96,6 +96,34 @@ impl DatagramTarget {
         Ok(Self {
             socket,
             address,
+            counts: DatagramCounts::default(),
+            reporter,
+        })
+    }
+
+    /// A multicast group, on the network of this machine's address `interface`.
+    ///
+    /// # Errors
+    /// See [`TargetError`].
+    pub fn group(
+        group: SocketAddrV4,
+        interface: Ipv4Addr,
+        reporter: Reporter,
+    ) -> Result<Self, TargetError> {
+        let unavailable = |cause: io::Error| match cause.kind() {
+            ErrorKind::AddrNotAvailable => {
+                TargetError::Address("this machine has no such address; `ip address` lists them")
+            }
+            _ => TargetError::Socket(cause),
+        };
+        let socket = UdpSocket::bind((interface, 0)).map_err(unavailable)?;
+        socket.connect(group).map_err(TargetError::Unreachable)?;
+        socket
+            .set_write_timeout(Some(LONGEST_SEND))
+            .map_err(TargetError::Socket)?;
+        Ok(Self {
+            socket,
+            address: group.into(),
             counts: DatagramCounts::default(),
             reporter,
         })

@@ -1,7 +1,7 @@
 //! Addresses that servers of other programs' protocols listen at.
 
 use std::io;
-use std::net::{IpAddr, SocketAddr, TcpListener, ToSocketAddrs};
+use std::net::{IpAddr, SocketAddr, TcpListener, ToSocketAddrs, UdpSocket};
 
 /// Why a server cannot listen.
 #[derive(Debug, thiserror::Error)]
@@ -33,6 +33,15 @@ pub fn listen(address: &str, port: u16) -> Result<TcpListener, ListenError> {
         .set_nonblocking(true)
         .map_err(ListenError::Socket)?;
     Ok(listener)
+}
+
+/// A UDP socket at `HOST:PORT`, or at `HOST` and this port.
+///
+/// # Errors
+/// See [`ListenError`].
+pub fn bind(address: &str, port: u16) -> Result<UdpSocket, ListenError> {
+    let addresses = resolved(address, port)?;
+    UdpSocket::bind(&addresses[..]).map_err(ListenError::Unavailable)
 }
 
 fn resolved(address: &str, port: u16) -> Result<Vec<SocketAddr>, ListenError> {

@@ -8,8 +8,8 @@ use sextant_process::shutdown::SHUTDOWN_POLL;
 use sextant_proto::{AnyMessage, ObjectPose, limits};
 use sextant_site_mirror::SiteMirror;
 use sextant_site_mirror::limits::SILENCE_NS;
-use sextant_site_model::ObjectId;
-use sextant_zenoh_bus::{BusError, DropRule};
+use sextant_site_model::{ObjectId, ObjectModel};
+use sextant_zenoh_bus::{BusError, DropRule, Item, Subscription};
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
@@ -29,6 +29,12 @@ pub trait PoseReceiver {
 
     /// Called several times a second, also without poses.
     fn tick(&mut self) {}
+
+    /// Whether it is given models.
+    const WANTS_MODELS: bool = false;
+
+    /// Takes the model of an object of the site: of each at the start, and of one that has changed.
+    fn describe(&mut self, _model: &ObjectModel) {}
 }
 
 /// Whether a receiver takes more poses.
@@ -75,6 +81,9 @@ pub fn run<R: PoseReceiver>(
         DropRule::Oldest,
         limits::MAX_PAYLOAD_BYTES,
     )?;
+    let mut models = R::WANTS_MODELS
+        .then(|| Models::subscribe(&site))
+        .transpose()?;
     let is_over = || end.is_some_and(|end| Instant::now() >= end);
     let (mut counts, mut mirror) = (FeedCounts::default(), SiteMirror::default());
     let mut router = RouterWatch::default();
@@ -90,6 +99,9 @@ pub fn run<R: PoseReceiver>(
                 hint_due = None;
                 next = receiver.take(&pose)?;
             }
+        }
+        if let Some(models) = &mut models {
+            models.hand_on(&site, &mut mirror, receiver)?;
         }
         receiver.tick();
         if let Some(notice) = router.notice(&site.bus) {
@@ -109,6 +121,50 @@ pub fn run<R: PoseReceiver>(
     counts.dropped = messages.counts().dropped + rejections.too_many();
     site.bus.close();
     Ok(counts)
+}
+
+/// The models of a site's objects.
+struct Models {
+    changes: Subscription,
+    /// Whether the router is a new one, whose models are unknown.
+    is_new: bool,
+}
+
+impl Models {
+    fn subscribe(site: &SiteSession) -> Result<Self, BusError> {
+        let key = site.keys.all_config_objects();
+        let most = limits::MAX_PAYLOAD_BYTES;
+        let changes = site.bus.subscribe(&key, QUEUE, DropRule::Oldest, most)?;
+        Ok(Self {
+            changes,
+            is_new: true,
+        })
+    }
+
+    /// Hands on what is new. Waits for a second at most, when the router is new.
+    fn hand_on<R: PoseReceiver>(
+        &mut self,
+        site: &SiteSession,
+        mirror: &mut SiteMirror,
+        receiver: &mut R,
+    ) -> Result<(), BusError> {
+        let mut hand_on = |item: &Item| {
+            let update = take(&site.keys, mirror, item, now_ns());
+            if let Some(AnyMessage::ObjectConfig(config)) = update.map(|update| update.message)
+                && let Some(model) = mirror.object_model(&config.id)
+            {
+                receiver.describe(&model);
+            }
+        };
+        if self.is_new && site.bus.is_connected() {
+            site.object_models()?.iter().for_each(&mut hand_on);
+        }
+        self.is_new = !site.bus.is_connected();
+        while let Some(item) = self.changes.try_recv() {
+            hand_on(&item);
+        }
+        Ok(())
+    }
 }
 
 /// Lets an object's poses through at most so often, evenly.
@@ -145,6 +201,52 @@ impl RateLimit {
     }
 }
 
+/// How long a frame waits for the poses of further objects.
+pub const GATHER: Duration = Duration::from_millis(2);
+
+/// When a frame of the poses of several objects is sent: as soon as it is complete, or shortly after its first pose, and at most so often.
+#[derive(Debug)]
+pub struct Gathering {
+    period: Duration,
+    due: Instant,
+    /// Since when poses wait.
+    waiting: Option<Instant>,
+    is_complete: bool,
+}
+
+impl Gathering {
+    /// At most `rate_hz` frames a second; above 0.
+    pub fn new(rate_hz: f64) -> Self {
+        Self {
+            period: Duration::from_secs_f64(1.0 / rate_hz),
+            due: Instant::now(),
+            waiting: None,
+            is_complete: false,
+        }
+    }
+
+    /// A pose has arrived; `is_complete` where no further one is expected.
+    pub fn note(&mut self, now: Instant, is_complete: bool) {
+        self.waiting.get_or_insert(now);
+        self.is_complete = is_complete;
+    }
+
+    /// Whether a frame is to be sent now; it is taken as sent.
+    pub fn is_due(&mut self, now: Instant) -> bool {
+        let is_ripe = |since: Instant| now.saturating_duration_since(since) >= GATHER;
+        let is_ready = self
+            .waiting
+            .is_some_and(|since| self.is_complete || is_ripe(since));
+        if !is_ready || now < self.due {
+            return false;
+        }
+        self.waiting = None;
+        // An early next frame after a late one, by half a period at most, so that the rate is reached.
+        self.due = self.due.max(now - self.period / 2) + self.period;
+        true
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -161,6 +263,19 @@ mod tests {
             assert!(passed <= wanted + 1 && passed + 10 >= wanted, "{passed}");
             assert_eq!(limit.skipped as usize + passed, 10 * arrivals_hz as usize);
         }
+    }
+
+    #[test]
+    fn a_frame_waits_for_further_poses_a_little_and_keeps_to_its_rate() {
+        let mut gathering = Gathering::new(100.0);
+        let start = Instant::now();
+        let ms = |ms| start + Duration::from_millis(ms);
+        assert!(!gathering.is_due(ms(0)));
+        gathering.note(ms(0), false);
+        assert!(!gathering.is_due(ms(1)) && gathering.is_due(ms(2)));
+        assert!(!gathering.is_due(ms(3)));
+        gathering.note(ms(4), true);
+        assert!(!gathering.is_due(ms(5)) && gathering.is_due(ms(12)));
     }
 
     #[test]

@@ -31,9 +31,21 @@ pub enum Notice {
         /// The system's reason.
         cause: String,
     },
-    /// A VRPN client was disconnected because it did not read.
+    /// The server to which messages go is gone, or refuses.
+    ServerGone {
+        /// What and where it is.
+        server: String,
+        /// Why.
+        cause: String,
+    },
+    /// That server is back.
+    ServerBack {
+        /// What and where it is.
+        server: String,
+    },
+    /// A client was disconnected because it did not read.
     Disconnected(SocketAddr),
-    /// A VRPN client beyond the limit was turned away.
+    /// A client beyond the limit was turned away.
     TooManyClients {
         /// The limit.
         most: usize,
@@ -76,6 +88,10 @@ impl fmt::Display for Notice {
             Self::Unsent { address, cause } => {
                 write!(f, "cannot send to {address}: {cause}; trying on")
             }
+            Self::ServerGone { server, cause } => {
+                write!(f, "{server} is gone: {cause}; waiting for it")
+            }
+            Self::ServerBack { server } => write!(f, "{server} is back"),
             Self::Disconnected(peer) => write!(
                 f,
                 "{peer} does not read what it is sent and was disconnected"

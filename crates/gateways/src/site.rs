@@ -124,6 +124,14 @@ impl SiteSession {
         self.last_items(&self.keys.all_config())
     }
 
+    /// The objects as the fusion nodes have them, in the order of their names. Waits for a second at most.
+    ///
+    /// # Errors
+    /// A session that is closed.
+    pub fn object_models(&self) -> Result<Vec<Item>, BusError> {
+        self.last_items(&self.keys.all_config_objects())
+    }
+
     fn last_items(&self, key: &str) -> Result<Vec<Item>, BusError> {
         self.bus.latest(key, limits::MAX_PAYLOAD_BYTES, ANSWER)
     }

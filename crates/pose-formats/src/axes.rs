@@ -46,6 +46,12 @@ impl Axes {
         }
     }
 
+    /// A direction of the world in these axes.
+    #[must_use]
+    pub fn direction(self, in_world: [f64; 3]) -> [f64; 3] {
+        (self.matrix() * Vector3::from(in_world)).into()
+    }
+
     /// `world_from_object` in these axes.
     #[must_use]
     pub fn convert(self, world_from_object: &Pose) -> ConvertedPose {

@@ -26,11 +26,15 @@ sys.path.insert(0, str(pathlib.Path(__file__).parent))
 from oracle import STORE  # noqa: E402
 
 PATIENCE_S = 60
+ALSO = [word for also in ("odometry", "named-poses", "rigid-bodies") for word in ("--also", also)]
 TF = "tf2_msgs/msg/TFMessage"
 POSE = "geometry_msgs/msg/PoseWithCovarianceStamped"
 INFO = "sensor_msgs/msg/CameraInfo"
 DETECTIONS = "apriltag_msgs/msg/AprilTagDetectionArray"
 PICTURE = "sensor_msgs/msg/CompressedImage"
+ODOMETRY = "nav_msgs/msg/Odometry"
+NAMED_POSES = "motion_capture_tracking_interfaces/msg/NamedPoseArray"
+RIGID_BODIES = "mocap4r2_msgs/msg/RigidBodies"
 DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
 
 
@@ -152,9 +156,19 @@ def check(listener):
     assert small.messages[0].k[0] <= lens.k[0]
     state = Topic(listener, "/diagnostics", DIAGNOSTICS, latched=False)
     until("a status of each node", lambda: any(len(m.status) > len(cameras) for m in state.messages))
+    odometry = Topic(listener, name.removesuffix("pose") + "odom", ODOMETRY, latched=False)
+    named = Topic(listener, "/poses", NAMED_POSES, latched=False)
+    bodies = Topic(listener, "/rigid_bodies", RIGID_BODIES, latched=False)
+    at = lambda message: (message.header.stamp.sec, message.header.stamp.nanosec)
+    same = lambda first, second: at(first[0]) == at(second[0]) and first[1] == second[1]
+    poses = lambda: [(m, m.pose.pose) for m in odometry.messages]
+    by_name = lambda: [(m, p.pose) for m in named.messages for p in m.poses]
+    rigid = lambda: [(m, b.pose) for m in bodies.messages for b in m.rigidbodies]
+    for others in (by_name, rigid):
+        until("the pose of odometry under a name", lambda: [1 for p in poses() for o in others() if same(p, o)])
     topics = {"/tf_static": static, "/tf": moving, name: pose, "/diagnostics": state}
     count = check_graph(listener, topics)
-    print(f"live: {count} topics, of which {len(topics) + 4} were decoded; {len(moving.messages)} messages on /tf")
+    print(f"live: {count} topics, of which {len(topics) + 7} were decoded; {len(moving.messages)} messages on /tf")
 
 
 def end(process):
@@ -177,7 +191,7 @@ def main():
         told = events(demo)
         ready = until("the demo is ready", lambda: told)[0]
         # The bridge waits for a router that comes later.
-        ros2 = start("ros2", "--connect", ready["connect"], "--router", endpoint)
+        ros2 = start("ros2", "--connect", ready["connect"], "--router", endpoint, *ALSO)
         said = events(ros2)
         router = session("router", endpoint)
         listener = session("client", endpoint)

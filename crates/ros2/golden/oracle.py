@@ -36,8 +36,24 @@ float64[9] homography
     "apriltag_msgs/msg/AprilTagDetectionArray": "std_msgs/Header header\nAprilTagDetection[] detections\n",
 }
 
+# motion_capture_tracking_interfaces 1.0 and mocap4r2_msgs 0.0.3 likewise.
+MOCAP = {
+    "motion_capture_tracking_interfaces/msg/NamedPose": "string name\ngeometry_msgs/Pose pose\n",
+    "motion_capture_tracking_interfaces/msg/NamedPoseArray": "std_msgs/Header header\nNamedPose[] poses\n",
+    "mocap4r2_msgs/msg/Marker": """int8 USE_NAME=0
+int8 USE_INDEX=1
+int8 USE_BOTH=2
+int8 id_type
+int32 marker_index
+string marker_name
+geometry_msgs/Point translation
+""",
+    "mocap4r2_msgs/msg/RigidBody": "string rigid_body_name\nMarker[] markers\ngeometry_msgs/Pose pose\n",
+    "mocap4r2_msgs/msg/RigidBodies": "std_msgs/Header header\nuint32 frame_number\nmocap4r2_msgs/RigidBody[] rigidbodies\n",
+}
+
 STORE = get_typestore(Stores.ROS2_JAZZY)
-for name, text in APRILTAG.items():
+for name, text in (APRILTAG | MOCAP).items():
     STORE.register(get_types_from_msg(text, name))
 
 
@@ -81,6 +97,29 @@ def samples():
         "geometry_msgs/msg/PoseWithCovarianceStamped",
         header=header(1_700_000_001, 5, "map"),
         pose=make("geometry_msgs/msg/PoseWithCovariance", pose=pose, covariance=covariance),
+    )
+    vector = lambda x, y, z: make("geometry_msgs/msg/Vector3", x=x, y=y, z=z)
+    twist = make("geometry_msgs/msg/Twist", linear=vector(1.0, -2.0, 0.5), angular=vector(0.25, 0.0, -4.0))
+    yield "odometry", make(
+        "nav_msgs/msg/Odometry",
+        header=header(1_700_000_001, 6, "map"),
+        child_frame_id="cube",
+        pose=make("geometry_msgs/msg/PoseWithCovariance", pose=pose, covariance=covariance),
+        twist=make("geometry_msgs/msg/TwistWithCovariance", twist=twist, covariance=covariance),
+    )
+    named = lambda name: make("motion_capture_tracking_interfaces/msg/NamedPose", name=name, pose=pose)
+    yield "named-poses", make(
+        "motion_capture_tracking_interfaces/msg/NamedPoseArray",
+        header=header(1_700_000_001, 7, "map"),
+        poses=[named("cube"), named("pad-2")],
+    )
+    marker = make("mocap4r2_msgs/msg/Marker", id_type=2, marker_index=-3, marker_name="tag36h11:3", translation=position)
+    body = lambda name, markers: make("mocap4r2_msgs/msg/RigidBody", rigid_body_name=name, markers=markers, pose=pose)
+    yield "rigid-bodies", make(
+        "mocap4r2_msgs/msg/RigidBodies",
+        header=header(1_700_000_001, 8, "map"),
+        frame_number=9,
+        rigidbodies=[body("cube", [marker, marker]), body("pad-2", [])],
     )
     yield "camera-info", make(
         "sensor_msgs/msg/CameraInfo",
@@ -157,6 +196,9 @@ TOPICS = [
     ("/tf", TF, QosProfile(history_depth=100)),
     ("/tf_static", TF, LATCHED),
     ("/sextant/object/cube/pose", "geometry_msgs/msg/PoseWithCovarianceStamped", QosProfile()),
+    ("/sextant/object/cube/odom", "nav_msgs/msg/Odometry", QosProfile()),
+    ("/poses", "motion_capture_tracking_interfaces/msg/NamedPoseArray", QosProfile()),
+    ("/rigid_bodies", "mocap4r2_msgs/msg/RigidBodies", QosProfile()),
     ("/sextant/camera/north/detections", "apriltag_msgs/msg/AprilTagDetectionArray", QosProfile()),
     ("/sextant/camera/north/camera_info", INFO, LATCHED),
     ("/sextant/camera/north/preview/image/compressed", "sensor_msgs/msg/CompressedImage", BEST_EFFORT),

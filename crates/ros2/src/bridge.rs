@@ -29,6 +29,19 @@ pub struct BridgeOptions {
     pub world: String,
     /// Most messages per second of an object, and of a camera's detections and pictures; none for all.
     pub max_rate_hz: Option<f64>,
+    /// Further messages that poses become.
+    pub also: Vec<Also>,
+}
+
+/// A message that the pose of an object becomes where a person asks for it, once its attitude is known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Also {
+    /// `object/ID/odom` in the namespace.
+    Odometry,
+    /// `/poses`, as `motion_capture_tracking` publishes them for Crazyswarm2.
+    NamedPoses,
+    /// `/rigid_bodies`, as the drivers of MOCAP4ROS2 publish them.
+    RigidBodies,
 }
 
 /// A ROS message for a topic.
@@ -154,9 +167,33 @@ impl Bridge {
         let world = &self.options.world;
         let message = convert::object_pose(pose, world);
         let message = outgoing(self.topic(&name), TopicKind::Pose, &message);
-        let transform =
-            is_known(pose.state).then(|| transforms(vec![convert::object_transform(pose, world)]));
-        transform.into_iter().chain([message]).collect()
+        if !is_known(pose.state) {
+            return vec![message];
+        }
+        let transform = transforms(vec![convert::object_transform(pose, world)]);
+        let also = self.options.also.iter();
+        let also = also.map(|also| self.also(*also, pose));
+        [transform, message].into_iter().chain(also).collect()
+    }
+
+    fn also(&self, also: Also, pose: &ObjectPose) -> Outgoing {
+        let world = &self.options.world;
+        let absolute = |name: &str| name.to_owned();
+        match also {
+            Also::Odometry => {
+                let name = format!("object/{}/odom", token(pose.object.as_str()));
+                let message = convert::odometry(pose, world);
+                outgoing(self.topic(&name), TopicKind::Odometry, &message)
+            }
+            Also::NamedPoses => {
+                let message = convert::named_pose(pose, world);
+                outgoing(absolute("/poses"), TopicKind::NamedPoses, &message)
+            }
+            Also::RigidBodies => {
+                let message = convert::rigid_body(pose, world);
+                outgoing(absolute("/rigid_bodies"), TopicKind::RigidBodies, &message)
+            }
+        }
     }
 
     fn links(&mut self, links: &ObjectLinks) -> Vec<Outgoing> {

@@ -17,4 +17,7 @@ pub use camera::{camera_info, picture, picture_info};
 pub use detections::detections;
 pub use diagnostics::{camera_status, fusion_status};
 pub use frames::{link_frame, optical_frame, tag_frame};
-pub use pose::{link_transform, object_pose, object_transform, static_transforms};
+pub use pose::{
+    link_transform, named_pose, object_pose, object_transform, odometry, rigid_body,
+    static_transforms,
+};

@@ -138,7 +138,7 @@ macro_rules! numbers {
     )*};
 }
 
-numbers!(i32 = 6, u32 = 7, f32 = 10, f64 = 11);
+numbers!(i8 = 2, i32 = 6, u32 = 7, f32 = 10, f64 = 11);
 
 impl Field for u8 {
     fn describe(_: &mut TypeTable) -> FieldType {

@@ -19,7 +19,7 @@ mod rate;
 mod topic;
 
 pub use attachment::{ATTACHMENT_BYTES, Attachment};
-pub use bridge::{Bridge, BridgeCounts, BridgeOptions, Outgoing};
+pub use bridge::{Also, Bridge, BridgeCounts, BridgeOptions, Outgoing};
 pub use description::{Field, RosMessage, encode, type_hash};
 pub use graph::{Distribution, Endpoint, Gid, Graph, UnknownDistribution};
 pub use names::{NameError, Namespace};

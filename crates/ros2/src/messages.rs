@@ -57,6 +57,40 @@ messages! {
     /// The pose of an object.
     "geometry_msgs/msg/PoseWithCovarianceStamped" PoseWithCovarianceStamped { header: Header, pose: PoseWithCovariance, }
 
+    /// Velocities, m/s and rad/s.
+    "geometry_msgs/msg/Twist" Twist { linear: Vector3, angular: Vector3, }
+
+    /// With a 6x6 row-major covariance.
+    "geometry_msgs/msg/TwistWithCovariance" TwistWithCovariance { twist: Twist, covariance: [f64; 36], }
+
+    /// Pose in `frame_id`, velocities in `child_frame_id`.
+    "nav_msgs/msg/Odometry" Odometry {
+        header: Header,
+        child_frame_id: String,
+        pose: PoseWithCovariance,
+        twist: TwistWithCovariance,
+    }
+
+    /// A pose of Crazyswarm2.
+    "motion_capture_tracking_interfaces/msg/NamedPose" NamedPose { name: String, pose: Pose, }
+
+    /// What `motion_capture_tracking` publishes under `/poses`.
+    "motion_capture_tracking_interfaces/msg/NamedPoseArray" NamedPoseArray { header: Header, poses: Vec<NamedPose>, }
+
+    /// A marker of MOCAP4ROS2.
+    "mocap4r2_msgs/msg/Marker" MocapMarker {
+        id_type: i8,
+        marker_index: i32,
+        marker_name: String,
+        translation: Point,
+    }
+
+    /// A rigid body of MOCAP4ROS2.
+    "mocap4r2_msgs/msg/RigidBody" RigidBody { rigid_body_name: String, markers: Vec<MocapMarker>, pose: Pose, }
+
+    /// What MOCAP4ROS2's drivers publish under `/rigid_bodies`.
+    "mocap4r2_msgs/msg/RigidBodies" RigidBodies { header: Header, frame_number: u32, rigidbodies: Vec<RigidBody>, }
+
     /// A rigid motion.
     "geometry_msgs/msg/Transform" Transform { translation: Vector3, rotation: Quaternion, }
 

@@ -2,8 +2,8 @@
 
 use crate::description::{RosMessage, type_hash};
 use crate::messages::{
-    AprilTagDetectionArray, CameraInfo, CompressedImage, DiagnosticArray,
-    PoseWithCovarianceStamped, TFMessage,
+    AprilTagDetectionArray, CameraInfo, CompressedImage, DiagnosticArray, NamedPoseArray, Odometry,
+    PoseWithCovarianceStamped, RigidBodies, TFMessage,
 };
 
 /// A topic: its absolute name, and what it carries.
@@ -24,6 +24,12 @@ pub enum TopicKind {
     StaticTransforms,
     /// The pose of an object with covariance.
     Pose,
+    /// The pose and the velocities of an object.
+    Odometry,
+    /// `/poses`: objects by name, as Crazyswarm2 reads them.
+    NamedPoses,
+    /// `/rigid_bodies`: objects by name, as MOCAP4ROS2 has them.
+    RigidBodies,
     /// The tags of a camera's images.
     Detections,
     /// The lens of a camera.
@@ -43,6 +49,9 @@ impl TopicKind {
         match self {
             Self::Transforms | Self::StaticTransforms => TFMessage::TYPE_NAME,
             Self::Pose => PoseWithCovarianceStamped::TYPE_NAME,
+            Self::Odometry => Odometry::TYPE_NAME,
+            Self::NamedPoses => NamedPoseArray::TYPE_NAME,
+            Self::RigidBodies => RigidBodies::TYPE_NAME,
             Self::Detections => AprilTagDetectionArray::TYPE_NAME,
             Self::CameraInfo | Self::PictureInfo => CameraInfo::TYPE_NAME,
             Self::Picture => CompressedImage::TYPE_NAME,
@@ -56,6 +65,9 @@ impl TopicKind {
         match self {
             Self::Transforms | Self::StaticTransforms => type_hash::<TFMessage>(),
             Self::Pose => type_hash::<PoseWithCovarianceStamped>(),
+            Self::Odometry => type_hash::<Odometry>(),
+            Self::NamedPoses => type_hash::<NamedPoseArray>(),
+            Self::RigidBodies => type_hash::<RigidBodies>(),
             Self::Detections => type_hash::<AprilTagDetectionArray>(),
             Self::CameraInfo | Self::PictureInfo => type_hash::<CameraInfo>(),
             Self::Picture => type_hash::<CompressedImage>(),
@@ -77,7 +89,12 @@ impl TopicKind {
                 durability: Durability::TransientLocal,
                 ..reliable(1)
             },
-            Self::Pose | Self::Detections | Self::Diagnostics => reliable(10),
+            Self::Pose
+            | Self::Odometry
+            | Self::NamedPoses
+            | Self::RigidBodies
+            | Self::Detections
+            | Self::Diagnostics => reliable(10),
             Self::Picture | Self::PictureInfo => Qos {
                 reliability: Reliability::BestEffort,
                 ..reliable(5)

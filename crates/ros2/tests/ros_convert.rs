@@ -11,7 +11,7 @@ use sextant_proto::{
     TagObservation, Timing, encode,
 };
 use sextant_ros2::messages::{CameraInfo, Transform};
-use sextant_ros2::{Bridge, BridgeOptions, Outgoing, TopicKind, convert};
+use sextant_ros2::{Also, Bridge, BridgeOptions, Outgoing, TopicKind, convert};
 use sextant_site_model::{CameraId, ObjectId};
 use sextant_site_report::State;
 use sextant_tag_families::Family;
@@ -231,6 +231,7 @@ fn bridge(max_rate_hz: Option<f64>) -> Bridge {
         namespace: "sextant".parse().expect("a namespace"),
         world: "world".to_owned(),
         max_rate_hz,
+        also: Vec::new(),
     })
 }
 
@@ -248,6 +249,38 @@ fn names(outgoing: &[Outgoing]) -> Vec<&str> {
         .iter()
         .map(|message| message.topic.name.as_str())
         .collect()
+}
+
+#[test]
+fn a_pose_becomes_further_messages_where_they_are_asked_for() {
+    let mut bridge = Bridge::new(BridgeOptions {
+        namespace: "sextant".parse().expect("a namespace"),
+        world: "world".to_owned(),
+        max_rate_hz: None,
+        also: vec![Also::Odometry, Also::NamedPoses, Also::RigidBodies],
+    });
+    let outgoing = take_pose(&mut bridge, &pose("pad-2", NOW, State::Initialising));
+    assert_eq!(names(&outgoing), ["/sextant/object/pad_2/pose"]);
+    let outgoing = take_pose(&mut bridge, &pose("pad-2", NOW + 1, State::Tracking));
+    assert_eq!(
+        names(&outgoing)[2..],
+        ["/sextant/object/pad_2/odom", "/poses", "/rigid_bodies"]
+    );
+}
+
+#[test]
+fn odometry_has_velocities_in_the_axes_of_the_object() {
+    // Turned to the left by 90 degrees, on its way along the world's x axis, and turning on.
+    let turned = ObjectPose {
+        orientation: [0.0, 0.0, 0.5_f64.sqrt(), 0.5_f64.sqrt()],
+        twist: [2.0, 0.0, 0.0, 0.0, 0.0, 3.0],
+        ..pose("cube", NOW, State::Tracking)
+    };
+    let odometry = convert::odometry(&turned, "world");
+    assert_eq!(odometry.child_frame_id, "cube");
+    let (linear, angular) = (odometry.twist.twist.linear, odometry.twist.twist.angular);
+    assert!(linear.x.abs() < 1e-12 && (linear.y + 2.0).abs() < 1e-12);
+    assert!((angular.z - 3.0).abs() < 1e-12);
 }
 
 #[test]

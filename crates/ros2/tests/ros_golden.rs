@@ -5,9 +5,10 @@
 
 use sextant_ros2::messages::{
     AprilTagDetection, AprilTagDetectionArray, Byte, CameraInfo, CompressedImage, DiagnosticArray,
-    DiagnosticStatus, Header, KeyValue, PixelPoint, Point, Pose, PoseWithCovariance,
-    PoseWithCovarianceStamped, Quaternion, RegionOfInterest, TFMessage, Transform,
-    TransformStamped, Vector3,
+    DiagnosticStatus, Header, KeyValue, MocapMarker, NamedPose, NamedPoseArray, Odometry,
+    PixelPoint, Point, Pose, PoseWithCovariance, PoseWithCovarianceStamped, Quaternion,
+    RegionOfInterest, RigidBodies, RigidBody, TFMessage, Transform, TransformStamped, Twist,
+    TwistWithCovariance, Vector3,
 };
 use sextant_ros2::{RosMessage, encode, type_hash};
 use std::path::Path;
@@ -79,9 +80,56 @@ fn poses() {
     let covariance = std::array::from_fn(|k| k as f64 / 8.0);
     let message = PoseWithCovarianceStamped {
         header: header(1_700_000_001, 5, "map"),
-        pose: PoseWithCovariance { pose, covariance },
+        pose: PoseWithCovariance {
+            pose: pose.clone(),
+            covariance,
+        },
     };
     compare("pose", &message);
+    let vector = |x, y, z| Vector3 { x, y, z };
+    let twist = Twist {
+        linear: vector(1.0, -2.0, 0.5),
+        angular: vector(0.25, 0.0, -4.0),
+    };
+    let odometry = Odometry {
+        header: header(1_700_000_001, 6, "map"),
+        child_frame_id: "cube".to_owned(),
+        pose: PoseWithCovariance {
+            pose: pose.clone(),
+            covariance,
+        },
+        twist: TwistWithCovariance { twist, covariance },
+    };
+    compare("odometry", &odometry);
+    let named = |name: &str| NamedPose {
+        name: name.to_owned(),
+        pose: pose.clone(),
+    };
+    let poses = NamedPoseArray {
+        header: header(1_700_000_001, 7, "map"),
+        poses: vec![named("cube"), named("pad-2")],
+    };
+    compare("named-poses", &poses);
+    let marker = MocapMarker {
+        id_type: 2,
+        marker_index: -3,
+        marker_name: "tag36h11:3".to_owned(),
+        translation: pose.position.clone(),
+    };
+    let body = |name: &str, markers: Vec<MocapMarker>| RigidBody {
+        rigid_body_name: name.to_owned(),
+        markers,
+        pose: pose.clone(),
+    };
+    let bodies = RigidBodies {
+        header: header(1_700_000_001, 8, "map"),
+        frame_number: 9,
+        rigidbodies: vec![
+            body("cube", vec![marker.clone(), marker]),
+            body("pad-2", Vec::new()),
+        ],
+    };
+    compare("rigid-bodies", &bodies);
 }
 
 #[test]

@@ -7,10 +7,13 @@ use sextant_ros2::{Attachment, Distribution, Graph, Topic, TopicKind};
 use std::fmt::Write;
 use std::path::Path;
 
-const TOPICS: [(&str, TopicKind); 8] = [
+const TOPICS: [(&str, TopicKind); 11] = [
     ("/tf", TopicKind::Transforms),
     ("/tf_static", TopicKind::StaticTransforms),
     ("/sextant/object/cube/pose", TopicKind::Pose),
+    ("/sextant/object/cube/odom", TopicKind::Odometry),
+    ("/poses", TopicKind::NamedPoses),
+    ("/rigid_bodies", TopicKind::RigidBodies),
     ("/sextant/camera/north/detections", TopicKind::Detections),
     ("/sextant/camera/north/camera_info", TopicKind::CameraInfo),
     (

@@ -30,6 +30,8 @@ pub const PYTHON: Need = Need {
     remedy: "install it",
 };
 pub const PIP: Need = program("pip3", "python3-pip", "install Python's pip");
+/// A broker of MQTT.
+pub const MOSQUITTO: Need = program("mosquitto", "mosquitto", "install Eclipse Mosquitto");
 pub const FFMPEG: Need = program("ffmpeg", "ffmpeg", "install FFmpeg");
 pub const CXX: Need = program("c++", "g++", "install a C++ compiler");
 pub const QEMU_ARM: Need = program(
@@ -136,6 +138,7 @@ pub const PACKAGED: &[&Need] = &[
     &PYTHON,
     &PIP,
     &FFMPEG,
+    &MOSQUITTO,
     &CXX,
     &QEMU_ARM,
     &QEMU_AARCH64,

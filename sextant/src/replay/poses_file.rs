@@ -1,7 +1,8 @@
-//! The file that poses go to: JSON lines or TUM text, by its name.
+//! The file that poses go to: JSON lines, TUM text or C3D, by its name.
 
 use anyhow::{Context, bail};
-use sextant_process::{Exit, Failure};
+use sextant_pose_formats::c3d;
+use sextant_process::{Exit, Failure, WithExit};
 use sextant_recordings::{pose_json, pose_tum};
 use sextant_site_files::write_atomically;
 use sextant_site_report::ObjectEstimate;
@@ -10,7 +11,12 @@ use std::path::{Path, PathBuf};
 /// A file of poses.
 pub struct PosesFile {
     path: PathBuf,
-    line: fn(&ObjectEstimate) -> String,
+    kind: Kind,
+}
+
+enum Kind {
+    Lines(fn(&ObjectEstimate) -> String),
+    C3d,
 }
 
 impl PosesFile {
@@ -19,12 +25,13 @@ impl PosesFile {
     /// # Errors
     /// [`Exit::Usage`] for an unknown file extension.
     pub fn named(path: &Path) -> anyhow::Result<Self> {
-        let line = match path.extension().and_then(|e| e.to_str()) {
-            Some("jsonl" | "json") => pose_json,
-            Some("tum") => pose_tum,
+        let kind = match path.extension().and_then(|e| e.to_str()) {
+            Some("jsonl" | "json") => Kind::Lines(pose_json),
+            Some("tum") => Kind::Lines(pose_tum),
+            Some("c3d") => Kind::C3d,
             _ => {
                 let cause = anyhow::anyhow!(
-                    "--out {}: the name says no format; let it end with .jsonl or .tum",
+                    "--out {}: the name says no format; let it end with .jsonl, .tum or .c3d",
                     path.display()
                 );
                 bail!(Failure::new(Exit::Usage, cause))
@@ -32,14 +39,14 @@ impl PosesFile {
         };
         Ok(Self {
             path: path.to_owned(),
-            line,
+            kind,
         })
     }
 
     /// Writes the poses, whole or not at all.
     ///
     /// # Errors
-    /// An I/O error, and [`Exit::Usage`] for TUM text of several objects, which it cannot distinguish.
+    /// An I/O error; [`Exit::Usage`] for TUM text of several objects, which it cannot distinguish, and for what C3D has no room for.
     pub fn write(&self, poses: &[ObjectEstimate]) -> anyhow::Result<()> {
         let is_tum = self.path.extension().is_some_and(|e| e == "tum");
         if is_tum && poses.iter().any(|pose| pose.object != poses[0].object) {
@@ -49,11 +56,15 @@ impl PosesFile {
             );
             bail!(Failure::new(Exit::Usage, cause));
         }
-        let mut text = String::new();
-        for pose in poses {
-            text.push_str(&(self.line)(pose));
-            text.push('\n');
-        }
-        write_atomically(&self.path, text.as_bytes()).context("the poses are lost")
+        let bytes = match self.kind {
+            Kind::Lines(line) => poses
+                .iter()
+                .flat_map(|pose| format!("{}\n", line(pose)).into_bytes())
+                .collect(),
+            Kind::C3d => c3d(poses)
+                .with_context(|| format!("--out {}", self.path.display()))
+                .exit_with(Exit::Usage)?,
+        };
+        write_atomically(&self.path, &bytes).context("the poses are lost")
     }
 }

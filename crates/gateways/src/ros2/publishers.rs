@@ -119,7 +119,12 @@ impl<'a> Publishers<'a> {
 /// How each topic is treated when the network is slow.
 fn class(kind: TopicKind) -> Qos {
     match kind {
-        TopicKind::Transforms | TopicKind::Pose | TopicKind::Detections => Qos::Pose,
+        TopicKind::Transforms
+        | TopicKind::Pose
+        | TopicKind::Odometry
+        | TopicKind::NamedPoses
+        | TopicKind::RigidBodies
+        | TopicKind::Detections => Qos::Pose,
         TopicKind::StaticTransforms | TopicKind::CameraInfo => Qos::Config,
         TopicKind::Picture | TopicKind::PictureInfo => Qos::Preview,
         TopicKind::Diagnostics => Qos::Status,

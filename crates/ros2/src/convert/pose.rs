@@ -5,26 +5,97 @@ use sextant_proto::{CameraConfig, LinkPose, ObjectConfig, ObjectLinks, ObjectPos
 
 use super::frames::{carrier_frame, link_frame, optical_frame, tag_frame};
 use crate::messages::{
-    Header, Point, Pose, PoseWithCovariance, PoseWithCovarianceStamped, Quaternion, Transform,
-    TransformStamped, Vector3,
+    Header, NamedPose, NamedPoseArray, Odometry, Point, Pose, PoseWithCovariance,
+    PoseWithCovarianceStamped, Quaternion, RigidBodies, RigidBody, Transform, TransformStamped,
+    Twist, TwistWithCovariance, Vector3,
 };
+
+/// Variance of velocities, of which the site publishes none: large, as none is known.
+const UNKNOWN_VARIANCE: f64 = 1e6;
 
 /// `world_from_object` with covariance, at the time of capture.
 #[must_use]
 pub fn object_pose(pose: &ObjectPose, world: &str) -> PoseWithCovarianceStamped {
+    PoseWithCovarianceStamped {
+        header: Header::new(pose.capture_ns, world),
+        pose: PoseWithCovariance {
+            pose: plain_pose(pose),
+            covariance: pose.covariance,
+        },
+    }
+}
+
+/// `world_from_object` with covariance, and the velocities in the axes of the object.
+#[must_use]
+pub fn odometry(pose: &ObjectPose, world: &str) -> Odometry {
+    let object_from_world = pose.world_from_object().rotation.inverse();
+    let [vx, vy, vz, wx, wy, wz] = pose.twist;
+    let in_object = |x, y, z| {
+        let v = object_from_world * nalgebra::Vector3::new(x, y, z);
+        Vector3 {
+            x: v.x,
+            y: v.y,
+            z: v.z,
+        }
+    };
+    let is_diagonal = |place: usize| place.is_multiple_of(7);
+    Odometry {
+        header: Header::new(pose.capture_ns, world),
+        child_frame_id: pose.object.to_string(),
+        pose: PoseWithCovariance {
+            pose: plain_pose(pose),
+            covariance: pose.covariance,
+        },
+        twist: TwistWithCovariance {
+            twist: Twist {
+                linear: in_object(vx, vy, vz),
+                angular: in_object(wx, wy, wz),
+            },
+            covariance: std::array::from_fn(|n| {
+                if is_diagonal(n) {
+                    UNKNOWN_VARIANCE
+                } else {
+                    0.0
+                }
+            }),
+        },
+    }
+}
+
+/// `world_from_object` under the object's name, an array of one.
+#[must_use]
+pub fn named_pose(pose: &ObjectPose, world: &str) -> NamedPoseArray {
+    NamedPoseArray {
+        header: Header::new(pose.capture_ns, world),
+        poses: vec![NamedPose {
+            name: pose.object.to_string(),
+            pose: plain_pose(pose),
+        }],
+    }
+}
+
+/// `world_from_object` as a rigid body without markers, an array of one.
+#[must_use]
+pub fn rigid_body(pose: &ObjectPose, world: &str) -> RigidBodies {
+    RigidBodies {
+        header: Header::new(pose.capture_ns, world),
+        frame_number: pose.sequence as u32,
+        rigidbodies: vec![RigidBody {
+            rigid_body_name: pose.object.to_string(),
+            markers: Vec::new(),
+            pose: plain_pose(pose),
+        }],
+    }
+}
+
+fn plain_pose(pose: &ObjectPose) -> Pose {
     let Transform {
         translation: Vector3 { x, y, z },
         rotation,
     } = transform(&pose.world_from_object());
-    PoseWithCovarianceStamped {
-        header: Header::new(pose.capture_ns, world),
-        pose: PoseWithCovariance {
-            pose: Pose {
-                position: Point { x, y, z },
-                orientation: rotation,
-            },
-            covariance: pose.covariance,
-        },
+    Pose {
+        position: Point { x, y, z },
+        orientation: rotation,
     }
 }
 
