@@ -121,7 +121,7 @@ impl Adjustment {
             if let Some(last) = &last
                 && keyframes.len() >= FEW
             {
-                let evidence = last.evidence(&layout, &errors);
+                let evidence = last.evidence(&layout);
                 for class in CLASSES
                     .into_iter()
                     .filter(|class| evidence.excludes(*class))
@@ -131,19 +131,17 @@ impl Adjustment {
             }
             let equations = self.equations(keyframes.as_slice(), &cameras, &layout, weighting);
             let solution = Solution::of(equations, layout.precision(&scales), &errors)?;
-            let step = -solution.factor.solve(&solution.equations.gradient);
-            if !step.iter().all(|x| x.is_finite()) {
-                return None;
-            }
             let posed = Posed {
                 layout: &layout,
                 site,
                 weighting,
             };
-            self.advance(keyframes, &mut errors, &solution, &step, posed);
-            let eliminated = &solution.equations.eliminated;
-            self.accelerations = self.accelerations.updated(keyframes, eliminated);
-            self.scales = self.scales.updated(&layout, &errors, &solution.variances);
+            // Scales follow from the errors at a minimum.
+            if self.advance(keyframes, &mut errors, &solution, posed) {
+                let eliminated = &solution.equations.eliminated;
+                self.accelerations = self.accelerations.updated(keyframes, eliminated);
+                self.scales = self.scales.updated(&layout, &errors, &solution.variances);
+            }
             last = Some(solution);
         }
         self.scatter(&layout, &errors);
@@ -152,7 +150,7 @@ impl Adjustment {
         let determined = |(variance, precision): (&f64, &f64)| 1.0 - variance * precision;
         let determined = last.variances.iter().zip(&last.precision).map(determined);
         self.design_effect.learn(keyframes, determined.sum(), left);
-        let evidence = last.evidence(&layout, &errors);
+        let evidence = last.evidence(&layout);
         if evidence.excludes_all() {
             return Some(exact(&layout, site));
         }
@@ -165,15 +163,16 @@ impl Adjustment {
         })
     }
 
-    /// Goes a step, or as much of it as lowers the cost: where images say little of an error, its slopes hold for a short way only.
+    /// Goes the step of a solution, or as much of it as lowers the cost (backtracking): where images say little of an error, its slopes hold for a
+    /// short way only. Whether it went the whole step.
     fn advance(
         &self,
         keyframes: &mut Keyframes,
         errors: &mut DVector<f64>,
         solution: &Solution,
-        step: &DVector<f64>,
         posed: Posed<'_>,
-    ) {
+    ) -> bool {
+        let step = &solution.step;
         let before = self.whole_cost(keyframes, errors, solution, posed);
         let own = solution.equations.eliminated.iter();
         let own: Vec<DVector<f64>> = own.map(|own| own.step(step)).collect();
@@ -186,9 +185,10 @@ impl Adjustment {
             self.place_tags(&mut trial, posed.layout, &moved, posed.site);
             if self.whole_cost(&trial, &moved, solution, posed) <= before {
                 (*keyframes, *errors) = (trial, moved);
-                return;
+                return share == 1.0;
             }
         }
+        false
     }
 
     /// Twice the robust cost of all views, with the priors.

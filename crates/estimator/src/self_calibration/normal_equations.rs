@@ -39,6 +39,9 @@ pub(super) struct Solution {
     /// Of the priors.
     pub(super) precision: DVector<f64>,
     pub(super) factor: ArrowFactor,
+    /// The step to the minimum of the linearised equations, and the errors there.
+    pub(super) step: DVector<f64>,
+    pub(super) minimum: DVector<f64>,
     pub(super) covariance: ArrowInverse,
     pub(super) variances: DVector<f64>,
 }
@@ -91,15 +94,16 @@ pub(super) fn tag_map(by_pose: &Matrix6<f64>) -> SMatrix<f64, OF_VIEW, OF_TAG> {
 /// J' W J, J' W r and r' W r.
 type Normal = (ViewMatrix, ViewVector, f64);
 
-/// J' W J, J' W r and r' W r with the weight of the view; a step of the object that is not known exactly is marginalised.
+/// J' W J, J' W r and r' W r with the weight of the view; a step of the object that is not known exactly is marginalised first, so that the gradient is
+/// that of [`cost`].
 pub(super) fn normal(
     rows: &[[f64; OF_VIEW + 1]; 8],
     one: &KeyframeView,
     weighting: Weighting,
 ) -> Normal {
-    let (matrix, pull, square) = unweighted(rows);
+    let (matrix, pull, square) = marginalised(unweighted(rows), one);
     let weight = one.view.noise_source.weight(square / weighting.excess) / weighting.design_effect;
-    marginalised((matrix * weight, pull * weight, square * weight), one)
+    (matrix * weight, pull * weight, square * weight)
 }
 
 /// Twice the robust cost of a view, weighted as by [`normal`].
@@ -226,7 +230,13 @@ impl Solution {
         equations.gradient += precision.component_mul(errors);
         let factor = equations.information.factor()?;
         let covariance = factor.inverse();
+        let step = -factor.solve(&equations.gradient);
+        if !step.iter().all(|x| x.is_finite()) {
+            return None;
+        }
         Some(Self {
+            minimum: errors + &step,
+            step,
             variances: covariance.diagonal(),
             equations,
             precision,
@@ -235,13 +245,9 @@ impl Solution {
         })
     }
 
-    pub(super) fn evidence<'a>(
-        &'a self,
-        layout: &'a ParameterLayout,
-        errors: &'a DVector<f64>,
-    ) -> Evidence<'a> {
+    pub(super) fn evidence<'a>(&'a self, layout: &'a ParameterLayout) -> Evidence<'a> {
         let equations = (&self.equations.information, &self.factor);
-        Evidence::of(layout, errors, equations, &self.precision)
+        Evidence::of(layout, &self.minimum, equations, &self.precision)
     }
 }
 
