@@ -67,6 +67,8 @@ pub struct Beginning {
     pub record: Option<ModelsState>,
     /// The fusion nodes that are alive.
     pub others: Vec<NodeId>,
+    /// Quality of the host's clock.
+    pub clock: ClockQuality,
 }
 
 /// What a fusion node does at a moment.
@@ -133,6 +135,7 @@ impl FusionCore {
             formers,
             record,
             others,
+            clock,
         } = beginning;
         let (keys, node) = (Keys::of(config.site.clone()), config.node.clone());
         let options = FusionOptions::default();
@@ -154,7 +157,7 @@ impl FusionCore {
             replica: Replica::new(node.clone(), models, formers, record, config.keep_changes),
             estimates: VecDeque::new(),
             actions: VecDeque::new(),
-            clock: ClockQuality::default(),
+            clock,
             refinement: config.refinement,
             max_age_s: config.max_age_s,
             handled_ns: now.monotonic_ns,
@@ -186,7 +189,7 @@ impl FusionCore {
         said.or_else(|| self.actions.pop_front())
     }
 
-    /// When [`Self::tick`] is due, ns by the monotonic clock.
+    /// When [`Self::tick`] is due at the latest but for changes of the models, which are looked after every tenth of a second; ns by the monotonic clock.
     #[must_use]
     pub fn poll_timeout(&self, now: Moment) -> u64 {
         let of_machine = self.machine.poll_timeout().unwrap_or(u64::MAX);
@@ -333,6 +336,7 @@ impl FusionCore {
 
     /// The wall clock of this host was set by so many ns: everything that compares stamps with it begins anew.
     pub fn clock_stepped(&mut self, by_ns: i64, now: Moment) {
+        self.handled_ns = now.monotonic_ns;
         self.intake.clock_stepped();
         self.standby.interrupted(now);
         self.feed(InputSource::ClockStep, Input::ClockStep { by_ns }, now);
@@ -400,6 +404,7 @@ impl FusionCore {
             return;
         }
         if let Some(request) = requests::of(&self.keys, item) {
+            self.handled_ns = now.monotonic_ns;
             self.requested_ns = Some(now.monotonic_ns);
             self.replica.request(request, now);
             self.care_for_models(now);

@@ -129,7 +129,6 @@ impl<'a> FusionNode<'a> {
             bytes: QUEUE_BYTES,
             wait: Duration::from_secs_f64(config.max_age_s),
         };
-        // Subscribes first and asks then, so that nothing falls between.
         let (beats, longest) = (keys.all_heartbeats(), Kind::Heartbeat.max_bytes());
         let heartbeats = bus.subscribe_stream(&beats, HEARTBEATS, longest)?;
         let alive = bus.alive_keys(&keys.all_fusion_alive())?;
@@ -146,6 +145,7 @@ impl<'a> FusionNode<'a> {
             formers,
             record,
             others: others.collect(),
+            clock: ClockQuality::read(),
         };
         let core = FusionCore::new(config, beginning, moment(&clock))?;
         let arrivals = core.arrivals();
@@ -155,7 +155,7 @@ impl<'a> FusionNode<'a> {
             keys.all_config(),
             MAX_PAYLOAD_BYTES,
         );
-        Ok(Self {
+        let mut node = Self {
             observations: bus.subscribe_stream_heard(&images, bounds, longest, hear)?,
             changes: bus.subscribe(&changes, CHANGE_QUEUE, DropRule::Oldest, longest)?,
             heartbeats,
@@ -172,7 +172,10 @@ impl<'a> FusionNode<'a> {
             core,
             keys,
             bus,
-        })
+        };
+        // Who sees this node's token finds what it keeps for those who join late.
+        node.act()?;
+        Ok(node)
     }
 
     /// Waits for an observation, then does all that is due.
@@ -187,7 +190,7 @@ impl<'a> FusionNode<'a> {
         if let Some(by_ns) = stepped {
             self.core.clock_stepped(by_ns, now);
         }
-        self.hear_others(now);
+        self.hear_others(now)?;
         if let Some(item) = item {
             self.core.observation(&item, now);
         }
@@ -210,7 +213,7 @@ impl<'a> FusionNode<'a> {
         Ok(())
     }
 
-    fn hear_others(&mut self, now: Moment) {
+    fn hear_others(&mut self, now: Moment) -> anyhow::Result<()> {
         let link = match self.bus.is_connected() {
             true => Link::Up,
             false => Link::Down,
@@ -223,6 +226,7 @@ impl<'a> FusionNode<'a> {
             self.core.heartbeat(&item, now);
         }
         self.core.take_turns(now);
+        self.act()
     }
 
     fn care_for_models(&mut self) -> anyhow::Result<()> {

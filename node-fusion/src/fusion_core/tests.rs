@@ -79,6 +79,7 @@ impl Bench {
             formers: Formers::default(),
             record: None,
             others: Vec::new(),
+            clock: ClockQuality::default(),
         };
         let now = Moment {
             wall_ns: 1_800_000_000 * SECOND_NS,
