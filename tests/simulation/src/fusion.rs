@@ -93,6 +93,7 @@ impl Process {
             formers: Default::default(),
             record: disk.record.clone().filter(|_| config.keep_changes),
             others,
+            clock: ClockQuality::default(),
         };
         let now = clock.moment(at.at_ns);
         let core = FusionCore::new(config, beginning, now).expect("models that were in force");
@@ -184,6 +185,7 @@ impl Process {
             self.core.heartbeat(&item, now);
         }
         self.core.take_turns(now);
+        self.act(now, at, disk, witness, &mut wanted);
         let mut ends_ns = at.at_ns + TURN_NS;
         if let Some(item) = item {
             self.core.observation(&item, now);

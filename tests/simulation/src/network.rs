@@ -9,8 +9,8 @@ use std::collections::BTreeMap;
 
 /// Silence after which a link counts as dead: the nodes' default.
 pub const LEASE_NS: u64 = 2_000 * MS;
-/// A message that may be dropped waits so long for room.
-const PATIENCE_NS: u64 = 150 * MS;
+/// A message that may be dropped waits so long in the buffers of a connection.
+const PATIENCE_NS: u64 = 1_000 * MS;
 
 /// Which way along a link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -29,8 +29,8 @@ pub struct Network {
     reopening_ns: Vec<u64>,
     routers: usize,
     random: Random,
-    /// The last arrival on each way of each link.
-    last_ns: BTreeMap<(Option<Place>, Way), u64>,
+    /// The last arrival of each process at each other one.
+    last_ns: BTreeMap<(Place, Place), u64>,
 }
 
 impl Network {
@@ -171,7 +171,10 @@ impl Network {
             true => at_ns,
             false => self.pass((None, Way::Across(first)), at_ns, may_drop)?,
         };
-        self.pass((Some(to), Way::Down), at_ns, may_drop)
+        let arrival_ns = self.pass((Some(to), Way::Down), at_ns, may_drop)?;
+        let last_ns = self.last_ns.entry((from, to)).or_default();
+        *last_ns = (*last_ns).max(arrival_ns);
+        Some(*last_ns)
     }
 
     fn pass(&mut self, hop: (Option<Place>, Way), at_ns: u64, may_drop: bool) -> Option<u64> {
@@ -209,8 +212,6 @@ impl Network {
                 _ => {}
             }
         }
-        let last_ns = self.last_ns.entry(hop).or_default();
-        *last_ns = (*last_ns).max(leaves_ns + delay_ns);
-        Some(*last_ns)
+        Some(leaves_ns + delay_ns)
     }
 }

@@ -244,7 +244,7 @@ impl Plan {
                 Wrong::SlowDisk(node, [30, 700, 4000][random.below(3)] * MS)
             }
             13 => Wrong::FullDisk(node),
-            _ => Wrong::Overloaded(node, [5, 40, 400][random.below(3)] * MS),
+            _ => Wrong::Overloaded(node, [5, 40, 700][random.below(3)] * MS),
         };
         Fault {
             wrong,

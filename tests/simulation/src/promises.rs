@@ -7,11 +7,11 @@ use crate::plan::{MS, Place, Plan, S, Wrong};
 use crate::scene::Scene;
 use node_fusion::{CoreState, FusionCore, Models, Put};
 use sextant_proto::{
-    ConfigAnswer, FusionStatus, KeyRef, Keys, ModelsState, Notice, ObjectPose, Outcome, decode,
-    fingerprint,
+    ConfigAnswer, FusionStatus, KeyRef, Keys, ModelsState, ModelsVersion, Notice, ObjectConfig,
+    ObjectPose, Outcome, RigConfig, decode, fingerprint,
 };
 use sextant_site_mirror::SiteMirror;
-use sextant_site_model::ObjectId;
+use sextant_site_model::{ObjectId, ObjectModel};
 use sextant_site_report::{Fault, State};
 use sextant_zenoh_bus::Item;
 use std::collections::BTreeMap;
@@ -22,6 +22,8 @@ use std::fmt;
 const OFF_M: f64 = 0.02;
 const OFF_BY_FILES_M: f64 = 0.04;
 const OFF_SIGMAS: f64 = 6.0;
+/// And turned by so much.
+const TURNED_RAD: f64 = 0.5;
 /// Two nodes that have heard each other for so long do not both publish an object, ns.
 const AGREED_NS: u64 = 1_500 * MS;
 /// Runs of poses of one node after another's within a second that are no handing over.
@@ -90,6 +92,8 @@ pub struct Promises {
     seen_by_two: BTreeMap<ObjectId, (u64, u64)>,
     /// When the client used a pose of an object last that is tracked.
     tracked: BTreeMap<ObjectId, u64>,
+    /// The newest version that was answered to be kept.
+    newest_kept: Option<ModelsVersion>,
     /// The epoch of the last pose that it used, and when.
     epochs: BTreeMap<ObjectId, (u64, u64)>,
     pending: Vec<Pending>,
@@ -115,6 +119,7 @@ impl Promises {
             sightings: BTreeMap::new(),
             seen_by_two: BTreeMap::new(),
             tracked: BTreeMap::new(),
+            newest_kept: None,
             epochs: BTreeMap::new(),
             pending: Vec::new(),
             statuses: BTreeMap::new(),
@@ -222,6 +227,8 @@ impl Promises {
             && answer.outcome == Outcome::Kept
         {
             let (state, models) = (core.state(), core.models());
+            let version = state.models.version.clone();
+            self.newest_kept = self.newest_kept.take().max(version);
             let of_disk = disk
                 .record
                 .as_ref()
@@ -253,6 +260,14 @@ impl Promises {
             false => near.collect(),
         };
         let (error_m, sigmas) = scene.error(pose, world, &times);
+        let turned_rad = scene.turned_rad(pose, &times);
+        if turned_rad > TURNED_RAD {
+            let how = format!(
+                "fusion {index}: {} is turned by {turned_rad:.2} rad",
+                pose.object
+            );
+            self.breaks(at_ns, "no pose called tracking is turned", how);
+        }
         let off_m = match self.plan.exact {
             true => OFF_M,
             false => OFF_BY_FILES_M,
@@ -307,10 +322,13 @@ impl Promises {
     /// The client asks for a change.
     pub fn asked(&mut self, key: &str, payload: &[u8], network: &Network, at_ns: u64) {
         let due_ns = at_ns + ANSWERED_NS;
+        let slow_disk = |fault: &crate::plan::Fault| matches!(fault.wrong, Wrong::SlowDisk(..));
+        let has_slow_disk = self.plan.faults.iter().any(slow_disk);
         let is_sound = |index: &usize| {
             let span_ns = ANSWERED_NS + SETTLED_NS;
             network.is_sound(Place::Client, Place::Fusion(*index), span_ns, due_ns)
                 && self.is_settled(*index, STARTED_NS, at_ns)
+                && !has_slow_disk
         };
         if !(0..self.nodes.len()).all(|index| is_sound(&index)) {
             return;
@@ -417,8 +435,27 @@ impl Promises {
     }
 
     /// Everything was mended for a while.
-    pub fn end(&mut self, states: &[Option<CoreState>]) {
+    pub fn end(&mut self, states: &[Option<CoreState>], models: Option<&Models>) {
         let at_ns = self.plan.end_ns;
+        let has_joined = self.plan.starts_ns.iter().all(|at_ns| *at_ns < S);
+        if self.plan.faults.is_empty()
+            && has_joined
+            && let Some(models) = models
+        {
+            let rig = self.mirror.rig().cloned();
+            let known = |model: &ObjectModel| {
+                let object = self.mirror.object(model.id());
+                object.and_then(|object| object.config.clone()) == Some(ObjectConfig::from(model))
+            };
+            if rig != Some(RigConfig::from(&models.rig)) || !models.objects.iter().all(known) {
+                let how = "the client has other ones".to_owned();
+                self.breaks(at_ns, "the models in force are announced", how);
+            }
+            if self.statuses.len() != states.len() {
+                let how = format!("{} of {} nodes", self.statuses.len(), states.len());
+                self.breaks(at_ns, "every node says how it is", how);
+            }
+        }
         if states.iter().any(Option::is_none) {
             self.breaks(
                 at_ns,
@@ -433,6 +470,13 @@ impl Promises {
                 states.iter().map(|state| &state.models).collect::<Vec<_>>()
             );
             self.breaks(at_ns, "all nodes have the same models in the end", how);
+        }
+        if states
+            .iter()
+            .any(|state| state.models.version < self.newest_kept)
+        {
+            let how = format!("{:?}", self.newest_kept);
+            self.breaks(at_ns, "what was kept is in force in the end", how);
         }
         let leaders = states.iter().filter(|state| state.leads).count();
         if leaders != 1 {

@@ -1,7 +1,7 @@
 //! The true site and its files: what cameras see, and by how much a pose is off.
 
 use crate::plan::{Plan, Wish};
-use nalgebra::Vector3;
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use node_fusion::Models;
 use sextant_geometry::Pose;
 use sextant_proto::{
@@ -175,6 +175,22 @@ impl Scene {
         let error_m = errors.fold(f64::INFINITY, f64::min);
         let variance: f64 = [0, 7, 14].iter().map(|at| pose.covariance[*at]).sum();
         (error_m, error_m / variance.sqrt())
+    }
+
+    /// By how much a pose is turned against the truth at one of these true times, the best of them, rad.
+    #[must_use]
+    pub fn turned_rad(&self, pose: &ObjectPose, true_ns: &[u64]) -> f64 {
+        let mut objects = self.truth.objects.iter();
+        let Some(object) = objects.find(|object| object.id == pose.object.as_str()) else {
+            return f64::INFINITY;
+        };
+        let [x, y, z, w] = pose.orientation;
+        let turned = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+        let angles = true_ns.iter().map(|at_ns| {
+            let truth = object.world_from_object(*at_ns).rotation;
+            truth.angle_to(&turned)
+        });
+        angles.fold(f64::INFINITY, f64::min)
     }
 
     /// The key and the payload of a wish.

@@ -17,6 +17,7 @@ use sextant_simulator::{Random, Schedule};
 use sextant_zenoh_bus::{BusOptions, Item, Payload, Presence, Qos, SecurityOptions};
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::rc::Rc;
 
 /// From the middle of an exposure to the observation.
@@ -101,7 +102,17 @@ pub struct Outcome {
 /// Runs a site to its end, or to the first promise that is broken. With `traces`, what happens is printed.
 #[must_use]
 pub fn run(plan: &Plan, traces: bool) -> Outcome {
-    World::new(plan, traces).run()
+    let whole = || World::new(plan, traces).run();
+    catch_unwind(AssertUnwindSafe(whole)).unwrap_or_else(|_| Outcome {
+        broken: Some(Broken {
+            at_ns: 0,
+            promise: "nothing panics",
+            how: "its message stands above".to_owned(),
+        }),
+        poses: 0,
+        fingerprint: 0,
+        coverage: Coverage::default(),
+    })
 }
 
 /// The site.
@@ -201,8 +212,11 @@ impl<'a> World<'a> {
             self.happen(due.at_ns, due.event);
         }
         let state = |host: &Host| host.process.as_ref().map(|process| process.core.state());
-        self.promises
-            .end(&self.hosts.iter().map(state).collect::<Vec<_>>());
+        let states: Vec<_> = self.hosts.iter().map(state).collect();
+        let processes = self.hosts.iter().filter_map(|host| host.process.as_ref());
+        let mut leading = processes.filter(|process| process.core.state().leads);
+        let models = leading.next().map(|process| process.core.models());
+        self.promises.end(&states, models);
         Outcome {
             broken: self.promises.broken().cloned(),
             poses: self.promises.poses(),
@@ -605,11 +619,18 @@ impl World<'_> {
             timing: Timing::default(),
             tags: self.scene.observe(camera, at_ns),
         };
-        for object in self.scene.objects_of(&message.tags) {
-            self.promises.sees(camera, &object, at_ns);
-        }
         if !self.network.is_linked(place, at_ns) {
             return;
+        }
+        let nodes = 0..self.hosts.len();
+        let mut sound = nodes.filter(|index| {
+            self.network
+                .is_sound(place, Place::Fusion(*index), 0, at_ns)
+        });
+        if sound.next().is_some() {
+            for object in self.scene.objects_of(&message.tags) {
+                self.promises.sees(camera, &object, at_ns);
+            }
         }
         let item = Rc::new(Item {
             key: self.keys.observations(&message.camera),
