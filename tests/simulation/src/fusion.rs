@@ -54,6 +54,14 @@ pub struct Surroundings {
     pub overload_ns: u64,
 }
 
+/// Another node is asked for its models.
+struct Question {
+    node: NodeId,
+    /// Until when it is waited for.
+    due_ns: u64,
+    answers: Option<Vec<Item>>,
+}
+
 /// The process.
 pub struct Process {
     /// The node.
@@ -67,8 +75,7 @@ pub struct Process {
     max_age_ns: u64,
     /// A job that is being written, when it is done, and whether it succeeds.
     writing: Option<(KeepJob, u64, u64, bool)>,
-    /// Asked another node: whom, until when, and its answer with the time of its arrival.
-    question: Option<(NodeId, u64, Option<(u64, Vec<Item>)>)>,
+    question: Option<Question>,
     solving: Option<(Arc<AdjustmentTask>, u64)>,
     /// What those get who ask for the models of this node.
     pub shelf: Option<(String, Payloads)>,
@@ -145,11 +152,11 @@ impl Process {
     }
 
     /// The models of a node that was asked arrive.
-    pub fn answered(&mut self, node: &NodeId, items: Vec<Item>, at_ns: u64) {
-        if let Some((asked, _, answer)) = &mut self.question
-            && asked == node
+    pub fn answered(&mut self, node: &NodeId, items: Vec<Item>) {
+        if let Some(question) = &mut self.question
+            && question.node == *node
         {
-            *answer = Some((at_ns, items));
+            question.answers = Some(items);
         }
     }
 
@@ -262,14 +269,12 @@ impl Process {
             };
             self.core.kept(outcome, now);
         }
-        let is_answered = |(_, due_ns, answer): &(NodeId, u64, Option<(u64, Vec<Item>)>)| {
-            answer.is_some() || *due_ns <= at.at_ns
-        };
-        if self.question.as_ref().is_some_and(is_answered)
-            && let Some((node, _, answer)) = self.question.take()
+        let is_over =
+            |question: &Question| question.answers.is_some() || question.due_ns <= at.at_ns;
+        if self.question.as_ref().is_some_and(is_over)
+            && let Some(Question { node, answers, .. }) = self.question.take()
         {
-            let items = answer.map(|(_, items)| items).unwrap_or_default();
-            self.core.follow(&node, &items, now);
+            self.core.follow(&node, &answers.unwrap_or_default(), now);
         }
         for _ in 0..CHANGES {
             if !self.core.takes_requests(now) {
@@ -310,7 +315,11 @@ impl Process {
                 }
                 Action::Ask(_) if self.question.is_some() => {}
                 Action::Ask(node) => {
-                    self.question = Some((node.clone(), at.at_ns + MODELS_WAIT_NS, None));
+                    self.question = Some(Question {
+                        node: node.clone(),
+                        due_ns: at.at_ns + MODELS_WAIT_NS,
+                        answers: None,
+                    });
                     wanted.push(Wanted::Ask(node));
                 }
             }

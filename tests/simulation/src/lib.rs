@@ -1,5 +1,10 @@
 //! A whole site in simulated time: cameras, routers, fusion nodes with their election, models and disks, and a client, as their real state
-//! machines, in one queue of events. Everything follows from one seed, and every promise of the site is checked at every event.
+//! machines, in one queue of events. Everything follows from one seed, and what the site promises is checked meanwhile and in the end.
+
+#![allow(
+    clippy::expect_used,
+    reason = "a simulation that cannot be set up ends by panicking"
+)]
 
 mod coverage;
 mod disk;

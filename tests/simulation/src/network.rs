@@ -6,6 +6,7 @@
 use crate::plan::{Fault, MS, Place, Plan, Wrong};
 use sextant_simulator::Random;
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// Silence after which a link counts as dead: the nodes' default.
 pub const LEASE_NS: u64 = 2_000 * MS;
@@ -19,6 +20,13 @@ enum Way {
     Down,
     /// Between routers, from this one.
     Across(usize),
+}
+
+/// When nothing passes because of a fault.
+struct Gap {
+    stops: Range<u64>,
+    /// When the link is closed because of it, if it is.
+    closed: Option<Range<u64>>,
 }
 
 /// Where messages pass when.
@@ -58,21 +66,15 @@ impl Network {
         index % self.routers
     }
 
-    /// When nothing passes because of a fault, and when the link is closed because of it, if it is.
-    fn gap(
-        &self,
-        index: usize,
-        hop: (Option<Place>, Way),
-    ) -> Option<(u64, u64, Option<(u64, u64)>)> {
+    fn gap(&self, index: usize, hop: (Option<Place>, Way)) -> Option<Gap> {
         let fault = &self.faults[index];
         let (place, way) = hop;
         let is_of_place = place.is_some() && fault.wrong.place() == place;
         let router = place.map(|place| self.router(place));
-        let at_once = (fault.from_ns, fault.until_ns + self.reopening_ns[index]);
-        let after_lease = (fault.until_ns - fault.from_ns > LEASE_NS).then_some((
-            fault.from_ns + LEASE_NS,
-            fault.until_ns + self.reopening_ns[index],
-        ));
+        let reopened_ns = fault.until_ns + self.reopening_ns[index];
+        let at_once = fault.from_ns..reopened_ns;
+        let outlasts = fault.until_ns - fault.from_ns > LEASE_NS;
+        let after_lease = outlasts.then_some(fault.from_ns + LEASE_NS..reopened_ns);
         let (stops, closed) = match fault.wrong {
             Wrong::Cut(_) | Wrong::Paused(_) if is_of_place => (true, after_lease),
             Wrong::Deaf(_) if is_of_place => (way == Way::Down, after_lease),
@@ -85,13 +87,11 @@ impl Network {
             _ => return None,
         };
         let until_ns = if stops { fault.until_ns } else { fault.from_ns };
-        Some((fault.from_ns, until_ns, closed))
+        let stops = fault.from_ns..until_ns;
+        Some(Gap { stops, closed })
     }
 
-    fn gaps(
-        &self,
-        hop: (Option<Place>, Way),
-    ) -> impl Iterator<Item = (u64, u64, Option<(u64, u64)>)> {
+    fn gaps(&self, hop: (Option<Place>, Way)) -> impl Iterator<Item = Gap> {
         (0..self.faults.len()).filter_map(move |index| self.gap(index, hop))
     }
 
@@ -102,8 +102,8 @@ impl Network {
     }
 
     fn is_open(&self, hop: (Option<Place>, Way), at_ns: u64) -> bool {
-        let mut closed = self.gaps(hop).filter_map(|(_, _, closed)| closed);
-        !closed.any(|(from_ns, until_ns)| (from_ns..until_ns).contains(&at_ns))
+        let mut closed = self.gaps(hop).filter_map(|gap| gap.closed);
+        !closed.any(|closed| closed.contains(&at_ns))
     }
 
     /// Whether the routers have each other and those of two processes, so that tokens of one are seen by the other.
@@ -181,17 +181,15 @@ impl Network {
         let mut leaves_ns = at_ns;
         // A gap may follow upon another.
         for _ in 0..self.faults.len() {
-            let gaps = self.gaps(hop);
-            let mut later = gaps.filter_map(|(from_ns, until_ns, closed)| {
-                let stops = (from_ns..until_ns).contains(&leaves_ns);
-                let is_closed = closed
-                    .is_some_and(|(from_ns, until_ns)| (from_ns..until_ns).contains(&leaves_ns));
-                (stops || is_closed).then_some((until_ns, closed))
-            });
-            let Some((until_ns, closed)) = later.next() else {
+            let holds = |gap: &Gap| {
+                let closed = gap.closed.as_ref();
+                gap.stops.contains(&leaves_ns)
+                    || closed.is_some_and(|closed| closed.contains(&leaves_ns))
+            };
+            let Some(Gap { stops, closed }) = self.gaps(hop).find(holds) else {
                 break;
             };
-            drop(later);
+            let until_ns = stops.end;
             if closed.is_some() || may_drop && until_ns - at_ns > PATIENCE_NS {
                 return None;
             }
@@ -204,10 +202,13 @@ impl Network {
                 Wrong::Slow(_, by_ns) if is_of_hop && fault.lasts(leaves_ns) => {
                     delay_ns += self.random.below(by_ns as usize) as u64;
                 }
-                Wrong::Lossy(_, share) if is_of_hop && fault.lasts(leaves_ns) && may_drop => {
-                    if self.random.chance(share) {
-                        return None;
-                    }
+                Wrong::Lossy(_, share)
+                    if is_of_hop
+                        && may_drop
+                        && fault.lasts(leaves_ns)
+                        && self.random.chance(share) =>
+                {
+                    return None;
                 }
                 _ => {}
             }

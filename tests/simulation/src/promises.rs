@@ -1,4 +1,4 @@
-//! What a site promises, checked at every event.
+//! What a site promises.
 
 use crate::disk::Disk;
 use crate::host::true_ns;

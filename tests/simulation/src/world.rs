@@ -266,7 +266,7 @@ impl<'a> World<'a> {
                 let node = node(asked);
                 let host = &mut self.hosts[asking];
                 if let Some(process) = host.process.as_mut().filter(|_| host.life == life) {
-                    process.answered(&node, items, at_ns);
+                    process.answered(&node, items);
                 }
             }
             Event::TurningPoint => self.turn_point(at_ns),
@@ -387,9 +387,9 @@ impl World<'_> {
         let about = self.keys.parse(&put.key);
         self.trace_message(place, put, at_ns);
         match about {
-            Some(KeyRef::Heartbeat(_)) => self.to_fusion_nodes(place, &item, true, at_ns),
+            Some(KeyRef::Heartbeat(_)) => self.send_to_fusion_nodes(place, &item, true, at_ns),
             Some(key) if key.is_config() => {
-                self.to_fusion_nodes(place, &item, false, at_ns);
+                self.send_to_fusion_nodes(place, &item, false, at_ns);
                 self.send(place, Place::Client, &item, false, at_ns);
             }
             Some(KeyRef::Pose(_) | KeyRef::FusionStatus(_) | KeyRef::ConfigAnswer(_)) => {
@@ -446,7 +446,7 @@ impl World<'_> {
         process.map_or(0, |process| self.scene.world_of(&process.core.models().rig))
     }
 
-    fn to_fusion_nodes(&mut self, from: Place, item: &Rc<Item>, may_drop: bool, at_ns: u64) {
+    fn send_to_fusion_nodes(&mut self, from: Place, item: &Rc<Item>, may_drop: bool, at_ns: u64) {
         for index in 0..self.hosts.len() {
             self.send(from, Place::Fusion(index), item, may_drop, at_ns);
         }
@@ -637,7 +637,7 @@ impl World<'_> {
             payload: Payload::Bytes(encode(&message).unwrap_or_default()),
             sender: None,
         });
-        self.to_fusion_nodes(place, &item, true, at_ns + DETECTION_NS);
+        self.send_to_fusion_nodes(place, &item, true, at_ns + DETECTION_NS);
     }
 
     fn wish(&mut self, index: usize, at_ns: u64) {
@@ -654,7 +654,7 @@ impl World<'_> {
             payload: Payload::Bytes(payload),
             sender: Some("ann@desk".to_owned()),
         });
-        self.to_fusion_nodes(client, &item, false, at_ns);
+        self.send_to_fusion_nodes(client, &item, false, at_ns);
     }
 }
 
