@@ -1,4 +1,4 @@
-//! The fusion node without its network, files, threads and clock: messages in, poses and everything else that is to be said out.
+//! The fusion node without its network, files, threads and clock: messages in, poses and everything else that is to be published out.
 //!
 //! After each input [`FusionCore::poll`] is called until nothing is left. Time is an argument; the same inputs at the same times give the same outputs.
 
@@ -8,7 +8,7 @@ use crate::formers::Formers;
 use crate::input_log::{self, InputLog};
 use crate::intake::{Arrival, Arrivals, Intake};
 use crate::models::{Change, Models, Payloads};
-use crate::outbox::{Outbox, Said};
+use crate::outbox::{Outbox, Publication};
 use crate::proposing;
 use crate::refusals::detail;
 use crate::replica::{Answered, Effect, KeepJob, Origin, Replica, Request};
@@ -37,8 +37,8 @@ const OLD_MODELS_SHOWN: usize = 4;
 /// What the node's process has to do.
 #[derive(Debug, PartialEq)]
 pub enum Action {
-    /// Say it to the network.
-    Say(Said),
+    /// Publish it.
+    Publish(Publication),
     /// Write changes to the files, and hand the outcome to [`FusionCore::kept`].
     Keep(KeepJob),
     /// Ask a fusion node for its models, and hand the answers to [`FusionCore::follow`].
@@ -58,7 +58,7 @@ pub struct HostState {
 
 /// What a fusion node starts from.
 #[derive(Debug)]
-pub struct Beginning {
+pub struct InitialState {
     /// Of the files.
     pub models: Models,
     /// Their former versions.
@@ -127,16 +127,16 @@ impl FusionCore {
     /// Models that the estimator refuses.
     pub fn new(
         config: &FusionConfig,
-        beginning: Beginning,
+        initial: InitialState,
         now: Moment,
     ) -> Result<Self, ModelError> {
-        let Beginning {
+        let InitialState {
             models,
             formers,
             record,
             others,
             clock,
-        } = beginning;
+        } = initial;
         let (keys, node) = (Keys::of(config.site.clone()), config.node.clone());
         let options = FusionOptions::default();
         let mut machine = Fusion::new(models.rig.clone(), models.objects.clone(), options)?;
@@ -185,8 +185,8 @@ impl FusionCore {
         while let Some(estimate) = self.estimates.pop_front() {
             self.publish_pose(&estimate, now);
         }
-        let said = self.outbox.poll().map(Action::Say);
-        said.or_else(|| self.actions.pop_front())
+        let publication = self.outbox.poll().map(Action::Publish);
+        publication.or_else(|| self.actions.pop_front())
     }
 
     /// When [`Self::tick`] is due at the latest but for changes of the models, which are looked after every tenth of a second; ns by the monotonic clock.
@@ -269,7 +269,7 @@ impl FusionCore {
         if let Ok(beat) = item.decode::<Heartbeat>()
             && self.keys.heartbeat(&beat.node) == item.key
         {
-            self.standby.hear(&beat, now);
+            self.standby.handle_heartbeat(&beat, now);
             self.replica.hear(&beat.node, &beat.models, now);
         }
     }
@@ -281,7 +281,7 @@ impl FusionCore {
     }
 
     /// Publishes or stands by, as the other fusion nodes of the site leave it to this one. To be called before images are handed over.
-    pub fn take_turns(&mut self, now: Moment) {
+    pub fn update_duty(&mut self, now: Moment) {
         let duty = self.standby.tick(&self.replica.models().objects, now);
         let is_shared = self.standby.is_shared();
         match duty {
@@ -331,7 +331,7 @@ impl FusionCore {
             .tags
             .retain(|seen| !self.standby.is_foreign(&seen.tag));
         self.machine.handle(now.wall_ns, Input::Image(image));
-        self.take_estimates(now);
+        self.collect_estimates(now);
     }
 
     /// The wall clock of this host was set by so many ns: everything that compares stamps with it begins anew.
@@ -345,7 +345,7 @@ impl FusionCore {
     /// Does what is due.
     pub fn tick(&mut self, now: Moment) {
         self.handled_ns = now.monotonic_ns;
-        self.care_for_models(now);
+        self.update_models(now);
         let adjustment = self.machine.adjustment();
         if adjustment.is_some_and(|task| task.is_solved()) {
             self.feed(InputSource::Adjusted, Input::Adjusted, now);
@@ -365,10 +365,10 @@ impl FusionCore {
     fn feed(&mut self, source: InputSource, input: Input, now: Moment) {
         self.input_log.add(now.wall_ns, source);
         self.machine.handle(now.wall_ns, input);
-        self.take_estimates(now);
+        self.collect_estimates(now);
     }
 
-    fn take_estimates(&mut self, now: Moment) {
+    fn collect_estimates(&mut self, now: Moment) {
         while let Some(output) = self.machine.poll_output() {
             match output {
                 Output::Pose(estimate) => self.estimates.push_back(estimate),
@@ -407,7 +407,7 @@ impl FusionCore {
             self.handled_ns = now.monotonic_ns;
             self.requested_ns = Some(now.monotonic_ns);
             self.replica.request(request, now);
-            self.care_for_models(now);
+            self.update_models(now);
         }
     }
 
@@ -417,7 +417,7 @@ impl FusionCore {
     }
 
     /// Decides about changes where this node publishes the poses, and announces what is in force there.
-    fn care_for_models(&mut self, now: Moment) {
+    fn update_models(&mut self, now: Moment) {
         self.replica.tick(self.epoch(now).is_some(), now);
         // Before what is to be announced.
         let announces = self.standby.leads() && self.replica.is_current();
@@ -425,7 +425,7 @@ impl FusionCore {
             .announce(announces.then_some(self.replica.models()));
         while let Some(effect) = self.replica.poll() {
             match effect {
-                Effect::PutInForce(changes) => self.put_in_force(&changes, now),
+                Effect::PutInForce(changes) => self.apply_changes(&changes, now),
                 Effect::Answer(answered) => self.answer(answered, now),
                 Effect::Keep(job) => self.actions.push_back(Action::Keep(job)),
                 Effect::Ask(node) => self.actions.push_back(Action::Ask(node)),
@@ -434,7 +434,7 @@ impl FusionCore {
     }
 
     /// Works from the models of the replica, which these changes have made.
-    fn put_in_force(&mut self, changes: &[Change], now: Moment) {
+    fn apply_changes(&mut self, changes: &[Change], now: Moment) {
         let objects = &self.replica.models().objects;
         self.status.take_objects(objects);
         self.standby.take_objects(objects);

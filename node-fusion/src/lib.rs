@@ -32,9 +32,9 @@ mod storer;
 
 pub use config::{FusionConfig, Refinement, ShardingConfig};
 pub use formers::Formers;
-pub use fusion_core::{Action, Beginning, CoreState, FusionCore, HostState};
+pub use fusion_core::{Action, CoreState, FusionCore, HostState, InitialState};
 pub use intake::{AdmittedImage, Arrival, Arrivals, Counts, Intake};
 pub use models::{Change, Models, Payloads};
 pub use node::run;
-pub use outbox::{Put, Said};
+pub use outbox::{Publication, Put};
 pub use replica::KeepJob;

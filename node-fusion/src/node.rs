@@ -4,7 +4,7 @@ use crate::adjuster::Adjuster;
 use crate::config::FusionConfig;
 use crate::files::ModelFiles;
 use crate::formers::Formers;
-use crate::fusion_core::{Action, Beginning, FusionCore, HostState};
+use crate::fusion_core::{Action, FusionCore, HostState, InitialState};
 use crate::models::Models;
 use crate::ports::Ports;
 use crate::storer::Storer;
@@ -140,14 +140,14 @@ impl<'a> FusionNode<'a> {
             true => (files.formers(), files.record()),
             false => (Formers::default(), None),
         };
-        let beginning = Beginning {
+        let initial = InitialState {
             models,
             formers,
             record,
             others: others.collect(),
             clock: ClockQuality::read(),
         };
-        let core = FusionCore::new(config, beginning, moment(&clock))?;
+        let core = FusionCore::new(config, initial, moment(&clock))?;
         let arrivals = core.arrivals();
         let hear = move |key: &str| arrivals.count(key);
         let (images, changes, longest) = (
@@ -190,12 +190,12 @@ impl<'a> FusionNode<'a> {
         if let Some(by_ns) = stepped {
             self.core.clock_stepped(by_ns, now);
         }
-        self.hear_others(now)?;
+        self.handle_other_nodes(now)?;
         if let Some(item) = item {
             self.core.observation(&item, now);
         }
         self.act()?;
-        self.care_for_models()?;
+        self.update_models()?;
         let now = moment(&self.clock);
         self.core.tick(now);
         if self.core.is_report_due(now) {
@@ -213,7 +213,7 @@ impl<'a> FusionNode<'a> {
         Ok(())
     }
 
-    fn hear_others(&mut self, now: Moment) -> anyhow::Result<()> {
+    fn handle_other_nodes(&mut self, now: Moment) -> anyhow::Result<()> {
         let link = match self.bus.is_connected() {
             true => Link::Up,
             false => Link::Down,
@@ -225,11 +225,11 @@ impl<'a> FusionNode<'a> {
         while let Some(item) = self.heartbeats.try_recv() {
             self.core.heartbeat(&item, now);
         }
-        self.core.take_turns(now);
+        self.core.update_duty(now);
         self.act()
     }
 
-    fn care_for_models(&mut self) -> anyhow::Result<()> {
+    fn update_models(&mut self) -> anyhow::Result<()> {
         if let Some(outcome) = self.storer.as_ref().and_then(Storer::poll) {
             self.core.kept(outcome, moment(&self.clock));
         }
@@ -255,7 +255,7 @@ impl<'a> FusionNode<'a> {
     fn act(&mut self) -> anyhow::Result<()> {
         while let Some(action) = self.core.poll(moment(&self.clock)) {
             match action {
-                Action::Say(said) => self.ports.say(said)?,
+                Action::Publish(publication) => self.ports.publish(publication)?,
                 Action::Keep(job) => {
                     if let Some(storer) = &self.storer {
                         storer.keep(job);

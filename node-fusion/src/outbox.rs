@@ -1,4 +1,4 @@
-//! What a fusion node says to the network: poses, status, clocks, answers, proposals, its models for the other fusion nodes, and, while it publishes
+//! What a fusion node publishes: poses, status, clocks, answers, proposals, its models for the other fusion nodes, and, while it publishes
 //! the poses, the models in force.
 //!
 //! Input: messages. Output: payloads under keys. Knows no network.
@@ -15,15 +15,15 @@ use sextant_site_report::ObjectEstimate;
 use sextant_zenoh_bus::Qos;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
-/// Something to be said.
+/// Something to be published.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Said {
+pub enum Publication {
     /// A message.
-    Put(Put),
+    Message(Put),
     /// Those who join late no longer get the message of this key, and nothing more comes on it for now.
-    Withdraw(String),
+    Withdrawal(String),
     /// What the other fusion nodes get that ask for keys below a root: these keys and payloads, all of one state.
-    Shelf(String, Payloads),
+    Models(String, Payloads),
 }
 
 /// A message for the network.
@@ -41,7 +41,7 @@ pub struct Put {
     pub sender: Option<String>,
 }
 
-/// Collects what is to be said.
+/// Collects what is to be published.
 #[derive(Debug)]
 pub struct Outbox {
     keys: Keys,
@@ -52,7 +52,7 @@ pub struct Outbox {
     /// Keys of the models in force that are announced; none while another node publishes the poses.
     announced: Option<BTreeSet<String>>,
     unpublished: Unpublished,
-    said: VecDeque<Said>,
+    queue: VecDeque<Publication>,
 }
 
 /// Messages dropped because a value was out of range, or because they were held up.
@@ -83,13 +83,13 @@ impl Outbox {
             former_objects: BTreeSet::new(),
             announced: None,
             unpublished: Unpublished::default(),
-            said: VecDeque::new(),
+            queue: VecDeque::new(),
         }
     }
 
-    /// The next thing to be said.
-    pub fn poll(&mut self) -> Option<Said> {
-        self.said.pop_front()
+    /// The next thing to be published.
+    pub fn poll(&mut self) -> Option<Publication> {
+        self.queue.pop_front()
     }
 
     /// The messages that could not be published.
@@ -102,7 +102,8 @@ impl Outbox {
     fn put(&mut self, message: &impl Message, put: Put) -> bool {
         match encode(message) {
             Ok(payload) => {
-                self.said.push_back(Said::Put(Put { payload, ..put }));
+                self.queue
+                    .push_back(Publication::Message(Put { payload, ..put }));
                 true
             }
             Err(cause) => {
@@ -138,7 +139,7 @@ impl Put {
     }
 }
 
-/// What every fusion node says.
+/// What every fusion node publishes.
 impl Outbox {
     /// A heartbeat.
     pub fn heartbeat(&mut self, beat: &Heartbeat) {
@@ -148,7 +149,8 @@ impl Outbox {
     /// The models, for other fusion nodes.
     pub fn models(&mut self, payloads: &Payloads) {
         let root = self.keys.models_of(&self.node);
-        self.said.push_back(Said::Shelf(root, payloads.clone()));
+        self.queue
+            .push_back(Publication::Models(root, payloads.clone()));
     }
 
     /// The status.
@@ -186,7 +188,7 @@ impl Outbox {
         let before = std::mem::replace(&mut self.former_objects, known);
         for id in before.difference(&self.former_objects) {
             let key = self.keys.former_object(&self.node, id);
-            self.said.push_back(Said::Withdraw(key));
+            self.queue.push_back(Publication::Withdrawal(key));
         }
         for (id, former) in &formers.objects {
             let key = self.keys.former_object(&self.node, id);
@@ -235,19 +237,20 @@ impl Outbox {
             .collect();
         for id in before.keys().filter(|id| !self.objects.contains_key(*id)) {
             for key in [self.keys.pose(id), self.keys.links(id)] {
-                self.said.push_back(Said::Withdraw(key));
+                self.queue.push_back(Publication::Withdrawal(key));
             }
         }
     }
 }
 
-/// The models in force, as the one node says that publishes the poses.
+/// The models in force, which the node announces that publishes the poses.
 impl Outbox {
     /// Begins to announce these models and to reply to those who join late, or ends it.
     pub fn announce(&mut self, models: Option<&Models>) {
         let Some(models) = models else {
             let announced = self.announced.take().unwrap_or_default();
-            self.said.extend(announced.into_iter().map(Said::Withdraw));
+            self.queue
+                .extend(announced.into_iter().map(Publication::Withdrawal));
             return;
         };
         if self.announced.is_some() {
@@ -336,9 +339,9 @@ impl Outbox {
 
     fn announced_once(&mut self, key: String, message: &impl Message) {
         self.announced.get_or_insert_default().remove(&key);
-        self.said.push_back(Said::Withdraw(key.clone()));
+        self.queue.push_back(Publication::Withdrawal(key.clone()));
         self.put(message, self.announcement(key.clone()));
-        self.said.push_back(Said::Withdraw(key));
+        self.queue.push_back(Publication::Withdrawal(key));
     }
 
     fn announcement(&self, key: String) -> Put {

@@ -1,6 +1,6 @@
-//! The network's side of what a fusion node says: a publisher for each key, declared with its first message.
+//! The network's side of what a fusion node publishes: a publisher for each key, declared with its first message.
 
-use crate::outbox::{Put, Said};
+use crate::outbox::{Publication, Put};
 use sextant_zenoh_bus::{Bus, BusError, RawLatest, RawPublisher, Shelf};
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -29,18 +29,18 @@ impl<'a> Ports<'a> {
         }
     }
 
-    /// Says it.
+    /// Publishes it.
     ///
     /// # Errors
     /// When the network session has ended.
-    pub fn say(&mut self, said: Said) -> Result<(), BusError> {
-        match said {
-            Said::Put(put) => self.put(put),
-            Said::Withdraw(key) => {
+    pub fn publish(&mut self, publication: Publication) -> Result<(), BusError> {
+        match publication {
+            Publication::Message(put) => self.put(put),
+            Publication::Withdrawal(key) => {
                 self.by_key.remove(&key);
                 Ok(())
             }
-            Said::Shelf(root, payloads) => {
+            Publication::Models(root, payloads) => {
                 let shelf = match &self.shelf {
                     Some(shelf) => shelf,
                     None => self.shelf.insert(self.bus.shelf(&root)?),

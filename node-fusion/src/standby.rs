@@ -1,6 +1,6 @@
 //! This node's part among the fusion nodes of its site: who publishes, and which objects, is decided by `sextant_election`.
 //!
-//! Input: what is heard of the other nodes. Output: heartbeats, and the epoch of the poses. Knows no network and no clock.
+//! Input: heartbeats and liveliness of the other nodes. Output: heartbeats, and the epoch of the poses. Knows no network and no clock.
 
 use crate::config::ShardingConfig;
 use sextant_election::{Assignment, Company, Election, Input, Link, Moment, Sharding};
@@ -25,8 +25,8 @@ pub enum Duty {
 pub struct Standby {
     election: Election,
     duty: Duty,
-    /// The models that the last heartbeat told of.
-    told: ModelsState,
+    /// State of the models in the last heartbeat.
+    published_models: ModelsState,
     /// None where one node publishes all poses.
     sharding: Option<Sharding>,
     /// Tags of objects that other nodes track.
@@ -59,7 +59,7 @@ impl Standby {
             sharding: assignment.map(|one| Sharding::new(node.clone(), one, now, company)),
             foreign_tags: BTreeSet::new(),
             duty: Duty::StandBy,
-            told: ModelsState::default(),
+            published_models: ModelsState::default(),
         };
         standby.take_objects(objects);
         standby
@@ -76,7 +76,7 @@ impl Standby {
     }
 
     /// A heartbeat of another node.
-    pub fn hear(&mut self, beat: &Heartbeat, now: Moment) {
+    pub fn handle_heartbeat(&mut self, beat: &Heartbeat, now: Moment) {
         self.election.handle(now, Input::Heartbeat(beat));
         if let Some(sharding) = &mut self.sharding
             && sharding.hear(beat)
@@ -109,14 +109,14 @@ impl Standby {
 
     /// The heartbeat that is due, if one is; at once where the models of this node have changed.
     pub fn poll_heartbeat(&mut self, models: &ModelsState, now: Moment) -> Option<Heartbeat> {
-        if *models != self.told {
+        if *models != self.published_models {
             self.election.hasten_heartbeat(now.monotonic_ns);
         }
         let mut beat = self.election.poll_heartbeat(now.monotonic_ns)?;
         let sharding = self.sharding.as_ref();
         beat.sharing = sharding.map(|sharding| sharding.announcement(now.monotonic_ns));
         beat.models = models.clone();
-        self.told = models.clone();
+        self.published_models = models.clone();
         Some(beat)
     }
 

@@ -138,7 +138,7 @@ fn files_of_poses_are_json_lines_or_tum_text() {
     assert_eq!(rows(&said)[0]["objects"][0]["poses"], lines.lines().count());
 
     let nameless = recording.replay(recording.root(), &["--out", &file("poses")]);
-    refused(&nameless, 2, "let it end with .jsonl or .tum");
+    refused(&nameless, 2, "let it end with .jsonl, .tum or .c3d");
 }
 
 #[test]

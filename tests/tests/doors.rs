@@ -343,9 +343,12 @@ fn a_revoked_board_reads_and_writes_nothing_and_its_name_can_be_given_anew() {
     assert!(site.log().contains("no member"), "{}", site.log());
     // The question was answered from behind the image: whatever arrives now is the new board's.
     let screen = site.open("screen");
-    publish(&site.open("cam0"), &site.keys, &seen);
+    // Stays open until the image has arrived.
+    let anew = site.open("cam0");
+    publish(&anew, &site.keys, &seen);
     let status = site.await_status(&screen, |status| received(status, "cam0") > 0);
     assert_eq!(received(&status, "cam0"), 1);
+    drop(anew);
 }
 
 fn copy_folder(from: &Path, to: &Path) {

@@ -81,51 +81,68 @@ pub fn simulate(arguments: &[String]) -> Result<(), String> {
 
 /// Seeds within which a planted fault is to be found.
 const PLANTED_SEEDS: &str = "2000";
+/// Begins the line of a patch that names the promise which the fault breaks.
+const BREAKS: &str = "Breaks: ";
 
 /// Plants each fault of `tests/simulation/planted` in a copy of the last commit, and has the simulation find it.
 pub fn planted() -> Result<(), String> {
     let copy = root().join("target/planted");
-    let at = copy.to_string_lossy().into_owned();
+    let (at, origin) = (copy.to_string_lossy().into_owned(), root());
     if !copy.is_dir() {
-        run("git", &["clone", "--quiet", &root().to_string_lossy(), &at])?;
+        run("git", &["clone", "--quiet", &origin.to_string_lossy(), &at])?;
     }
     let git = |arguments: &[&str]| run("git", &[&["-C", &at], arguments].concat());
-    git(&["pull", "--quiet", "--ff-only"])?;
-    let folder = root().join("tests/simulation/planted");
-    let entries =
-        std::fs::read_dir(&folder).map_err(|cause| format!("{}: {cause}", folder.display()))?;
+    git(&["fetch", "--quiet", "origin", "HEAD"])?;
+    let reset = || git(&["checkout", "--quiet", "--force", "--detach", "FETCH_HEAD"]);
+    let folder = origin.join("tests/simulation/planted");
+    let of_folder = |cause| format!("{}: {cause}", folder.display());
+    let entries = std::fs::read_dir(&folder).map_err(of_folder)?;
     let mut patches: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
     patches.sort();
     let mut missed = Vec::new();
     for patch in &patches {
-        let (name, path) = (
-            patch.file_stem().unwrap_or_default(),
-            patch.to_string_lossy(),
-        );
-        git(&["checkout", "--quiet", "."])?;
-        git(&["apply", &path])?;
-        let name = name.to_string_lossy().into_owned();
-        let mut cargo = command("cargo");
-        cargo
-            .current_dir(&copy)
-            .args(["run", "--release", "--quiet", "--package"]);
-        cargo.args([
-            "site-simulation",
-            "--",
-            "--until-broken",
-            "--seeds",
-            PLANTED_SEEDS,
-        ]);
+        let name = patch.file_stem().unwrap_or_default().to_string_lossy();
+        let text = std::fs::read_to_string(patch).map_err(of_folder)?;
+        let promise = text.lines().find_map(|line| line.strip_prefix(BREAKS));
+        let promise = promise.ok_or_else(|| format!("{name}: no line '{BREAKS}...'"))?;
+        reset()?;
+        git(&["apply", &patch.to_string_lossy()])?;
         println!("planted: {name}");
-        if cargo.status().map_err(|cause| cause.to_string())?.success() {
-            missed.push(name);
+        let found = simulated(&copy)?;
+        println!("{}", found.trim_end());
+        if !found.lines().any(|line| line.contains(promise)) {
+            missed.push(name.into_owned());
         }
     }
-    git(&["checkout", "--quiet", "."])?;
+    reset()?;
     match missed.as_slice() {
         [] => Ok(()),
         _ => Err(format!("not found: {}", missed.join(", "))),
     }
+}
+
+/// What the simulation of a copy of this workspace says of the first promise that is broken.
+fn simulated(copy: &Path) -> Result<String, String> {
+    let cargo = |arguments: &[&str]| {
+        let mut cargo = command("cargo");
+        // What the copy shares with this workspace is not compiled again.
+        cargo.env("CARGO_TARGET_DIR", root().join("target"));
+        cargo.current_dir(copy).args(arguments);
+        cargo.args(["--release", "--quiet", "--package", "site-simulation"]);
+        cargo
+    };
+    let built = cargo(&["build"])
+        .status()
+        .map_err(|cause| cause.to_string())?;
+    if !built.success() {
+        return Err("a patch does not compile".to_owned());
+    }
+    let mut run = cargo(&["run"]);
+    run.args(["--", "--until-broken", "--seeds", PLANTED_SEEDS]);
+    let output = run.output().map_err(|cause| cause.to_string())?;
+    let words = String::from_utf8_lossy(&output.stdout);
+    let of_seeds = words.lines().filter(|line| line.starts_with("seed "));
+    Ok(of_seeds.collect::<Vec<_>>().join("\n"))
 }
 
 fn run_programs(word: &str, is_wanted: impl Fn(&str) -> bool) -> Result<(), String> {

@@ -76,7 +76,7 @@ def test_poses_discovery_events_and_the_end(binary, demo, published, tmp_path):
         assert second.payload("sextant/demo/object/cuboid/pose")
         assert first.payload("sextant/demo/status") == "online"
 
-        device = json.loads(first.payload("homeassistant/device/sextant_demo_cuboid/config"))
+        device = json.loads(first.payload("homeassistant/device/sextant-demo-cuboid/config"))
         assert device["state_topic"] == "sextant/demo/object/cuboid/pose"
         assert device["availability_topic"] == "sextant/demo/status"
         ids = [component["unique_id"] for component in device["components"].values()]
@@ -114,7 +114,7 @@ def test_a_broker_that_restarts_gets_everything_again(binary, demo, tmp_path):
                 assert " is back" in process.stderr.readline()
                 again = Subscriber(port)
                 assert again.payload("sextant/demo/status") == "online"
-                assert again.payload("homeassistant/device/sextant_demo_cuboid/config")
+                assert again.payload("homeassistant/device/sextant-demo-cuboid/config")
                 assert again.payload("sextant/demo/object/cuboid/pose")
 
 

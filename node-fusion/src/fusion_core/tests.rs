@@ -61,20 +61,20 @@ fn models() -> Models {
     }
 }
 
-/// A node, a camera, and what the node has said.
+/// A node, a camera, and what the node has published.
 struct Bench {
     core: FusionCore,
     clock: Clock,
     sent: u64,
     unread: u64,
-    said: Vec<Put>,
+    published: Vec<Put>,
 }
 
 impl Bench {
     fn new() -> Self {
         let text = "site = \"lab\"\nrig = \"rig.toml\"\n";
         let config: FusionConfig = parse_toml(Path::new("fusion.toml"), text, |_| Ok(())).unwrap();
-        let beginning = Beginning {
+        let initial = InitialState {
             models: models(),
             formers: Formers::default(),
             record: None,
@@ -86,11 +86,11 @@ impl Bench {
             monotonic_ns: 1000 * SECOND_NS,
         };
         Self {
-            core: FusionCore::new(&config, beginning, now).unwrap(),
+            core: FusionCore::new(&config, initial, now).unwrap(),
             clock: Clock(now),
             sent: 0,
             unread: 0,
-            said: Vec::new(),
+            published: Vec::new(),
         }
     }
 
@@ -117,7 +117,7 @@ impl Bench {
     /// A turn of the process.
     fn turn(&mut self, item: Option<&Item>) {
         let now = self.clock.0;
-        self.core.take_turns(now);
+        self.core.update_duty(now);
         if let Some(item) = item {
             self.core.observation(item, now);
         }
@@ -134,8 +134,8 @@ impl Bench {
 
     fn act(&mut self) {
         while let Some(action) = self.core.poll(self.clock.0) {
-            if let Action::Say(Said::Put(put)) = action {
-                self.said.push(put);
+            if let Action::Publish(Publication::Message(put)) = action {
+                self.published.push(put);
             }
         }
     }
@@ -154,13 +154,14 @@ impl Bench {
         self.core.clock_stepped(by_ns, self.clock.0);
     }
 
-    /// What has been said of a kind since this was asked last.
+    /// What has been published of a kind since this was asked last.
     fn messages<M: Message>(&mut self) -> Vec<M> {
         self.act();
-        let messages: Vec<M> = (self.said.iter())
+        let messages: Vec<M> = (self.published.iter())
             .filter_map(|put| decode(&put.payload).ok())
             .collect();
-        self.said.retain(|put| decode::<M>(&put.payload).is_err());
+        self.published
+            .retain(|put| decode::<M>(&put.payload).is_err());
         messages
     }
 
@@ -328,9 +329,9 @@ fn a_proposal_is_published_once_said_in_the_status_and_withdrawn_with_the_models
     assert_eq!(status.notices, [proposed]);
 
     let change = Change::Removal(cube().id().clone());
-    bench.core.put_in_force(&[change], bench.clock.0);
+    bench.core.apply_changes(&[change], bench.clock.0);
     bench.act();
-    bench.said.retain(|put| put.key.ends_with("/proposal"));
+    bench.published.retain(|put| put.key.ends_with("/proposal"));
     let withdrawn: Vec<sextant_proto::Proposal> = bench.messages();
     assert!(matches!(&withdrawn[..], [none] if none.is_empty()));
 }
@@ -344,7 +345,7 @@ fn a_node_that_applies_puts_its_proposal_in_force_and_can_go_back() {
     assert_eq!(Some(&in_force.rig), refined().rig.as_ref());
     assert_eq!(in_force.objects, refined().objects);
     let formers = |put: &Put| put.key.ends_with("/former");
-    bench.said.retain(formers);
+    bench.published.retain(formers);
     let last: Vec<sextant_proto::Proposal> = bench.messages();
     let last = last.last().unwrap();
     let before = models();

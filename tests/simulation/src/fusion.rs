@@ -4,7 +4,7 @@ use crate::disk::Disk;
 use crate::host::ProcessClock;
 use crate::plan::{MS, S};
 use node_fusion::{
-    Action, Beginning, FusionConfig, FusionCore, HostState, KeepJob, Payloads, Put, Said,
+    Action, FusionConfig, FusionCore, HostState, InitialState, KeepJob, Payloads, Publication, Put,
 };
 use sextant_election::{Link, Moment};
 use sextant_estimator::AdjustmentTask;
@@ -27,14 +27,14 @@ const IMAGE_NS: u64 = 300_000;
 /// What an adjustment takes in its thread.
 const ADJUSTMENT_NS: u64 = 200 * MS;
 
-/// Looks at everything that a node says, at that moment.
-pub type Witness<'a> = dyn FnMut(&Put, &FusionCore, &Disk) + 'a;
+/// Sees everything that a node publishes, at that moment.
+pub type Observer<'a> = dyn FnMut(&Put, &FusionCore, &Disk) + 'a;
 
 /// What the world has to do for a process.
 #[derive(Debug)]
-pub enum Wanted {
-    /// Carry it to the others.
-    Say(Put),
+pub enum Effect {
+    /// Deliver it to its subscribers.
+    Publish(Put),
     /// Ask a node for its models.
     Ask(NodeId),
 }
@@ -77,7 +77,7 @@ pub struct Process {
     writing: Option<(KeepJob, u64, u64, bool)>,
     question: Option<Question>,
     solving: Option<(Arc<AdjustmentTask>, u64)>,
-    /// What those get who ask for the models of this node.
+    /// The models of this node, for other fusion nodes, and their root.
     pub shelf: Option<(String, Payloads)>,
     busy_until_ns: u64,
 }
@@ -95,7 +95,7 @@ impl Process {
         at: Surroundings,
     ) -> Self {
         let clock = ProcessClock::new(at.wall_ns, at.at_ns);
-        let beginning = Beginning {
+        let initial = InitialState {
             models: disk.models.clone(),
             formers: Default::default(),
             record: disk.record.clone().filter(|_| config.keep_changes),
@@ -103,7 +103,7 @@ impl Process {
             clock: ClockQuality::default(),
         };
         let now = clock.moment(at.at_ns);
-        let core = FusionCore::new(config, beginning, now).expect("models that were in force");
+        let core = FusionCore::new(config, initial, now).expect("models that were in force");
         Self {
             core,
             clock,
@@ -166,14 +166,14 @@ impl Process {
         self.clock.moment(at_ns)
     }
 
-    /// A turn; what is wanted of the world, and when the next is due.
+    /// A turn; what is effects of the world, and when the next is due.
     pub fn turn(
         &mut self,
         at: Surroundings,
         disk: &mut Disk,
-        witness: &mut Witness<'_>,
-    ) -> (Vec<Wanted>, u64) {
-        let mut wanted = Vec::new();
+        observer: &mut Observer<'_>,
+    ) -> (Vec<Effect>, u64) {
+        let mut effects = Vec::new();
         let item = self.next_observation(at.at_ns);
         let stepped = self.clock.take_step(at.wall_ns, at.at_ns);
         let now = self.now(at.at_ns);
@@ -191,16 +191,16 @@ impl Process {
         for item in self.heartbeats.drain(..) {
             self.core.heartbeat(&item, now);
         }
-        self.core.take_turns(now);
-        self.act(now, at, disk, witness, &mut wanted);
+        self.core.update_duty(now);
+        self.act(now, at, disk, observer, &mut effects);
         let mut ends_ns = at.at_ns + TURN_NS;
         if let Some(item) = item {
             self.core.observation(&item, now);
             ends_ns += IMAGE_NS + at.overload_ns;
         }
         let ended = self.now(ends_ns);
-        self.act(ended, at, disk, witness, &mut wanted);
-        self.care_for_models(ended, at, disk, witness, &mut wanted);
+        self.act(ended, at, disk, observer, &mut effects);
+        self.update_models(ended, at, disk, observer, &mut effects);
         if self
             .solving
             .as_ref()
@@ -218,14 +218,14 @@ impl Process {
             };
             self.core.report(host, ended);
         }
-        self.act(ended, at, disk, witness, &mut wanted);
+        self.act(ended, at, disk, observer, &mut effects);
         if let Some(task) = self.core.adjustment()
             && self.solving.is_none()
         {
             self.solving = Some((task.clone(), ends_ns + ADJUSTMENT_NS));
         }
         self.busy_until_ns = ends_ns;
-        (wanted, self.next_turn_ns(ended, ends_ns))
+        (effects, self.next_turn_ns(ended, ends_ns))
     }
 
     fn next_observation(&mut self, at_ns: u64) -> Option<Item> {
@@ -246,13 +246,13 @@ impl Process {
         ends_ns + wait_ns.clamp(100_000, LONGEST_WAIT_NS)
     }
 
-    fn care_for_models(
+    fn update_models(
         &mut self,
         now: Moment,
         at: Surroundings,
         disk: &mut Disk,
-        witness: &mut Witness<'_>,
-        wanted: &mut Vec<Wanted>,
+        observer: &mut Observer<'_>,
+        effects: &mut Vec<Effect>,
     ) {
         if self
             .writing
@@ -284,7 +284,7 @@ impl Process {
                 break;
             };
             self.core.config(&item, now);
-            self.act(now, at, disk, witness, wanted);
+            self.act(now, at, disk, observer, effects);
         }
     }
 
@@ -293,18 +293,20 @@ impl Process {
         now: Moment,
         at: Surroundings,
         disk: &Disk,
-        witness: &mut Witness<'_>,
-        wanted: &mut Vec<Wanted>,
+        observer: &mut Observer<'_>,
+        effects: &mut Vec<Effect>,
     ) {
         while let Some(action) = self.core.poll(now) {
             match action {
-                Action::Say(Said::Put(put)) => {
-                    witness(&put, &self.core, disk);
-                    wanted.push(Wanted::Say(put));
+                Action::Publish(Publication::Message(put)) => {
+                    observer(&put, &self.core, disk);
+                    effects.push(Effect::Publish(put));
                 }
-                Action::Say(Said::Shelf(root, payloads)) => self.shelf = Some((root, payloads)),
+                Action::Publish(Publication::Models(root, payloads)) => {
+                    self.shelf = Some((root, payloads))
+                }
                 // Late joiners are not simulated.
-                Action::Say(Said::Withdraw(_)) => {}
+                Action::Publish(Publication::Withdrawal(_)) => {}
                 Action::Keep(job) => {
                     let steps = Disk::steps(&job) as u64;
                     let (each_ns, succeeds) = match at.disk_ns {
@@ -320,7 +322,7 @@ impl Process {
                         due_ns: at.at_ns + MODELS_WAIT_NS,
                         answers: None,
                     });
-                    wanted.push(Wanted::Ask(node));
+                    effects.push(Effect::Ask(node));
                 }
             }
         }

@@ -1,16 +1,16 @@
 //! The clocks of a host, by true time.
 
-use crate::plan::{Fault, Place, S, Wrong};
+use crate::plan::{Fault, FaultKind, Place, S};
 use sextant_election::Moment;
 
 /// Of the true time 0.
 const BEGINNING_NS: u64 = 1_800_000_000 * S;
 
-/// The wall clock at a true time, of a host whose clock was off by `off_ns` in the beginning.
+/// The wall clock at a true time, of a host whose clock was off by `off_ns` in the initial.
 #[must_use]
 pub fn wall_ns(faults: &[Fault], place: Place, off_ns: i64, at_ns: u64) -> u64 {
-    let set_by = faults.iter().map(|fault| match fault.wrong {
-        Wrong::ClockSet(of, by_ns) if of == place && at_ns >= fault.from_ns => by_ns,
+    let set_by = faults.iter().map(|fault| match fault.kind {
+        FaultKind::ClockSet(of, by_ns) if of == place && at_ns >= fault.from_ns => by_ns,
         _ => 0,
     });
     (BEGINNING_NS + at_ns).saturating_add_signed(off_ns + set_by.sum::<i64>())

@@ -19,6 +19,6 @@ mod world;
 
 pub use coverage::Coverage;
 pub use plan::Plan;
-pub use promises::Broken;
+pub use promises::Violation;
 pub use shrink::shrunk;
 pub use world::{Outcome, run};

@@ -3,7 +3,7 @@
 //! A link through which nothing passes holds messages back for a while, as the buffers of a connection do; after [`LEASE_NS`] it is closed, what it held
 //! is lost, and it is opened again some time after the cause is gone.
 
-use crate::plan::{Fault, MS, Place, Plan, Wrong};
+use crate::plan::{Fault, FaultKind, MS, Place, Plan};
 use sextant_simulator::Random;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -69,19 +69,19 @@ impl Network {
     fn gap(&self, index: usize, hop: (Option<Place>, Way)) -> Option<Gap> {
         let fault = &self.faults[index];
         let (place, way) = hop;
-        let is_of_place = place.is_some() && fault.wrong.place() == place;
+        let is_of_place = place.is_some() && fault.kind.place() == place;
         let router = place.map(|place| self.router(place));
         let reopened_ns = fault.until_ns + self.reopening_ns[index];
         let at_once = fault.from_ns..reopened_ns;
         let outlasts = fault.until_ns - fault.from_ns > LEASE_NS;
         let after_lease = outlasts.then_some(fault.from_ns + LEASE_NS..reopened_ns);
-        let (stops, closed) = match fault.wrong {
-            Wrong::Cut(_) | Wrong::Paused(_) if is_of_place => (true, after_lease),
-            Wrong::Deaf(_) if is_of_place => (way == Way::Down, after_lease),
-            Wrong::Mute(_) if is_of_place => (way == Way::Up, after_lease),
-            Wrong::Killed(_) | Wrong::PowerOff(_) if is_of_place => (true, Some(at_once)),
-            Wrong::Parted if place.is_none() => (true, after_lease),
-            Wrong::RouterDown(down) if router.is_none_or(|router| router == down) => {
+        let (stops, closed) = match fault.kind {
+            FaultKind::Cut(_) | FaultKind::Paused(_) if is_of_place => (true, after_lease),
+            FaultKind::Deaf(_) if is_of_place => (way == Way::Down, after_lease),
+            FaultKind::Mute(_) if is_of_place => (way == Way::Up, after_lease),
+            FaultKind::Killed(_) | FaultKind::PowerOff(_) if is_of_place => (true, Some(at_once)),
+            FaultKind::Parted if place.is_none() => (true, after_lease),
+            FaultKind::RouterDown(down) if router.is_none_or(|router| router == down) => {
                 (true, Some(at_once))
             }
             _ => return None,
@@ -123,15 +123,17 @@ impl Network {
         }
         let since_ns = at_ns.saturating_sub(for_ns);
         self.faults.iter().enumerate().all(|(index, fault)| {
-            let touches = hops.iter().any(|place| match fault.wrong {
-                Wrong::Parted => place.is_none(),
-                Wrong::RouterDown(down) => place.is_none_or(|place| self.router(place) == down),
-                _ => place.is_some() && fault.wrong.place() == *place,
+            let touches = hops.iter().any(|place| match fault.kind {
+                FaultKind::Parted => place.is_none(),
+                FaultKind::RouterDown(down) => place.is_none_or(|place| self.router(place) == down),
+                _ => place.is_some() && fault.kind.place() == *place,
             });
-            let ends_ns = match fault.wrong {
-                Wrong::SlowDisk(..) | Wrong::FullDisk(_) => 0,
-                Wrong::Overloaded(..) | Wrong::Slow(..) => fault.until_ns + 1000 * MS,
-                Wrong::Killed(_) | Wrong::PowerOff(_) => fault.until_ns + LEASE_NS + 1000 * MS,
+            let ends_ns = match fault.kind {
+                FaultKind::SlowDisk(..) | FaultKind::FullDisk(_) => 0,
+                FaultKind::Overloaded(..) | FaultKind::Slow(..) => fault.until_ns + 1000 * MS,
+                FaultKind::Killed(_) | FaultKind::PowerOff(_) => {
+                    fault.until_ns + LEASE_NS + 1000 * MS
+                }
                 _ => fault.until_ns + self.reopening_ns[index],
             };
             !touches || fault.from_ns > at_ns || ends_ns < since_ns
@@ -197,12 +199,12 @@ impl Network {
         }
         let mut delay_ns = 100_000 + self.random.below(200_000) as u64;
         for fault in &self.faults {
-            let is_of_hop = hop.0.is_some() && fault.wrong.place() == hop.0;
-            match fault.wrong {
-                Wrong::Slow(_, by_ns) if is_of_hop && fault.lasts(leaves_ns) => {
+            let is_of_hop = hop.0.is_some() && fault.kind.place() == hop.0;
+            match fault.kind {
+                FaultKind::Slow(_, by_ns) if is_of_hop && fault.lasts(leaves_ns) => {
                     delay_ns += self.random.below(by_ns as usize) as u64;
                 }
-                Wrong::Lossy(_, share)
+                FaultKind::Lossy(_, share)
                     if is_of_hop
                         && may_drop
                         && fault.lasts(leaves_ns)

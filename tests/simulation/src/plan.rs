@@ -33,7 +33,7 @@ impl fmt::Display for Place {
 
 /// What is wrong for a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Wrong {
+pub enum FaultKind {
     /// Nothing passes between a process and its router.
     Cut(Place),
     /// Nothing passes from the router to a process; the other direction works.
@@ -64,10 +64,10 @@ pub enum Wrong {
     Overloaded(usize, u64),
 }
 
-impl Wrong {
-    /// Its kind, for the table of what was met.
+impl FaultKind {
+    /// Its name, for the table of what was met.
     #[must_use]
-    pub fn kind(&self) -> &'static str {
+    pub fn name(&self) -> &'static str {
         match self {
             Self::Cut(_) => "link cut",
             Self::Deaf(_) | Self::Mute(_) => "link half open",
@@ -110,7 +110,7 @@ impl Wrong {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fault {
     /// What.
-    pub wrong: Wrong,
+    pub kind: FaultKind,
     /// From.
     pub from_ns: u64,
     /// Until.
@@ -128,18 +128,18 @@ impl Fault {
 impl fmt::Display for Fault {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [from_s, until_s] = [self.from_ns, self.until_ns].map(|ns| ns as f64 * 1e-9);
-        write!(formatter, "{from_s:.3} to {until_s:.3} s {:?}", self.wrong)
+        write!(formatter, "{from_s:.3} to {until_s:.3} s {:?}", self.kind)
     }
 }
 
 /// A change that the client asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Wish {
+pub enum ChangeRequest {
     /// The world of the rig lies so many quarters of a metre along x.
     World(i32),
     /// An object is removed.
     Remove(usize),
-    /// An object is as it was in the beginning.
+    /// An object is as it was in the initial.
     Restore(usize),
     /// A camera's gain, tenths.
     Gain(usize, u8),
@@ -147,7 +147,7 @@ pub enum Wish {
     Both(i32, usize),
 }
 
-/// A site and its fate.
+/// A site, what goes wrong there, and what is changed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
     /// Of everything.
@@ -175,7 +175,7 @@ pub struct Plan {
     /// What goes wrong.
     pub faults: Vec<Fault>,
     /// What the client asks for, and when.
-    pub wishes: Vec<(u64, Wish)>,
+    pub requests: Vec<(u64, ChangeRequest)>,
     /// When it ends.
     pub end_ns: u64,
 }
@@ -201,14 +201,14 @@ impl Plan {
             clocks_off_ns: [0, 0, 15 * MS][random.below(3)],
             starts_ns: (0..nodes).map(|_| start(&mut random)).collect(),
             faults: Vec::new(),
-            wishes: Vec::new(),
+            requests: Vec::new(),
             end_ns,
         };
         let n_faults = [0, 1, 2, 3, 5, 8][random.below(6)];
         plan.faults = (0..n_faults).map(|_| plan.fault(&mut random)).collect();
         let n_wishes = [0, 0, 1, 3, 6][random.below(5)];
-        plan.wishes = (0..n_wishes).map(|_| plan.wish(&mut random)).collect();
-        plan.wishes.sort_by_key(|(at_ns, _)| *at_ns);
+        plan.requests = (0..n_wishes).map(|_| plan.request(&mut random)).collect();
+        plan.requests.sort_by_key(|(at_ns, _)| *at_ns);
         plan
     }
 
@@ -225,46 +225,46 @@ impl Plan {
         let longest_s = [0.05, 0.3, 1.5, 4.0, 12.0][random.below(5)];
         let until_ns = from_ns + (random.between(0.2, 1.0) * longest_s * 1e9) as u64;
         let (place, node) = (self.place(random), random.below(self.nodes));
-        let wrong = match random.below(15) {
-            0 => Wrong::Cut(place),
-            1 => Wrong::Deaf(place),
-            2 => Wrong::Mute(place),
-            3 | 4 if self.routers > 1 => Wrong::Parted,
-            3..6 => Wrong::RouterDown(random.below(self.routers)),
-            6 => Wrong::Slow(place, [3, 30, 300][random.below(3)] * MS),
-            7 => Wrong::Lossy(place, random.between(0.1, 1.0)),
-            8 | 9 => Wrong::Killed(place),
-            10 => Wrong::PowerOff(place),
-            11 => Wrong::Paused(place),
+        let kind = match random.below(15) {
+            0 => FaultKind::Cut(place),
+            1 => FaultKind::Deaf(place),
+            2 => FaultKind::Mute(place),
+            3 | 4 if self.routers > 1 => FaultKind::Parted,
+            3..6 => FaultKind::RouterDown(random.below(self.routers)),
+            6 => FaultKind::Slow(place, [3, 30, 300][random.below(3)] * MS),
+            7 => FaultKind::Lossy(place, random.between(0.1, 1.0)),
+            8 | 9 => FaultKind::Killed(place),
+            10 => FaultKind::PowerOff(place),
+            11 => FaultKind::Paused(place),
             12 => {
                 let by_s = [0.02, 1.0, 60.0, 3600.0][random.below(4)] * random.between(-1.0, 1.0);
-                Wrong::ClockSet(place, (by_s * 1e9) as i64)
+                FaultKind::ClockSet(place, (by_s * 1e9) as i64)
             }
             13 if random.chance(0.5) => {
-                Wrong::SlowDisk(node, [30, 700, 4000][random.below(3)] * MS)
+                FaultKind::SlowDisk(node, [30, 700, 4000][random.below(3)] * MS)
             }
-            13 => Wrong::FullDisk(node),
-            _ => Wrong::Overloaded(node, [5, 40, 700][random.below(3)] * MS),
+            13 => FaultKind::FullDisk(node),
+            _ => FaultKind::Overloaded(node, [5, 40, 700][random.below(3)] * MS),
         };
         Fault {
-            wrong,
+            kind,
             from_ns,
             until_ns: until_ns.min(self.end_ns - QUIET_NS),
         }
     }
 
-    fn wish(&self, random: &mut Random) -> (u64, Wish) {
+    fn request(&self, random: &mut Random) -> (u64, ChangeRequest) {
         let at_ns = 2 * S + (random.uniform() * (self.end_ns - QUIET_NS - 2 * S) as f64) as u64;
         let object = random.below(self.objects);
         let world = random.below(9) as i32 - 4;
-        let wish = match random.below(6) {
-            0 | 1 => Wish::World(world),
-            2 => Wish::Remove(object),
-            3 => Wish::Restore(object),
-            4 => Wish::Gain(random.below(self.cameras), 10 + random.below(20) as u8),
-            _ => Wish::Both(world, object),
+        let request = match random.below(6) {
+            0 | 1 => ChangeRequest::World(world),
+            2 => ChangeRequest::Remove(object),
+            3 => ChangeRequest::Restore(object),
+            4 => ChangeRequest::Gain(random.below(self.cameras), 10 + random.below(20) as u8),
+            _ => ChangeRequest::Both(world, object),
         };
-        (at_ns, wish)
+        (at_ns, request)
     }
 }
 
@@ -302,8 +302,8 @@ impl fmt::Display for Plan {
         for fault in &self.faults {
             writeln!(formatter, "  {fault}")?;
         }
-        for (at_ns, wish) in &self.wishes {
-            writeln!(formatter, "  {:.3} s {wish:?}", *at_ns as f64 * 1e-9)?;
+        for (at_ns, request) in &self.requests {
+            writeln!(formatter, "  {:.3} s {request:?}", *at_ns as f64 * 1e-9)?;
         }
         Ok(())
     }

@@ -3,7 +3,7 @@
 use crate::disk::Disk;
 use crate::host::true_ns;
 use crate::network::Network;
-use crate::plan::{MS, Place, Plan, S, Wrong};
+use crate::plan::{FaultKind, MS, Place, Plan, S};
 use crate::scene::Scene;
 use node_fusion::{CoreState, FusionCore, Models, Put};
 use sextant_proto::{
@@ -43,7 +43,7 @@ const STARTED_NS: u64 = 7 * S;
 
 /// A promise that was broken.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Broken {
+pub struct Violation {
     /// When.
     pub at_ns: u64,
     /// Which, in short: the same words for the same promise.
@@ -52,7 +52,7 @@ pub struct Broken {
     pub how: String,
 }
 
-impl fmt::Display for Broken {
+impl fmt::Display for Violation {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let at_s = self.at_ns as f64 * 1e-9;
         write!(formatter, "at {at_s:.3} s: {}: {}", self.promise, self.how)
@@ -61,7 +61,7 @@ impl fmt::Display for Broken {
 
 /// A fusion node, as seen from above.
 #[derive(Debug, Clone, Default)]
-struct Seen {
+struct NodeRecord {
     started_ns: Option<u64>,
     models: ModelsState,
     /// Since when it has these.
@@ -80,8 +80,8 @@ struct Pending {
 pub struct Promises {
     plan: Plan,
     objects: Vec<ObjectId>,
-    nodes: Vec<Seen>,
-    broken: Option<Broken>,
+    nodes: Vec<NodeRecord>,
+    broken: Option<Violation>,
     poses: u64,
     mirror: SiteMirror,
     /// Which nodes published an object in turns, and until when.
@@ -106,10 +106,11 @@ impl Promises {
     /// Of a plan.
     #[must_use]
     pub fn new(plan: &Plan, objects: Vec<ObjectId>) -> Self {
-        let sets_camera = |wrong: Wrong| matches!(wrong, Wrong::ClockSet(Place::Camera(_), _));
+        let sets_camera =
+            |kind: FaultKind| matches!(kind, FaultKind::ClockSet(Place::Camera(_), _));
         Self {
-            are_cameras_set: plan.faults.iter().any(|fault| sets_camera(fault.wrong)),
-            nodes: vec![Seen::default(); plan.nodes],
+            are_cameras_set: plan.faults.iter().any(|fault| sets_camera(fault.kind)),
+            nodes: vec![NodeRecord::default(); plan.nodes],
             plan: plan.clone(),
             objects,
             broken: None,
@@ -129,7 +130,7 @@ impl Promises {
 
     /// The first promise that was broken.
     #[must_use]
-    pub fn broken(&self) -> Option<&Broken> {
+    pub fn broken(&self) -> Option<&Violation> {
         self.broken.as_ref()
     }
 
@@ -139,8 +140,8 @@ impl Promises {
         self.poses
     }
 
-    fn breaks(&mut self, at_ns: u64, promise: &'static str, how: String) {
-        self.broken.get_or_insert(Broken {
+    fn record_violation(&mut self, at_ns: u64, promise: &'static str, how: String) {
+        self.broken.get_or_insert(Violation {
             at_ns,
             promise,
             how,
@@ -149,16 +150,16 @@ impl Promises {
 
     /// A fusion node's process starts.
     pub fn started(&mut self, index: usize, at_ns: u64) {
-        self.nodes[index] = Seen {
+        self.nodes[index] = NodeRecord {
             started_ns: Some(at_ns),
             models_since_ns: at_ns,
-            ..Seen::default()
+            ..NodeRecord::default()
         };
     }
 
     /// A fusion node's process has ended.
     pub fn ended(&mut self, index: usize) {
-        self.nodes[index] = Seen::default();
+        self.nodes[index] = NodeRecord::default();
     }
 
     /// A camera sees an object.
@@ -208,7 +209,7 @@ impl Promises {
         clippy::too_many_arguments,
         reason = "everything that is known at that moment"
     )]
-    pub fn said(
+    pub fn handle_publication(
         &mut self,
         index: usize,
         put: &Put,
@@ -235,7 +236,7 @@ impl Promises {
                 .and_then(|record| record.version.clone());
             if of_disk < state.models.version || disk.models != *models {
                 let how = format!("fusion {index} answers that {} is kept", answer.key);
-                self.breaks(at_ns, "what was answered to be kept is on the disk", how);
+                self.record_violation(at_ns, "what was answered to be kept is on the disk", how);
             }
         }
     }
@@ -266,7 +267,7 @@ impl Promises {
                 "fusion {index}: {} is turned by {turned_rad:.2} rad",
                 pose.object
             );
-            self.breaks(at_ns, "no pose called tracking is turned", how);
+            self.record_violation(at_ns, "no pose called tracking is turned", how);
         }
         let off_m = match self.plan.exact {
             true => OFF_M,
@@ -280,7 +281,7 @@ impl Promises {
                 pose.cameras,
                 pose.tags
             );
-            self.breaks(at_ns, "no pose called tracking is wrong", how);
+            self.record_violation(at_ns, "no pose called tracking is wrong", how);
         }
     }
 
@@ -298,7 +299,7 @@ impl Promises {
         let is_soon = last.len() == RUNS && at_ns - first_ns < S;
         if is_soon && self.are_sound(network, first, other, AGREED_NS, at_ns) {
             let how = format!("{} by fusion {first} and {other}", pose.object);
-            self.breaks(at_ns, "one node publishes an object", how);
+            self.record_violation(at_ns, "one node publishes an object", how);
         }
     }
 
@@ -311,7 +312,7 @@ impl Promises {
                 && at_ns - newer.models_since_ns > FOLLOWED_NS;
             if is_newer && self.are_sound(network, index, other, FOLLOWED_NS, at_ns) {
                 let how = format!("fusion {index} publishes, fusion {other} has newer ones");
-                self.breaks(at_ns, "no node publishes with old models", how);
+                self.record_violation(at_ns, "no node publishes with old models", how);
             }
         }
     }
@@ -322,7 +323,7 @@ impl Promises {
     /// The client asks for a change.
     pub fn asked(&mut self, key: &str, payload: &[u8], network: &Network, at_ns: u64) {
         let due_ns = at_ns + ANSWERED_NS;
-        let slow_disk = |fault: &crate::plan::Fault| matches!(fault.wrong, Wrong::SlowDisk(..));
+        let slow_disk = |fault: &crate::plan::Fault| matches!(fault.kind, FaultKind::SlowDisk(..));
         let has_slow_disk = self.plan.faults.iter().any(slow_disk);
         let is_sound = |index: &usize| {
             let span_ns = ANSWERED_NS + SETTLED_NS;
@@ -379,7 +380,7 @@ impl Promises {
         let (newest, newest_ns) = self.epochs.get(&object).copied().unwrap_or_default();
         if pose.epoch < newest && at_ns - newest_ns < S {
             let how = format!("{object}: {} after {newest}", pose.epoch);
-            self.breaks(at_ns, "no pose of an older epoch is used", how);
+            self.record_violation(at_ns, "no pose of an older epoch is used", how);
         }
         self.epochs.insert(object.clone(), (pose.epoch, at_ns));
         if pose.state == State::Tracking {
@@ -410,7 +411,7 @@ impl Promises {
         self.looked_ns = at_ns;
         if let Some(late) = self.pending.iter().find(|one| at_ns > one.due_ns) {
             let how = format!("{} is not answered", late.key);
-            self.breaks(at_ns, "a change is answered", how);
+            self.record_violation(at_ns, "a change is answered", how);
         }
         let is_settled = (0..self.nodes.len()).all(|index| {
             network.is_sound(Place::Client, Place::Fusion(index), SETTLED_NS, at_ns)
@@ -429,7 +430,7 @@ impl Promises {
             if is_there && is_seen && since_ns > 0 && at_ns - last_ns > GAP_NS {
                 let gap_s = (at_ns - last_ns) as f64 * 1e-9;
                 let how = format!("{object} has no pose called tracking for {gap_s:.2} s");
-                self.breaks(at_ns, "an object that is seen has poses", how);
+                self.record_violation(at_ns, "an object that is seen has poses", how);
             }
         }
     }
@@ -449,15 +450,15 @@ impl Promises {
             };
             if rig != Some(RigConfig::from(&models.rig)) || !models.objects.iter().all(known) {
                 let how = "the client has other ones".to_owned();
-                self.breaks(at_ns, "the models in force are announced", how);
+                self.record_violation(at_ns, "the models in force are announced", how);
             }
             if self.statuses.len() != states.len() {
                 let how = format!("{} of {} nodes", self.statuses.len(), states.len());
-                self.breaks(at_ns, "every node says how it is", how);
+                self.record_violation(at_ns, "every node says how it is", how);
             }
         }
         if states.iter().any(Option::is_none) {
-            self.breaks(
+            self.record_violation(
                 at_ns,
                 "a mended node works",
                 "a fusion node is down".to_owned(),
@@ -469,19 +470,19 @@ impl Promises {
                 "{:?}",
                 states.iter().map(|state| &state.models).collect::<Vec<_>>()
             );
-            self.breaks(at_ns, "all nodes have the same models in the end", how);
+            self.record_violation(at_ns, "all nodes have the same models in the end", how);
         }
         if states
             .iter()
             .any(|state| state.models.version < self.newest_kept)
         {
             let how = format!("{:?}", self.newest_kept);
-            self.breaks(at_ns, "what was kept is in force in the end", how);
+            self.record_violation(at_ns, "what was kept is in force in the end", how);
         }
         let leaders = states.iter().filter(|state| state.leads).count();
         if leaders != 1 {
             let how = format!("{leaders} nodes lead");
-            self.breaks(at_ns, "one node leads in the end", how);
+            self.record_violation(at_ns, "one node leads in the end", how);
         }
         let mut wrong = Vec::new();
         for status in self.statuses.values() {
@@ -492,7 +493,7 @@ impl Promises {
             };
             let notices = status.notices.iter().filter(|notice| !is_usual(notice));
             wrong.extend(notices.map(ToString::to_string));
-            if self.plan.faults.is_empty() && self.plan.wishes.is_empty() {
+            if self.plan.faults.is_empty() && self.plan.requests.is_empty() {
                 // Where clocks are off, it is right to say so.
                 let is_so = |fault: &&Fault| {
                     self.plan.clocks_off_ns > 0 && matches!(fault, Fault::ClockOff { .. })
@@ -502,7 +503,7 @@ impl Promises {
             }
         }
         if let Some(first) = wrong.first() {
-            self.breaks(at_ns, "a mended site names nothing wrong", first.clone());
+            self.record_violation(at_ns, "a mended site names nothing wrong", first.clone());
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The true site and its files: what cameras see, and by how much a pose is off.
 
-use crate::plan::{Plan, Wish};
+use crate::plan::{ChangeRequest, Plan};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use node_fusion::Models;
 use sextant_geometry::Pose;
@@ -193,27 +193,27 @@ impl Scene {
         angles.fold(f64::INFINITY, f64::min)
     }
 
-    /// The key and the payload of a wish.
+    /// The key and the payload of a request.
     ///
     /// # Panics
     /// If a model cannot be encoded.
     #[must_use]
-    pub fn request(&self, wish: Wish, keys: &Keys) -> (String, Vec<u8>) {
+    pub fn request(&self, request: ChangeRequest, keys: &Keys) -> (String, Vec<u8>) {
         let object = |index| ObjectConfig::from(&self.model(index));
-        match wish {
-            Wish::World(world) => (
+        match request {
+            ChangeRequest::World(world) => (
                 keys.config_rig(),
                 encoded(&RigConfig::from(&self.rig(world))),
             ),
-            Wish::Remove(index) => {
+            ChangeRequest::Remove(index) => {
                 let id = self.object(index);
                 (keys.config_object(&id), encoded(&ObjectConfig::removal(id)))
             }
-            Wish::Restore(index) => (
+            ChangeRequest::Restore(index) => (
                 keys.config_object(&self.object(index)),
                 encoded(&object(index)),
             ),
-            Wish::Gain(index, tenths) => {
+            ChangeRequest::Gain(index, tenths) => {
                 let id = self.camera(index);
                 let settings = CameraSettings {
                     gain: Some(f64::from(tenths) / 10.0),
@@ -221,7 +221,7 @@ impl Scene {
                 };
                 (keys.config_camera(&id), encoded(&settings))
             }
-            Wish::Both(world, index) => {
+            ChangeRequest::Both(world, index) => {
                 let none = Proposal::none(NodeId::new("client").expect("an id"), 1);
                 let rig = ModelPayload::of(&RigConfig::from(&self.rig(world)));
                 let object = ModelPayload::of(&object(index));

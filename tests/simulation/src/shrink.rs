@@ -3,7 +3,7 @@
 use crate::plan::Plan;
 use crate::world::run;
 
-/// The plan with as few faults and wishes as break the same promise.
+/// The plan with as few faults and requests as break the same promise.
 #[must_use]
 pub fn shrunk(plan: &Plan, promise: &str) -> Plan {
     let breaks = |plan: &Plan| {
@@ -12,11 +12,11 @@ pub fn shrunk(plan: &Plan, promise: &str) -> Plan {
     };
     let mut plan = plan.clone();
     let mut at = 0;
-    while at < plan.faults.len() + plan.wishes.len() {
+    while at < plan.faults.len() + plan.requests.len() {
         let mut less = plan.clone();
         match at < plan.faults.len() {
             true => drop(less.faults.remove(at)),
-            false => drop(less.wishes.remove(at - plan.faults.len())),
+            false => drop(less.requests.remove(at - plan.faults.len())),
         }
         match breaks(&less) {
             true => plan = less,

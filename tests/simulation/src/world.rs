@@ -2,11 +2,11 @@
 
 use crate::coverage::Coverage;
 use crate::disk::Disk;
-use crate::fusion::{Process, Surroundings, Wanted, item_of};
+use crate::fusion::{Effect, Process, Surroundings, item_of};
 use crate::host::{true_ns, wall_ns};
 use crate::network::{LEASE_NS, Network};
-use crate::plan::{MS, Place, Plan, Wrong};
-use crate::promises::{Broken, Promises};
+use crate::plan::{FaultKind, MS, Place, Plan};
+use crate::promises::{Promises, Violation};
 use crate::scene::Scene;
 use node_fusion::{FusionConfig, FusionCore, Put, Refinement, ShardingConfig};
 use sextant_proto::{
@@ -44,31 +44,31 @@ enum Event {
     /// Something begins or ends.
     TurningPoint,
     /// The client asks for a change.
-    Wish(usize),
+    ChangeRequest(usize),
 }
 
 /// Sorted by time, then by the order of their making.
-struct Due {
+struct ScheduledEvent {
     at_ns: u64,
     number: u64,
     event: Event,
 }
 
-impl PartialEq for Due {
+impl PartialEq for ScheduledEvent {
     fn eq(&self, other: &Self) -> bool {
         self.cmp(other).is_eq()
     }
 }
 
-impl Eq for Due {}
+impl Eq for ScheduledEvent {}
 
-impl PartialOrd for Due {
+impl PartialOrd for ScheduledEvent {
     fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl Ord for Due {
+impl Ord for ScheduledEvent {
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
         (self.at_ns, self.number).cmp(&(other.at_ns, other.number))
     }
@@ -90,7 +90,7 @@ struct Host {
 #[derive(Debug, Clone)]
 pub struct Outcome {
     /// The first promise that was broken.
-    pub broken: Option<Broken>,
+    pub broken: Option<Violation>,
     /// Poses that the client used.
     pub poses: u64,
     /// Tells all messages of the run from those of another.
@@ -104,7 +104,7 @@ pub struct Outcome {
 pub fn run(plan: &Plan, traces: bool) -> Outcome {
     let whole = || World::new(plan, traces).run();
     catch_unwind(AssertUnwindSafe(whole)).unwrap_or_else(|_| Outcome {
-        broken: Some(Broken {
+        broken: Some(Violation {
             at_ns: 0,
             promise: "nothing panics",
             how: "its message stands above".to_owned(),
@@ -126,7 +126,7 @@ struct World<'a> {
     sequences: Vec<u64>,
     /// By how much the clocks of cameras are off.
     clocks_off_ns: Vec<i64>,
-    due: BinaryHeap<Reverse<Due>>,
+    due: BinaryHeap<Reverse<ScheduledEvent>>,
     number: u64,
     promises: Promises,
     fingerprint: u64,
@@ -188,8 +188,8 @@ impl<'a> World<'a> {
         for at_ns in world.network.turning_points() {
             world.at(at_ns, Event::TurningPoint);
         }
-        for (index, (at_ns, _)) in plan.wishes.iter().enumerate() {
-            world.at(*at_ns, Event::Wish(index));
+        for (index, (at_ns, _)) in plan.requests.iter().enumerate() {
+            world.at(*at_ns, Event::ChangeRequest(index));
         }
         world
     }
@@ -197,7 +197,7 @@ impl<'a> World<'a> {
     fn at(&mut self, at_ns: u64, event: Event) {
         self.number += 1;
         let number = self.number;
-        self.due.push(Reverse(Due {
+        self.due.push(Reverse(ScheduledEvent {
             at_ns,
             number,
             event,
@@ -231,22 +231,22 @@ impl<'a> World<'a> {
         }
     }
 
-    fn has(&self, at_ns: u64, wrong: impl Fn(&Wrong) -> bool) -> bool {
+    fn has(&self, at_ns: u64, wrong: impl Fn(&FaultKind) -> bool) -> bool {
         let mut lasting = self.plan.faults.iter().filter(|fault| fault.lasts(at_ns));
-        lasting.any(|fault| wrong(&fault.wrong))
+        lasting.any(|fault| wrong(&fault.kind))
     }
 
     fn is_down(&self, place: Place, at_ns: u64) -> bool {
         self.has(
             at_ns,
-            |wrong| matches!(wrong, Wrong::Killed(of) | Wrong::PowerOff(of) if *of == place),
+            |wrong| matches!(wrong, FaultKind::Killed(of) | FaultKind::PowerOff(of) if *of == place),
         )
     }
 
     fn is_paused(&self, place: Place, at_ns: u64) -> bool {
         self.has(
             at_ns,
-            |wrong| matches!(wrong, Wrong::Paused(of) if *of == place),
+            |wrong| matches!(wrong, FaultKind::Paused(of) if *of == place),
         )
     }
 
@@ -270,7 +270,7 @@ impl<'a> World<'a> {
                 }
             }
             Event::TurningPoint => self.turn_point(at_ns),
-            Event::Wish(index) => self.wish(index, at_ns),
+            Event::ChangeRequest(index) => self.request(index, at_ns),
         }
     }
 }
@@ -281,10 +281,12 @@ impl World<'_> {
         let place = Place::Fusion(index);
         let (mut disk_ns, mut overload_ns) = (Some(2 * MS), 0);
         for fault in self.plan.faults.iter().filter(|fault| fault.lasts(at_ns)) {
-            match fault.wrong {
-                Wrong::SlowDisk(of, each_ns) if of == index => disk_ns = disk_ns.map(|_| each_ns),
-                Wrong::FullDisk(of) if of == index => disk_ns = None,
-                Wrong::Overloaded(of, by_ns) if of == index => overload_ns = by_ns,
+            match fault.kind {
+                FaultKind::SlowDisk(of, each_ns) if of == index => {
+                    disk_ns = disk_ns.map(|_| each_ns)
+                }
+                FaultKind::FullDisk(of) if of == index => disk_ns = None,
+                FaultKind::Overloaded(of, by_ns) if of == index => overload_ns = by_ns,
                 _ => {}
             }
         }
@@ -302,7 +304,7 @@ impl World<'_> {
         let lost_power = |of: usize| {
             self.plan.faults.iter().any(|fault| {
                 let lasts = (fault.from_ns..fault.from_ns + LEASE_NS).contains(&at_ns);
-                lasts && fault.wrong == Wrong::PowerOff(Place::Fusion(of))
+                lasts && fault.kind == FaultKind::PowerOff(Place::Fusion(of))
             })
         };
         let own = Place::Fusion(index);
@@ -319,7 +321,7 @@ impl World<'_> {
         let place = Place::Fusion(index);
         let lost_power = self.plan.faults.iter().any(|fault| {
             let lasts = (fault.from_ns..fault.from_ns + LEASE_NS).contains(&at_ns);
-            lasts && fault.wrong == Wrong::PowerOff(place)
+            lasts && fault.kind == FaultKind::PowerOff(place)
         });
         if self.is_down(place, at_ns) || self.hosts[index].process.is_some() {
             return;
@@ -339,7 +341,7 @@ impl World<'_> {
         self.promises.started(index, at_ns);
         self.trace(at_ns, || format!("{place} starts"));
         self.at(at_ns, Event::Turn(index));
-        self.tell_presence(at_ns);
+        self.update_presence(at_ns);
     }
 
     fn turn(&mut self, index: usize, at_ns: u64) {
@@ -350,7 +352,7 @@ impl World<'_> {
         if self.is_paused(place, at_ns) {
             let faults = self.plan.faults.iter();
             let ends =
-                faults.filter(|fault| fault.lasts(at_ns) && fault.wrong == Wrong::Paused(place));
+                faults.filter(|fault| fault.lasts(at_ns) && fault.kind == FaultKind::Paused(place));
             let until_ns = ends.map(|fault| fault.until_ns).max().unwrap_or(at_ns + MS);
             return self.schedule_turn(index, until_ns);
         }
@@ -360,18 +362,18 @@ impl World<'_> {
             return;
         };
         let (promises, scene, network) = (&mut self.promises, &self.scene, &self.network);
-        let mut witness = |put: &Put, core: &FusionCore, disk: &Disk| {
-            promises.said(index, put, core, disk, scene, network, at_ns);
+        let mut observer = |put: &Put, core: &FusionCore, disk: &Disk| {
+            promises.handle_publication(index, put, core, disk, scene, network, at_ns);
         };
-        let (wanted, next_ns) = process.turn(at, &mut host.disk, &mut witness);
+        let (effects, next_ns) = process.turn(at, &mut host.disk, &mut observer);
         self.schedule_turn(index, next_ns);
-        for wanted in wanted {
-            match wanted {
-                Wanted::Say(put) => self.say(index, &put, at_ns),
-                Wanted::Ask(node) => self.ask(index, &node, at_ns),
+        for effects in effects {
+            match effects {
+                Effect::Publish(put) => self.publish(index, &put, at_ns),
+                Effect::Ask(node) => self.ask(index, &node, at_ns),
             }
         }
-        self.look(index, at_ns);
+        self.record_coverage(index, at_ns);
     }
 
     fn schedule_turn(&mut self, index: usize, at_ns: u64) {
@@ -380,7 +382,7 @@ impl World<'_> {
     }
 
     /// What a node says goes to all who subscribe to it.
-    fn say(&mut self, index: usize, put: &Put, at_ns: u64) {
+    fn publish(&mut self, index: usize, put: &Put, at_ns: u64) {
         let place = Place::Fusion(index);
         self.note(&put.key, &put.payload);
         let item = Rc::new(item_of(put));
@@ -533,13 +535,13 @@ impl World<'_> {
         }
     }
 
-    fn look(&mut self, index: usize, at_ns: u64) {
+    fn record_coverage(&mut self, index: usize, at_ns: u64) {
         let Some(process) = &self.hosts[index].process else {
             return;
         };
         let state = process.core.state();
         let lasting = self.plan.faults.iter().filter(|fault| fault.lasts(at_ns));
-        let kinds = lasting.map(|fault| fault.wrong.kind());
+        let kinds = lasting.map(|fault| fault.kind.name());
         self.coverage.note(kinds, &state);
         let models = process.core.models();
         (self.promises).watch(index, &state, models, &self.network, at_ns);
@@ -571,11 +573,11 @@ impl World<'_> {
                 self.start(index, at_ns);
             }
         }
-        self.tell_presence(at_ns);
+        self.update_presence(at_ns);
     }
 
     /// Tells each fusion node which others have come and gone.
-    fn tell_presence(&mut self, at_ns: u64) {
+    fn update_presence(&mut self, at_ns: u64) {
         for index in 0..self.hosts.len() {
             if self.hosts[index].process.is_none() {
                 continue;
@@ -640,14 +642,14 @@ impl World<'_> {
         self.send_to_fusion_nodes(place, &item, true, at_ns + DETECTION_NS);
     }
 
-    fn wish(&mut self, index: usize, at_ns: u64) {
-        let (_, wish) = self.plan.wishes[index];
+    fn request(&mut self, index: usize, at_ns: u64) {
+        let (_, request) = self.plan.requests[index];
         let client = Place::Client;
         if self.is_down(client, at_ns) || self.is_paused(client, at_ns) {
             return;
         }
-        let (key, payload) = self.scene.request(wish, &self.keys);
-        self.trace(at_ns, || format!("client asks for {wish:?}"));
+        let (key, payload) = self.scene.request(request, &self.keys);
+        self.trace(at_ns, || format!("client asks for {request:?}"));
         (self.promises).asked(&key, &payload, &self.network, at_ns);
         let item = Rc::new(Item {
             key,

@@ -7,11 +7,11 @@
 use crate::self_calibration::keyframes::{Keyframes, Path};
 use crate::self_calibration::normal_equations::Eliminated;
 
-/// Before anything is known, m/s² and rad/s².
-const USUAL: [f64; 2] = [10.0, 50.0];
-/// Accelerations as which that counts.
-const OF_USUAL: f64 = 1.0;
-/// Bounds as shares of that.
+/// Prior standard deviation of an acceleration, m/s² and rad/s².
+const PRIOR_SIGMA: [f64; 2] = [10.0, 50.0];
+/// Number of observed accelerations that the prior counts for.
+const PRIOR_WEIGHT: f64 = 1.0;
+/// Bounds of the estimate as multiples of the prior.
 const BOUNDS: (f64, f64) = (0.03, 3.0);
 
 /// Standard deviations of the accelerations of objects, m/s² and rad/s², of each axis.
@@ -20,7 +20,7 @@ pub(crate) struct Accelerations([f64; 2]);
 
 impl Default for Accelerations {
     fn default() -> Self {
-        Self(USUAL)
+        Self(PRIOR_SIGMA)
     }
 }
 
@@ -30,8 +30,8 @@ impl Accelerations {
         self.0[axis / 3].powi(-2)
     }
 
-    /// Square of a path's accelerations in these units.
-    pub fn improbability(&self, path: &Path) -> f64 {
+    /// Squared Mahalanobis distance of a path's accelerations from zero.
+    pub fn squared_distance(&self, path: &Path) -> f64 {
         let axes = path.acceleration.iter().enumerate();
         axes.map(|(axis, one)| self.precision(axis) * one * one)
             .sum()
@@ -51,9 +51,9 @@ impl Accelerations {
             }
         }
         Self(std::array::from_fn(|part| {
-            let square = squares[part] + OF_USUAL * USUAL[part].powi(2);
-            let sigma = (square / (determined[part] + OF_USUAL)).sqrt();
-            sigma.clamp(BOUNDS.0 * USUAL[part], BOUNDS.1 * USUAL[part])
+            let square = squares[part] + PRIOR_WEIGHT * PRIOR_SIGMA[part].powi(2);
+            let sigma = (square / (determined[part] + PRIOR_WEIGHT)).sqrt();
+            sigma.clamp(BOUNDS.0 * PRIOR_SIGMA[part], BOUNDS.1 * PRIOR_SIGMA[part])
         }))
     }
 }

@@ -44,8 +44,8 @@ const MEDIAN: f64 = 7.34;
 /// Information that keeps the pose of a keyframe definite, 1/m^2 and 1/rad^2.
 const LEAST_INFORMATION: f64 = 1e-6;
 
-/// Shares of a step that are tried.
-const SHARES: [f64; 5] = [1.0, 0.5, 0.25, 0.1, 0.03];
+/// Step lengths of the backtracking line search, as shares of the Gauss-Newton step (Nocedal and Wright, Numerical Optimization, chapter 3).
+const STEP_LENGTHS: [f64; 5] = [1.0, 0.5, 0.25, 0.1, 0.03];
 
 /// Steps by which a keyframe's pose is brought to its views, and tags of which it may begin.
 const ALIGNING_STEPS: usize = 6;
@@ -86,7 +86,7 @@ pub(crate) struct LinearisedKeyframe {
 
 /// What the cost of an adjustment is evaluated with.
 #[derive(Clone, Copy)]
-struct Posed<'a> {
+struct CostContext<'a> {
     layout: &'a ParameterLayout,
     site: &'a Site,
     weighting: Weighting,
@@ -131,13 +131,13 @@ impl Adjustment {
             }
             let equations = self.equations(keyframes.as_slice(), &cameras, &layout, weighting);
             let solution = Solution::of(equations, layout.precision(&scales), &errors)?;
-            let posed = Posed {
+            let context = CostContext {
                 layout: &layout,
                 site,
                 weighting,
             };
             // Scales follow from the errors at a minimum.
-            if self.advance(keyframes, &mut errors, &solution, posed) {
+            if self.advance(keyframes, &mut errors, &solution, context) {
                 let eliminated = &solution.equations.eliminated;
                 self.accelerations = self.accelerations.updated(keyframes, eliminated);
                 self.scales = self.scales.updated(&layout, &errors, &solution.variances);
@@ -170,20 +170,20 @@ impl Adjustment {
         keyframes: &mut Keyframes,
         errors: &mut DVector<f64>,
         solution: &Solution,
-        posed: Posed<'_>,
+        context: CostContext<'_>,
     ) -> bool {
         let step = &solution.step;
-        let before = self.whole_cost(keyframes, errors, solution, posed);
+        let before = self.objective(keyframes, errors, solution, context);
         let own = solution.equations.eliminated.iter();
         let own: Vec<DVector<f64>> = own.map(|own| own.step(step)).collect();
-        for share in SHARES {
+        for share in STEP_LENGTHS {
             let mut trial = keyframes.clone();
             for (keyframe, own) in trial.iter_mut().zip(&own) {
                 keyframe.advance((own * share).as_slice());
             }
             let moved = &*errors + step * share;
-            self.place_tags(&mut trial, posed.layout, &moved, posed.site);
-            if self.whole_cost(&trial, &moved, solution, posed) <= before {
+            self.place_tags(&mut trial, context.layout, &moved, context.site);
+            if self.objective(&trial, &moved, solution, context) <= before {
                 (*keyframes, *errors) = (trial, moved);
                 return share == 1.0;
             }
@@ -192,23 +192,23 @@ impl Adjustment {
     }
 
     /// Twice the robust cost of all views, with the priors.
-    fn whole_cost(
+    fn objective(
         &self,
         keyframes: &Keyframes,
         errors: &DVector<f64>,
         solution: &Solution,
-        posed: Posed<'_>,
+        context: CostContext<'_>,
     ) -> f64 {
-        let cameras = self.models(posed.layout, errors, posed.site);
+        let cameras = self.models(context.layout, errors, context.site);
         let of_view = |keyframe: &Keyframe, one: &KeyframeView| {
             let rows = self.rows(keyframe, one, &cameras);
-            rows.map_or(UNSEEN, |rows| cost(&rows, one, posed.weighting))
+            rows.map_or(UNSEEN, |rows| cost(&rows, one, context.weighting))
         };
         let of_keyframe = |keyframe: &Keyframe| {
             let views = keyframe.views.iter();
             let path = keyframe
                 .path
-                .map_or(0.0, |path| self.accelerations.improbability(&path));
+                .map_or(0.0, |path| self.accelerations.squared_distance(&path));
             path + views.map(|one| of_view(keyframe, one)).sum::<f64>()
         };
         let of_errors = errors.component_mul(&solution.precision).dot(errors);

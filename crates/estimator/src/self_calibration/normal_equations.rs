@@ -278,7 +278,7 @@ pub(super) fn independence(covariance: &Arrow, keyframes: &[Eliminated]) -> f64 
 }
 
 impl Eliminated {
-    /// Variance of one of the keyframe's unknowns as the site's errors are.
+    /// Variance of an unknown of the keyframe, conditional on the site's errors.
     pub(super) fn variance(&self, at: usize) -> f64 {
         self.inverse[(at, at)]
     }

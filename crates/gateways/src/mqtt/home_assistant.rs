@@ -6,7 +6,7 @@ use sextant_site_model::ObjectId;
 
 /// Topic and payload that describe an object.
 pub(super) fn device(prefix: &str, options: &MqttOptions, object: &ObjectId) -> (String, String) {
-    let id = format!("sextant_{}_{object}", options.site);
+    let id = format!("sextant-{}-{object}", options.site);
     let topic = |what: &str| format!("{}/object/{object}/{what}", options.prefix);
     let axis = |name: &str, place: usize| -> Value {
         json!({
