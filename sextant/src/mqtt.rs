@@ -22,7 +22,7 @@ With --home-assistant each object appears there as a device. MQTT 5, without ack
 object is lost is never held back. docs/outputs.md has more. With --json, one line at the end:
 {\"poses\",\"refused\",\"superseded\",\"dropped\",\"events\",\"refused_events\",\"sent\",\"unsent\",\"skipped\"}")]
 pub struct MqttArguments {
-    /// The broker: mqtt://HOST[:1883], or mqtts://HOST[:8883] for TLS.
+    /// The broker: mqtt://HOST, or mqtts://HOST for TLS; a port other than 1883 and 8883 as HOST:PORT.
     #[arg(long, value_name = "URL", default_value = "mqtt://127.0.0.1")]
     to: String,
     /// Name of a user of the broker.
