@@ -1,6 +1,6 @@
 //! The fusion node without its network, files, threads and clock: messages in, poses and everything else that is to be published out.
 //!
-//! After each input [`FusionCore::poll`] is called until nothing is left. Time is an argument; the same inputs at the same times give the same outputs.
+//! [`FusionCore::turn`] takes its inputs and has its actions carried out. Time is an input; the same inputs at the same times give the same outputs.
 
 use crate::clocks::DriftEstimator;
 use crate::config::{FusionConfig, Refinement};
@@ -178,7 +178,7 @@ impl FusionCore {
     }
 
     /// The next thing to be done.
-    pub fn poll(&mut self, now: Moment) -> Option<Action> {
+    pub(crate) fn poll(&mut self, now: Moment) -> Option<Action> {
         if let Some(since_ns) = self.requested_ns.take() {
             self.replica.rest(since_ns, now.monotonic_ns);
         }
@@ -224,20 +224,20 @@ impl FusionCore {
 
     /// An adjustment of the files that is to be solved, which may take long.
     #[must_use]
-    pub fn adjustment(&self) -> Option<&Arc<AdjustmentTask>> {
+    pub(crate) fn adjustment(&self) -> Option<&Arc<AdjustmentTask>> {
         self.machine.adjustment().filter(|task| !task.is_solved())
     }
 
     /// Whether the next message under a key of the configuration may be handed over. At most one change is made at a time, and none for a
     /// while after it: images go first.
     #[must_use]
-    pub fn takes_requests(&self, now: Moment) -> bool {
+    pub(crate) fn takes_requests(&self, now: Moment) -> bool {
         !self.standby.leads() || (self.requested_ns.is_none() && self.replica.is_ready(now))
     }
 
     /// Whether [`Self::report`] is due.
     #[must_use]
-    pub fn is_report_due(&self, now: Moment) -> bool {
+    pub(crate) fn is_report_due(&self, now: Moment) -> bool {
         now.monotonic_ns >= self.status_due_ns
     }
 }
@@ -245,12 +245,12 @@ impl FusionCore {
 /// The other fusion nodes.
 impl FusionCore {
     /// The state of the link to the network, whether or not it has changed.
-    pub fn link(&mut self, link: Link, now: Moment) {
+    pub(crate) fn link(&mut self, link: Link, now: Moment) {
         self.standby.link(link, now);
     }
 
     /// A fusion node has come or gone.
-    pub fn presence(&mut self, change: &Presence, now: Moment) {
+    pub(crate) fn presence(&mut self, change: &Presence, now: Moment) {
         let (Presence::Joined(key) | Presence::Left(key)) = change;
         let Some(KeyRef::Alive(_, node)) = self.keys.parse(key) else {
             return;
@@ -265,7 +265,7 @@ impl FusionCore {
     }
 
     /// A heartbeat of a fusion node.
-    pub fn heartbeat(&mut self, item: &Item, now: Moment) {
+    pub(crate) fn heartbeat(&mut self, item: &Item, now: Moment) {
         if let Ok(beat) = item.decode::<Heartbeat>()
             && self.keys.heartbeat(&beat.node) == item.key
         {
@@ -275,13 +275,13 @@ impl FusionCore {
     }
 
     /// The answers of a fusion node that was asked for its models.
-    pub fn follow(&mut self, node: &NodeId, answers: &[Item], now: Moment) {
+    pub(crate) fn follow(&mut self, node: &NodeId, answers: &[Item], now: Moment) {
         let theirs = Payloads::answered(&self.keys.models_of(node), answers);
         self.replica.follow(node, theirs, now);
     }
 
     /// Publishes or stands by, as the other fusion nodes of the site leave it to this one. To be called before images are handed over.
-    pub fn update_duty(&mut self, now: Moment) {
+    pub(crate) fn update_duty(&mut self, now: Moment) {
         let duty = self.standby.tick(&self.replica.models().objects, now);
         let is_shared = self.standby.is_shared();
         match duty {
@@ -311,7 +311,7 @@ impl FusionCore {
 /// Images, and time.
 impl FusionCore {
     /// A message of a camera.
-    pub fn observation(&mut self, item: &Item, now: Moment) {
+    pub(crate) fn observation(&mut self, item: &Item, now: Moment) {
         self.handled_ns = now.monotonic_ns;
         let Payload::Bytes(bytes) = &item.payload else {
             return self.intake.count_too_long(&item.key);
@@ -335,7 +335,7 @@ impl FusionCore {
     }
 
     /// The wall clock of this host was set by so many ns: everything that compares stamps with it begins anew.
-    pub fn clock_stepped(&mut self, by_ns: i64, now: Moment) {
+    pub(crate) fn clock_stepped(&mut self, by_ns: i64, now: Moment) {
         self.handled_ns = now.monotonic_ns;
         self.intake.clock_stepped();
         self.standby.interrupted(now);
@@ -343,7 +343,7 @@ impl FusionCore {
     }
 
     /// Does what is due.
-    pub fn tick(&mut self, now: Moment) {
+    pub(crate) fn tick(&mut self, now: Moment) {
         self.handled_ns = now.monotonic_ns;
         self.update_models(now);
         let adjustment = self.machine.adjustment();
@@ -399,7 +399,7 @@ impl FusionCore {
 /// The models of the site.
 impl FusionCore {
     /// A message under a key of the configuration; what is no request, or is not for this node to decide on, is passed over.
-    pub fn config(&mut self, item: &Item, now: Moment) {
+    pub(crate) fn config(&mut self, item: &Item, now: Moment) {
         if !self.standby.leads() {
             return;
         }
@@ -412,7 +412,7 @@ impl FusionCore {
     }
 
     /// What became of the last [`Action::Keep`].
-    pub fn kept(&mut self, outcome: Result<(), String>, now: Moment) {
+    pub(crate) fn kept(&mut self, outcome: Result<(), String>, now: Moment) {
         self.replica.kept(outcome, now);
     }
 
@@ -506,7 +506,7 @@ impl FusionCore {
 /// Once a second.
 impl FusionCore {
     /// The status, the clocks, and the refined calibration that ordinary use has shown.
-    pub fn report(&mut self, host: HostState, now: Moment) {
+    pub(crate) fn report(&mut self, host: HostState, now: Moment) {
         self.status_due_ns = now.monotonic_ns + STATUS_PERIOD_NS;
         self.refine(now);
         self.clock = host.clock;

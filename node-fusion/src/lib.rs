@@ -29,6 +29,7 @@ mod requests;
 mod standby;
 mod status;
 mod storer;
+mod turn;
 
 pub use config::{FusionConfig, Refinement, ShardingConfig};
 pub use formers::Formers;
@@ -38,3 +39,4 @@ pub use models::{Change, Models, Payloads};
 pub use node::run;
 pub use outbox::{Publication, Put};
 pub use replica::KeepJob;
+pub use turn::{Environment, MOST_REQUESTS};

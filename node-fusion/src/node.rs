@@ -8,8 +8,10 @@ use crate::fusion_core::{Action, FusionCore, HostState, InitialState};
 use crate::models::Models;
 use crate::ports::Ports;
 use crate::storer::Storer;
+use crate::turn::{Environment, MOST_REQUESTS};
 use anyhow::Context;
 use sextant_election::{Link, Moment};
+use sextant_estimator::AdjustmentTask;
 use sextant_process::host::host_name;
 use sextant_process::{
     ClockQuality, Exit, Reading, Shutdown, SteadyClock, WithExit, fail_point, memory, now_ns,
@@ -19,10 +21,11 @@ use sextant_proto::limits::{MAX_PAYLOAD_BYTES, MAX_PEERS};
 use sextant_proto::{KeyRef, Keys, Kind, NodeId, NodeKind};
 use sextant_site_files::read_toml;
 use sextant_zenoh_bus::{
-    AliveWatch, Bus, BusError, ControlProbe, DropRule, HeldName, Question, StreamBounds,
-    Subscription,
+    AliveWatch, Bus, BusError, ControlProbe, DropRule, HeldName, Item, Presence, Question,
+    StreamBounds, Subscription,
 };
 use std::path::Path;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Most observations that wait, and their bytes: one second of 64 cameras at 30 images a second with 20 tags each. They wait for at most
@@ -35,8 +38,6 @@ const HEARTBEATS: StreamBounds = StreamBounds {
     bytes: 8 << 20,
     wait: Duration::MAX,
 };
-/// Most changes of rig and objects that wait, and most messages about them that are read in one turn.
-const CHANGE_QUEUE: usize = 256;
 /// How long another fusion node may take to hand over its models.
 const MODELS_WAIT: Duration = Duration::from_secs(3);
 /// Longest sleep: bounds the delay of a shutdown.
@@ -78,29 +79,31 @@ pub fn run(config_file: &Path, shutdown: &Shutdown) -> anyhow::Result<()> {
     let Some(name) = held.exit_with(Exit::Unavailable)? else {
         return Ok(());
     };
-    let mut node = FusionNode::open(&bus, &config, files, models, name)?;
+    let (mut process, mut core) = Process::open(&bus, &config, files, models, name)?;
     let alive = bus.alive(&keys.alive(NodeKind::Fusion, &config.node))?;
-    let in_force = node.core.models();
+    let in_force = core.models();
     tracing::info!(
         cameras = in_force.rig.cameras().len(),
         objects = in_force.objects.len(),
         "fusing"
     );
     while !shutdown.is_requested() {
-        node.turn()?;
+        process.turn(&mut core)?;
     }
     drop(alive);
-    drop(node);
+    drop(process);
     bus.close();
     Ok(())
 }
 
-struct FusionNode<'a> {
+/// What a fusion node's process has of the network, the files and the host.
+struct Process<'a> {
     bus: &'a Bus,
     keys: Keys,
-    core: FusionCore,
     ports: Ports<'a>,
     observations: Subscription,
+    /// The observation of this turn.
+    observation: Option<Item>,
     changes: Subscription,
     heartbeats: Subscription,
     presence: AliveWatch,
@@ -114,14 +117,15 @@ struct FusionNode<'a> {
     name: HeldName,
 }
 
-impl<'a> FusionNode<'a> {
+impl<'a> Process<'a> {
+    /// The process, and its node.
     fn open(
         bus: &'a Bus,
         config: &FusionConfig,
         files: ModelFiles,
         models: Models,
         name: HeldName,
-    ) -> anyhow::Result<Self> {
+    ) -> anyhow::Result<(Self, FusionCore)> {
         let keys = Keys::of(config.site.clone());
         let clock = SteadyClock::new(Reading::take);
         let bounds = StreamBounds {
@@ -147,17 +151,15 @@ impl<'a> FusionNode<'a> {
             others: others.collect(),
             clock: ClockQuality::read(),
         };
-        let core = FusionCore::new(config, initial, moment(&clock))?;
+        let mut core = FusionCore::new(config, initial, moment(&clock))?;
         let arrivals = core.arrivals();
-        let hear = move |key: &str| arrivals.count(key);
-        let (images, changes, longest) = (
-            keys.all_observations(),
-            keys.all_config(),
-            MAX_PAYLOAD_BYTES,
-        );
-        let mut node = Self {
-            observations: bus.subscribe_stream_heard(&images, bounds, longest, hear)?,
-            changes: bus.subscribe(&changes, CHANGE_QUEUE, DropRule::Oldest, longest)?,
+        let count = move |key: &str| arrivals.count(key);
+        let (images, changes) = (keys.all_observations(), keys.all_config());
+        let longest = MAX_PAYLOAD_BYTES;
+        let mut process = Self {
+            observations: bus.subscribe_stream_heard(&images, bounds, longest, count)?,
+            observation: None,
+            changes: bus.subscribe(&changes, MOST_REQUESTS, DropRule::Oldest, longest)?,
             heartbeats,
             presence: bus.watch_alive(&keys.all_fusion_alive())?,
             ports: Ports::new(bus),
@@ -169,114 +171,102 @@ impl<'a> FusionNode<'a> {
             probe: ControlProbe::new(&keys.all_alive(), Instant::now()),
             clock,
             name,
-            core,
             keys,
             bus,
         };
-        // Who sees this node's token finds what it keeps for those who join late.
-        node.act()?;
-        Ok(node)
+        // Programs that see this node's token find the values that it keeps for late joiners.
+        core.act(&mut process)?;
+        Ok((process, core))
     }
 
-    /// Waits for an observation, then does all that is due.
-    fn turn(&mut self) -> anyhow::Result<()> {
+    /// Waits for an observation, then takes a turn.
+    fn turn(&mut self, core: &mut FusionCore) -> anyhow::Result<()> {
         fail_point!("fusion");
         let answered = self.probe.check(self.bus, Instant::now());
         answered.exit_with(Exit::Unavailable)?;
         watchdog::feed();
-        let item = self.observations.recv_timeout(self.wait_at_most());
-        let stepped = self.clock.take_step();
-        let now = moment(&self.clock);
-        if let Some(by_ns) = stepped {
-            self.core.clock_stepped(by_ns, now);
-        }
-        self.handle_other_nodes(now)?;
-        if let Some(item) = item {
-            self.core.observation(&item, now);
-        }
-        self.act()?;
-        self.update_models()?;
-        let now = moment(&self.clock);
-        self.core.tick(now);
-        if self.core.is_report_due(now) {
-            let host = HostState {
-                clock: ClockQuality::read(),
-                namesakes: self.name.others().into_iter().map(str::to_owned).collect(),
-                unread: self.observations.counts().dropped,
-            };
-            self.core.report(host, now);
-        }
-        self.act()?;
-        if let Some(task) = self.core.adjustment() {
-            self.adjuster.solve(task);
-        }
-        Ok(())
+        let now = self.now();
+        let wait = core.poll_timeout(now).saturating_sub(now.monotonic_ns);
+        let wait = Duration::from_nanos(wait).min(LONGEST_WAIT);
+        self.observation = self.observations.recv_timeout(wait);
+        Ok(core.turn(self)?)
+    }
+}
+
+impl Environment for Process<'_> {
+    type Error = BusError;
+
+    fn now(&self) -> Moment {
+        moment(&self.clock)
     }
 
-    fn handle_other_nodes(&mut self, now: Moment) -> anyhow::Result<()> {
-        let link = match self.bus.is_connected() {
+    fn take_clock_step(&mut self) -> Option<i64> {
+        self.clock.take_step()
+    }
+
+    fn link(&self) -> Link {
+        match self.bus.is_connected() {
             true => Link::Up,
             false => Link::Down,
-        };
-        self.core.link(link, now);
-        while let Some(change) = self.presence.try_recv() {
-            self.core.presence(&change, now);
         }
-        while let Some(item) = self.heartbeats.try_recv() {
-            self.core.heartbeat(&item, now);
-        }
-        self.core.update_duty(now);
-        self.act()
     }
 
-    fn update_models(&mut self) -> anyhow::Result<()> {
-        if let Some(outcome) = self.storer.as_ref().and_then(Storer::poll) {
-            self.core.kept(outcome, moment(&self.clock));
+    fn next_presence(&mut self) -> Option<Presence> {
+        self.presence.try_recv()
+    }
+
+    fn next_heartbeat(&mut self) -> Option<Item> {
+        self.heartbeats.try_recv()
+    }
+
+    fn next_observation(&mut self) -> Option<Item> {
+        self.observation.take()
+    }
+
+    fn next_request(&mut self) -> Option<Item> {
+        self.changes.try_recv()
+    }
+
+    fn kept(&mut self) -> Option<Result<(), String>> {
+        self.storer.as_ref()?.poll()
+    }
+
+    fn answers(&mut self) -> Option<(NodeId, Vec<Item>)> {
+        let (_, question) = self.question.as_ref()?;
+        let items = question.poll()?;
+        let (node, _) = self.question.take()?;
+        Some((node, items))
+    }
+
+    fn host(&mut self) -> HostState {
+        HostState {
+            clock: ClockQuality::read(),
+            namesakes: self.name.others().into_iter().map(str::to_owned).collect(),
+            unread: self.observations.counts().dropped,
         }
-        let answered = |(_, question): &(NodeId, Question)| question.poll();
-        if let Some(items) = self.question.as_ref().and_then(answered)
-            && let Some((node, _)) = self.question.take()
-        {
-            self.core.follow(&node, &items, moment(&self.clock));
-        }
-        for _ in 0..CHANGE_QUEUE {
-            if !self.core.takes_requests(moment(&self.clock)) {
-                break;
+    }
+
+    fn act(&mut self, action: Action, _: &FusionCore) -> Result<(), BusError> {
+        match action {
+            Action::Publish(publication) => self.ports.publish(publication)?,
+            Action::Keep(job) => {
+                if let Some(storer) = &self.storer {
+                    storer.keep(job);
+                }
             }
-            let Some(item) = self.changes.try_recv() else {
-                break;
-            };
-            self.core.config(&item, moment(&self.clock));
-            self.act()?;
+            // The one before is waited for.
+            Action::Ask(_) if self.question.is_some() => {}
+            Action::Ask(node) => {
+                let key = format!("{}/**", self.keys.models_of(&node));
+                let question = self.bus.ask_others(&key, MAX_PAYLOAD_BYTES, MODELS_WAIT)?;
+                self.question = Some((node, question));
+            }
         }
         Ok(())
     }
 
-    fn act(&mut self) -> anyhow::Result<()> {
-        while let Some(action) = self.core.poll(moment(&self.clock)) {
-            match action {
-                Action::Publish(publication) => self.ports.publish(publication)?,
-                Action::Keep(job) => {
-                    if let Some(storer) = &self.storer {
-                        storer.keep(job);
-                    }
-                }
-                // The one before is waited for.
-                Action::Ask(_) if self.question.is_some() => {}
-                Action::Ask(node) => {
-                    let key = format!("{}/**", self.keys.models_of(&node));
-                    let question = self.bus.ask_others(&key, MAX_PAYLOAD_BYTES, MODELS_WAIT)?;
-                    self.question = Some((node, question));
-                }
-            }
-        }
-        Ok(())
-    }
-
-    fn wait_at_most(&self) -> Duration {
-        let now = moment(&self.clock);
-        let wait = self.core.poll_timeout(now).saturating_sub(now.monotonic_ns);
-        Duration::from_nanos(wait).min(LONGEST_WAIT)
+    fn solve(&mut self, task: &Arc<AdjustmentTask>) {
+        self.adjuster.solve(task);
     }
 }
 

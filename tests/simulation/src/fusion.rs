@@ -4,7 +4,8 @@ use crate::disk::Disk;
 use crate::host::ProcessClock;
 use crate::plan::{MS, S};
 use node_fusion::{
-    Action, FusionConfig, FusionCore, HostState, InitialState, KeepJob, Payloads, Publication, Put,
+    Action, Environment, FusionConfig, FusionCore, HostState, InitialState, KeepJob, MOST_REQUESTS,
+    Payloads, Publication, Put,
 };
 use sextant_election::{Link, Moment};
 use sextant_estimator::AdjustmentTask;
@@ -12,12 +13,12 @@ use sextant_process::ClockQuality;
 use sextant_proto::NodeId;
 use sextant_zenoh_bus::{Item, Presence};
 use std::collections::VecDeque;
+use std::convert::Infallible;
 use std::sync::Arc;
 
-/// As the node's: observations, heartbeats and changes that wait, the longest wait of an observation, and the longest sleep.
+/// As the node's: observations and heartbeats that wait, and the longest sleep.
 const OBSERVATIONS: usize = 2048;
 const HEARTBEATS: usize = 3840;
-const CHANGES: usize = 256;
 const LONGEST_WAIT_NS: u64 = 100 * MS;
 /// How long another fusion node may take to hand over its models.
 const MODELS_WAIT_NS: u64 = 3 * S;
@@ -30,25 +31,25 @@ const ADJUSTMENT_NS: u64 = 200 * MS;
 /// Sees everything that a node publishes, at that moment.
 pub type Observer<'a> = dyn FnMut(&Put, &FusionCore, &Disk) + 'a;
 
-/// What the world has to do for a process.
+/// What a process does to others.
 #[derive(Debug)]
 pub enum Effect {
-    /// Deliver it to its subscribers.
+    /// Publishes a message.
     Publish(Put),
-    /// Ask a node for its models.
+    /// Asks a node for its models.
     Ask(NodeId),
 }
 
-/// What a process meets in a turn.
+/// Conditions at the beginning of a turn.
 #[derive(Debug, Clone, Copy)]
-pub struct Surroundings {
+pub struct Conditions {
     /// True time.
     pub at_ns: u64,
     /// The wall clock.
     pub wall_ns: u64,
     /// Whether a router answers.
     pub is_linked: bool,
-    /// Until when writing a file that begins now takes; none where it fails.
+    /// Time that writing a file takes; none where it fails.
     pub disk_ns: Option<u64>,
     /// What an image takes beyond the usual.
     pub overload_ns: u64,
@@ -62,10 +63,24 @@ struct Question {
     answers: Option<Vec<Item>>,
 }
 
+/// Files that are being written.
+struct Writing {
+    job: KeepJob,
+    begun_ns: u64,
+    done_ns: u64,
+    succeeds: bool,
+}
+
 /// The process.
 pub struct Process {
     /// The node.
     pub core: FusionCore,
+    host: ProcessState,
+    busy_until_ns: u64,
+}
+
+/// The process around the node.
+struct ProcessState {
     clock: ProcessClock,
     observations: VecDeque<(u64, Item)>,
     heartbeats: VecDeque<Item>,
@@ -73,13 +88,22 @@ pub struct Process {
     presence: VecDeque<Presence>,
     unread: u64,
     max_age_ns: u64,
-    /// A job that is being written, when it is done, and whether it succeeds.
-    writing: Option<(KeepJob, u64, u64, bool)>,
+    writing: Option<Writing>,
     question: Option<Question>,
     solving: Option<(Arc<AdjustmentTask>, u64)>,
     /// The models of this node, for other fusion nodes, and their root.
-    pub shelf: Option<(String, Payloads)>,
-    busy_until_ns: u64,
+    shelf: Option<(String, Payloads)>,
+}
+
+/// The process during a turn.
+struct Turn<'a> {
+    host: &'a mut ProcessState,
+    conditions: Conditions,
+    /// True time, which goes on as work is done.
+    now_ns: u64,
+    disk: &'a mut Disk,
+    observer: &'a mut Observer<'a>,
+    effects: Vec<(u64, Effect)>,
 }
 
 impl Process {
@@ -88,12 +112,7 @@ impl Process {
     /// # Panics
     /// If the estimator refuses the models.
     #[must_use]
-    pub fn start(
-        config: &FusionConfig,
-        disk: &Disk,
-        others: Vec<NodeId>,
-        at: Surroundings,
-    ) -> Self {
+    pub fn start(config: &FusionConfig, disk: &Disk, others: Vec<NodeId>, at: Conditions) -> Self {
         let clock = ProcessClock::new(at.wall_ns, at.at_ns);
         let initial = InitialState {
             models: disk.models.clone(),
@@ -104,8 +123,7 @@ impl Process {
         };
         let now = clock.moment(at.at_ns);
         let core = FusionCore::new(config, initial, now).expect("models that were in force");
-        Self {
-            core,
+        let host = ProcessState {
             clock,
             observations: VecDeque::new(),
             heartbeats: VecDeque::new(),
@@ -117,6 +135,10 @@ impl Process {
             question: None,
             solving: None,
             shelf: None,
+        };
+        Self {
+            core,
+            host,
             busy_until_ns: at.at_ns,
         }
     }
@@ -124,217 +146,205 @@ impl Process {
     /// An observation of a camera arrives; when the process wakes for it.
     pub fn observation(&mut self, item: Item, at_ns: u64) -> u64 {
         self.core.arrivals().count(&item.key);
-        self.observations.push_back((at_ns, item));
-        if self.observations.len() > OBSERVATIONS {
-            self.observations.pop_front();
-            self.unread += 1;
+        self.host.observations.push_back((at_ns, item));
+        if self.host.observations.len() > OBSERVATIONS {
+            self.host.observations.pop_front();
+            self.host.unread += 1;
         }
         self.busy_until_ns.max(at_ns)
     }
 
     /// A heartbeat arrives.
     pub fn heartbeat(&mut self, item: Item) {
-        self.heartbeats.push_back(item);
-        self.heartbeats
-            .drain(..self.heartbeats.len().saturating_sub(HEARTBEATS));
+        self.host.heartbeats.push_back(item);
+        self.host
+            .heartbeats
+            .drain(..self.host.heartbeats.len().saturating_sub(HEARTBEATS));
     }
 
     /// A message under a key of the configuration arrives.
     pub fn change(&mut self, item: Item) {
-        self.changes.push_back(item);
-        self.changes
-            .drain(..self.changes.len().saturating_sub(CHANGES));
+        self.host.changes.push_back(item);
+        self.host
+            .changes
+            .drain(..self.host.changes.len().saturating_sub(MOST_REQUESTS));
     }
 
     /// A token appears or is gone.
     pub fn presence(&mut self, change: Presence) {
-        self.presence.push_back(change);
+        self.host.presence.push_back(change);
     }
 
     /// The models of a node that was asked arrive.
     pub fn answered(&mut self, node: &NodeId, items: Vec<Item>) {
-        if let Some(question) = &mut self.question
+        if let Some(question) = &mut self.host.question
             && question.node == *node
         {
             question.answers = Some(items);
         }
     }
 
-    /// Now, by the clocks of the process.
+    /// The models of this node, for other fusion nodes, and their root.
     #[must_use]
-    pub fn now(&self, at_ns: u64) -> Moment {
-        self.clock.moment(at_ns)
+    pub fn shelf(&self) -> Option<&(String, Payloads)> {
+        self.host.shelf.as_ref()
     }
 
-    /// A turn; what is effects of the world, and when the next is due.
-    pub fn turn(
-        &mut self,
-        at: Surroundings,
-        disk: &mut Disk,
-        observer: &mut Observer<'_>,
-    ) -> (Vec<Effect>, u64) {
-        let mut effects = Vec::new();
-        let item = self.next_observation(at.at_ns);
-        let stepped = self.clock.take_step(at.wall_ns, at.at_ns);
-        let now = self.now(at.at_ns);
-        if let Some(by_ns) = stepped {
-            self.core.clock_stepped(by_ns, now);
-        }
-        let link = match at.is_linked {
-            true => Link::Up,
-            false => Link::Down,
+    /// A turn; its effects with their times, and when the next is due.
+    pub fn turn<'a>(
+        &'a mut self,
+        conditions: Conditions,
+        disk: &'a mut Disk,
+        observer: &'a mut Observer<'a>,
+    ) -> (Vec<(u64, Effect)>, u64) {
+        self.host.solve_what_is_due(conditions.at_ns);
+        let mut turn = Turn {
+            host: &mut self.host,
+            conditions,
+            now_ns: conditions.at_ns,
+            disk,
+            observer,
+            effects: Vec::new(),
         };
-        self.core.link(link, now);
-        for change in self.presence.drain(..) {
-            self.core.presence(&change, now);
-        }
-        for item in self.heartbeats.drain(..) {
-            self.core.heartbeat(&item, now);
-        }
-        self.core.update_duty(now);
-        self.act(now, at, disk, observer, &mut effects);
-        let mut ends_ns = at.at_ns + TURN_NS;
-        if let Some(item) = item {
-            self.core.observation(&item, now);
-            ends_ns += IMAGE_NS + at.overload_ns;
-        }
-        let ended = self.now(ends_ns);
-        self.act(ended, at, disk, observer, &mut effects);
-        self.update_models(ended, at, disk, observer, &mut effects);
-        if self
-            .solving
-            .as_ref()
-            .is_some_and(|(_, due_ns)| *due_ns <= at.at_ns)
-            && let Some((task, _)) = self.solving.take()
-        {
-            task.solve();
-        }
-        self.core.tick(ended);
-        if self.core.is_report_due(ended) {
-            let host = HostState {
-                clock: ClockQuality::default(),
-                namesakes: Vec::new(),
-                unread: self.unread,
-            };
-            self.core.report(host, ended);
-        }
-        self.act(ended, at, disk, observer, &mut effects);
-        if let Some(task) = self.core.adjustment()
-            && self.solving.is_none()
-        {
-            self.solving = Some((task.clone(), ends_ns + ADJUSTMENT_NS));
-        }
+        let Ok(()) = self.core.turn(&mut turn);
+        let (effects, ends_ns) = (turn.effects, turn.now_ns + TURN_NS);
         self.busy_until_ns = ends_ns;
-        (effects, self.next_turn_ns(ended, ends_ns))
-    }
-
-    fn next_observation(&mut self, at_ns: u64) -> Option<Item> {
-        while let Some((arrived_ns, item)) = self.observations.pop_front() {
-            if at_ns - arrived_ns <= self.max_age_ns {
-                return Some(item);
-            }
-            self.unread += 1;
-        }
-        None
-    }
-
-    fn next_turn_ns(&self, now: Moment, ends_ns: u64) -> u64 {
-        if !self.observations.is_empty() {
-            return ends_ns;
-        }
+        let waits = self.host.observations.is_empty();
+        let now = self.host.clock.moment(ends_ns);
         let wait_ns = self.core.poll_timeout(now).saturating_sub(now.monotonic_ns);
-        ends_ns + wait_ns.clamp(100_000, LONGEST_WAIT_NS)
-    }
-
-    fn update_models(
-        &mut self,
-        now: Moment,
-        at: Surroundings,
-        disk: &mut Disk,
-        observer: &mut Observer<'_>,
-        effects: &mut Vec<Effect>,
-    ) {
-        if self
-            .writing
-            .as_ref()
-            .is_some_and(|(_, _, done_ns, _)| *done_ns <= at.at_ns)
-            && let Some((job, _, _, succeeds)) = self.writing.take()
-        {
-            let outcome = match succeeds {
-                true => {
-                    disk.write(&job, Disk::steps(&job));
-                    Ok(())
-                }
-                false => Err("no space left on device".to_owned()),
-            };
-            self.core.kept(outcome, now);
-        }
-        let is_over =
-            |question: &Question| question.answers.is_some() || question.due_ns <= at.at_ns;
-        if self.question.as_ref().is_some_and(is_over)
-            && let Some(Question { node, answers, .. }) = self.question.take()
-        {
-            self.core.follow(&node, &answers.unwrap_or_default(), now);
-        }
-        for _ in 0..CHANGES {
-            if !self.core.takes_requests(now) {
-                break;
-            }
-            let Some(item) = self.changes.pop_front() else {
-                break;
-            };
-            self.core.config(&item, now);
-            self.act(now, at, disk, observer, effects);
-        }
-    }
-
-    fn act(
-        &mut self,
-        now: Moment,
-        at: Surroundings,
-        disk: &Disk,
-        observer: &mut Observer<'_>,
-        effects: &mut Vec<Effect>,
-    ) {
-        while let Some(action) = self.core.poll(now) {
-            match action {
-                Action::Publish(Publication::Message(put)) => {
-                    observer(&put, &self.core, disk);
-                    effects.push(Effect::Publish(put));
-                }
-                Action::Publish(Publication::Models(root, payloads)) => {
-                    self.shelf = Some((root, payloads))
-                }
-                // Late joiners are not simulated.
-                Action::Publish(Publication::Withdrawal(_)) => {}
-                Action::Keep(job) => {
-                    let steps = Disk::steps(&job) as u64;
-                    let (each_ns, succeeds) = match at.disk_ns {
-                        Some(each_ns) => (each_ns, true),
-                        None => (MS, false),
-                    };
-                    self.writing = Some((job, at.at_ns, at.at_ns + steps * each_ns, succeeds));
-                }
-                Action::Ask(_) if self.question.is_some() => {}
-                Action::Ask(node) => {
-                    self.question = Some(Question {
-                        node: node.clone(),
-                        due_ns: at.at_ns + MODELS_WAIT_NS,
-                        answers: None,
-                    });
-                    effects.push(Effect::Ask(node));
-                }
-            }
-        }
+        let wait_ns = if waits {
+            wait_ns.clamp(100_000, LONGEST_WAIT_NS)
+        } else {
+            0
+        };
+        (effects, ends_ns + wait_ns)
     }
 
     /// The process is killed: what of a job was written stays.
     pub fn kill(self, at_ns: u64, disk: &mut Disk) {
-        if let Some((job, begun_ns, done_ns, true)) = self.writing {
-            let share = (at_ns - begun_ns) as f64 / (done_ns - begun_ns).max(1) as f64;
-            let n_written = (share * Disk::steps(&job) as f64) as usize;
-            disk.write(&job, n_written);
+        if let Some(writing) = self.host.writing.filter(|writing| writing.succeeds) {
+            let (done_ns, whole_ns) =
+                (at_ns - writing.begun_ns, writing.done_ns - writing.begun_ns);
+            let share = done_ns as f64 / whole_ns.max(1) as f64;
+            let n_written = (share * Disk::steps(&writing.job) as f64) as usize;
+            disk.write(&writing.job, n_written);
         }
+    }
+}
+
+impl ProcessState {
+    fn solve_what_is_due(&mut self, at_ns: u64) {
+        let is_due = |(_, due_ns): &mut (Arc<AdjustmentTask>, u64)| *due_ns <= at_ns;
+        if let Some((task, _)) = self.solving.take_if(is_due) {
+            task.solve();
+        }
+    }
+}
+
+impl Environment for Turn<'_> {
+    type Error = Infallible;
+
+    fn now(&self) -> Moment {
+        self.host.clock.moment(self.now_ns)
+    }
+
+    fn take_clock_step(&mut self) -> Option<i64> {
+        let Conditions { wall_ns, at_ns, .. } = self.conditions;
+        self.host.clock.take_step(wall_ns, at_ns)
+    }
+
+    fn link(&self) -> Link {
+        match self.conditions.is_linked {
+            true => Link::Up,
+            false => Link::Down,
+        }
+    }
+
+    fn next_presence(&mut self) -> Option<Presence> {
+        self.host.presence.pop_front()
+    }
+
+    fn next_heartbeat(&mut self) -> Option<Item> {
+        self.host.heartbeats.pop_front()
+    }
+
+    fn next_observation(&mut self) -> Option<Item> {
+        while let Some((arrived_ns, item)) = self.host.observations.pop_front() {
+            if self.conditions.at_ns - arrived_ns <= self.host.max_age_ns {
+                self.now_ns += IMAGE_NS + self.conditions.overload_ns;
+                return Some(item);
+            }
+            self.host.unread += 1;
+        }
+        None
+    }
+
+    fn next_request(&mut self) -> Option<Item> {
+        self.host.changes.pop_front()
+    }
+
+    fn kept(&mut self) -> Option<Result<(), String>> {
+        let is_done = |writing: &mut Writing| writing.done_ns <= self.now_ns;
+        let Writing { job, succeeds, .. } = self.host.writing.take_if(is_done)?;
+        if !succeeds {
+            return Some(Err("no space left on device".to_owned()));
+        }
+        self.disk.write(&job, Disk::steps(&job));
+        Some(Ok(()))
+    }
+
+    fn answers(&mut self) -> Option<(NodeId, Vec<Item>)> {
+        let is_over =
+            |question: &mut Question| question.answers.is_some() || question.due_ns <= self.now_ns;
+        let Question { node, answers, .. } = self.host.question.take_if(is_over)?;
+        Some((node, answers.unwrap_or_default()))
+    }
+
+    fn host(&mut self) -> HostState {
+        HostState {
+            unread: self.host.unread,
+            ..HostState::default()
+        }
+    }
+
+    fn act(&mut self, action: Action, core: &FusionCore) -> Result<(), Infallible> {
+        match action {
+            Action::Publish(Publication::Message(put)) => {
+                (self.observer)(&put, core, self.disk);
+                self.effects.push((self.now_ns, Effect::Publish(put)));
+            }
+            Action::Publish(Publication::Models(root, payloads)) => {
+                self.host.shelf = Some((root, payloads));
+            }
+            // Late joiners are not simulated.
+            Action::Publish(Publication::Withdrawal(_)) => {}
+            Action::Keep(job) => {
+                let (begun_ns, n_files) = (self.now_ns, Disk::steps(&job) as u64);
+                self.host.writing = Some(Writing {
+                    job,
+                    begun_ns,
+                    done_ns: begun_ns + n_files * self.conditions.disk_ns.unwrap_or(MS),
+                    succeeds: self.conditions.disk_ns.is_some(),
+                });
+            }
+            Action::Ask(_) if self.host.question.is_some() => {}
+            Action::Ask(node) => {
+                self.host.question = Some(Question {
+                    node: node.clone(),
+                    due_ns: self.now_ns + MODELS_WAIT_NS,
+                    answers: None,
+                });
+                self.effects.push((self.now_ns, Effect::Ask(node)));
+            }
+        }
+        Ok(())
+    }
+
+    fn solve(&mut self, task: &Arc<AdjustmentTask>) {
+        let due_ns = self.now_ns + ADJUSTMENT_NS;
+        self.host
+            .solving
+            .get_or_insert_with(|| (task.clone(), due_ns));
     }
 }
 

@@ -15,10 +15,11 @@ mod plan;
 mod promises;
 mod scene;
 mod shrink;
+mod trace;
 mod world;
 
 pub use coverage::Coverage;
 pub use plan::Plan;
 pub use promises::Violation;
-pub use shrink::shrunk;
+pub use shrink::superfluous;
 pub use world::{Outcome, run};

@@ -212,6 +212,21 @@ impl Plan {
         plan
     }
 
+    /// The plan without some faults and requests, which are numbered in this order.
+    #[must_use]
+    pub fn without(&self, numbers: &[usize]) -> Self {
+        let mut number = 0..;
+        let mut is_left = || {
+            number
+                .next()
+                .is_none_or(|number| !numbers.contains(&number))
+        };
+        let mut plan = self.clone();
+        plan.faults.retain(|_| is_left());
+        plan.requests.retain(|_| is_left());
+        plan
+    }
+
     fn place(&self, random: &mut Random) -> Place {
         match random.below(10) {
             0..5 => Place::Fusion(random.below(self.nodes)),

@@ -36,8 +36,8 @@ const SETTLED_NS: u64 = 8 * S;
 const GAP_NS: u64 = 1_500 * MS;
 /// A change is answered within, ns.
 const ANSWERED_NS: u64 = 8 * S;
-/// Between two looks at what should have happened.
-const LOOK_NS: u64 = 250 * MS;
+/// Between two checks of what is due.
+const CHECK_NS: u64 = 250 * MS;
 /// A started node is compared with others for so long, ns.
 const STARTED_NS: u64 = 7 * S;
 
@@ -59,13 +59,31 @@ impl fmt::Display for Violation {
     }
 }
 
-/// A fusion node, as seen from above.
+/// What is known of a fusion node.
 #[derive(Debug, Clone, Default)]
 struct NodeRecord {
     started_ns: Option<u64>,
     models: ModelsState,
     /// Since when it has these.
     models_since_ns: u64,
+}
+
+/// A message of a fusion node, and the site at that moment.
+pub struct PublicationContext<'a> {
+    /// Of the node.
+    pub index: usize,
+    /// The message.
+    pub put: &'a Put,
+    /// The node.
+    pub core: &'a FusionCore,
+    /// The disk of its host.
+    pub disk: &'a Disk,
+    /// The true site.
+    pub scene: &'a Scene,
+    /// The network.
+    pub network: &'a Network,
+    /// True time.
+    pub at_ns: u64,
 }
 
 /// A change that has to be answered.
@@ -76,7 +94,7 @@ struct Pending {
     due_ns: u64,
 }
 
-/// Watches.
+/// State of the checks.
 pub struct Promises {
     plan: Plan,
     objects: Vec<ObjectId>,
@@ -98,7 +116,7 @@ pub struct Promises {
     epochs: BTreeMap<ObjectId, (u64, u64)>,
     pending: Vec<Pending>,
     statuses: BTreeMap<String, FusionStatus>,
-    looked_ns: u64,
+    checked_ns: u64,
     are_cameras_set: bool,
 }
 
@@ -124,7 +142,7 @@ impl Promises {
             epochs: BTreeMap::new(),
             pending: Vec::new(),
             statuses: BTreeMap::new(),
-            looked_ns: 0,
+            checked_ns: 0,
         }
     }
 
@@ -202,42 +220,32 @@ impl Promises {
     }
 }
 
-/// What fusion nodes say.
+/// Messages of fusion nodes.
 impl Promises {
-    /// A node says something, before this disk.
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "everything that is known at that moment"
-    )]
-    pub fn handle_publication(
-        &mut self,
-        index: usize,
-        put: &Put,
-        core: &FusionCore,
-        disk: &Disk,
-        scene: &Scene,
-        network: &Network,
-        at_ns: u64,
-    ) {
-        if let Ok(pose) = decode::<ObjectPose>(&put.payload) {
-            let (state, world) = (core.state(), scene.world_of(&core.models().rig));
-            self.pose_is_right(index, &pose, world, scene, at_ns);
-            self.one_publishes(index, &pose, network, at_ns);
-            self.no_older_models(index, &state.models, network, at_ns);
-        } else if let Ok(answer) = decode::<ConfigAnswer>(&put.payload)
+    /// Checks a message of a fusion node.
+    pub fn handle_publication(&mut self, context: &PublicationContext<'_>) {
+        let &PublicationContext {
+            index, at_ns, core, ..
+        } = context;
+        let (state, models, payload) = (core.state(), core.models(), &context.put.payload);
+        if let Ok(pose) = decode::<ObjectPose>(payload) {
+            let world = context.scene.world_of(&models.rig);
+            self.pose_is_right(index, &pose, world, context.scene, at_ns);
+            self.one_publishes(index, &pose, context.network, at_ns);
+            self.no_older_models(index, &state.models, context.network, at_ns);
+        } else if let Ok(answer) = decode::<ConfigAnswer>(payload)
             && answer.outcome == Outcome::Kept
         {
-            let (state, models) = (core.state(), core.models());
-            let version = state.models.version.clone();
-            self.newest_kept = self.newest_kept.take().max(version);
-            let of_disk = disk
-                .record
-                .as_ref()
-                .and_then(|record| record.version.clone());
-            if of_disk < state.models.version || disk.models != *models {
+            let Disk {
+                record,
+                models: on_disk,
+            } = context.disk;
+            let of_disk = record.as_ref().and_then(|record| record.version.clone());
+            if of_disk < state.models.version || on_disk != models {
                 let how = format!("fusion {index} answers that {} is kept", answer.key);
                 self.record_violation(at_ns, "what was answered to be kept is on the disk", how);
             }
+            self.newest_kept = self.newest_kept.take().max(state.models.version);
         }
     }
 
@@ -389,10 +397,10 @@ impl Promises {
     }
 }
 
-/// What should have happened.
+/// Checks of what is due.
 impl Promises {
-    /// A fusion node has had a turn.
-    pub fn watch(
+    /// Checks what is due after a turn of a fusion node.
+    pub fn check(
         &mut self,
         index: usize,
         state: &CoreState,
@@ -405,10 +413,10 @@ impl Promises {
             node.models = state.models.clone();
             node.models_since_ns = at_ns;
         }
-        if at_ns.saturating_sub(self.looked_ns) < LOOK_NS {
+        if at_ns.saturating_sub(self.checked_ns) < CHECK_NS {
             return;
         }
-        self.looked_ns = at_ns;
+        self.checked_ns = at_ns;
         if let Some(late) = self.pending.iter().find(|one| at_ns > one.due_ns) {
             let how = format!("{} is not answered", late.key);
             self.record_violation(at_ns, "a change is answered", how);
@@ -454,7 +462,7 @@ impl Promises {
             }
             if self.statuses.len() != states.len() {
                 let how = format!("{} of {} nodes", self.statuses.len(), states.len());
-                self.record_violation(at_ns, "every node says how it is", how);
+                self.record_violation(at_ns, "every node publishes its status", how);
             }
         }
         if states.iter().any(Option::is_none) {

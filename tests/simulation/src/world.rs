@@ -2,16 +2,16 @@
 
 use crate::coverage::Coverage;
 use crate::disk::Disk;
-use crate::fusion::{Effect, Process, Surroundings, item_of};
-use crate::host::{true_ns, wall_ns};
+use crate::fusion::{Conditions, Effect, Process, item_of};
+use crate::host::wall_ns;
 use crate::network::{LEASE_NS, Network};
 use crate::plan::{FaultKind, MS, Place, Plan};
-use crate::promises::{Promises, Violation};
+use crate::promises::{Promises, PublicationContext, Violation};
 use crate::scene::Scene;
+use crate::trace::described;
 use node_fusion::{FusionConfig, FusionCore, Put, Refinement, ShardingConfig};
 use sextant_proto::{
-    ClockQuality, ClockReport, ClockSource, ConfigAnswer, FusionStatus, KeyRef, Keys, NodeId,
-    NodeKind, ObjectPose, Observations, SiteId, Timing, decode, encode,
+    ClockQuality, ClockSource, KeyRef, Keys, NodeId, NodeKind, Observations, SiteId, Timing, encode,
 };
 use sextant_simulator::{Random, Schedule};
 use sextant_zenoh_bus::{BusOptions, Item, Payload, Presence, Qos, SecurityOptions};
@@ -277,7 +277,7 @@ impl<'a> World<'a> {
 
 /// Processes of fusion nodes.
 impl World<'_> {
-    fn surroundings(&self, index: usize, at_ns: u64) -> Surroundings {
+    fn conditions(&self, index: usize, at_ns: u64) -> Conditions {
         let place = Place::Fusion(index);
         let (mut disk_ns, mut overload_ns) = (Some(2 * MS), 0);
         for fault in self.plan.faults.iter().filter(|fault| fault.lasts(at_ns)) {
@@ -290,7 +290,7 @@ impl World<'_> {
                 _ => {}
             }
         }
-        Surroundings {
+        Conditions {
             at_ns,
             wall_ns: wall_ns(&self.plan.faults, place, 0, at_ns),
             is_linked: self.network.is_linked(place, at_ns),
@@ -299,40 +299,39 @@ impl World<'_> {
         }
     }
 
+    /// Whether a host has lost its power so recently that its link does not count as dead yet.
+    fn has_lost_power(&self, place: Place, at_ns: u64) -> bool {
+        self.plan.faults.iter().any(|fault| {
+            let lasts = (fault.from_ns..fault.from_ns + LEASE_NS).contains(&at_ns);
+            lasts && fault.kind == FaultKind::PowerOff(place)
+        })
+    }
+
     /// The fusion nodes whose tokens another sees. That of a host without power is there until its link counts as dead.
     fn sees(&self, index: usize, at_ns: u64) -> BTreeSet<usize> {
-        let lost_power = |of: usize| {
-            self.plan.faults.iter().any(|fault| {
-                let lasts = (fault.from_ns..fault.from_ns + LEASE_NS).contains(&at_ns);
-                lasts && fault.kind == FaultKind::PowerOff(Place::Fusion(of))
-            })
-        };
         let own = Place::Fusion(index);
         let others = (0..self.hosts.len()).filter(|other| *other != index);
         let seen = others.filter(|other| {
-            let is_there = self.hosts[*other].process.is_some()
-                && self.network.sees(own, Place::Fusion(*other), at_ns);
-            is_there || self.network.is_linked(own, at_ns) && lost_power(*other)
+            let place = Place::Fusion(*other);
+            let is_there =
+                self.hosts[*other].process.is_some() && self.network.sees(own, place, at_ns);
+            is_there || self.network.is_linked(own, at_ns) && self.has_lost_power(place, at_ns)
         });
         seen.collect()
     }
 
     fn start(&mut self, index: usize, at_ns: u64) {
         let place = Place::Fusion(index);
-        let lost_power = self.plan.faults.iter().any(|fault| {
-            let lasts = (fault.from_ns..fault.from_ns + LEASE_NS).contains(&at_ns);
-            lasts && fault.kind == FaultKind::PowerOff(place)
-        });
         if self.is_down(place, at_ns) || self.hosts[index].process.is_some() {
             return;
         }
-        let waits = !self.network.is_linked(place, at_ns) || lost_power;
+        let waits = !self.network.is_linked(place, at_ns) || self.has_lost_power(place, at_ns);
         if waits || self.is_paused(place, at_ns) {
             return self.at(at_ns + RETRY_NS, Event::Start(index));
         }
         let seen = self.sees(index, at_ns);
         let others = seen.iter().map(|other| node(*other)).collect();
-        let at = self.surroundings(index, at_ns);
+        let at = self.conditions(index, at_ns);
         let host = &mut self.hosts[index];
         host.life += 1;
         host.seen = seen;
@@ -356,24 +355,32 @@ impl World<'_> {
             let until_ns = ends.map(|fault| fault.until_ns).max().unwrap_or(at_ns + MS);
             return self.schedule_turn(index, until_ns);
         }
-        let at = self.surroundings(index, at_ns);
+        let at = self.conditions(index, at_ns);
         let host = &mut self.hosts[index];
         let Some(process) = &mut host.process else {
             return;
         };
         let (promises, scene, network) = (&mut self.promises, &self.scene, &self.network);
         let mut observer = |put: &Put, core: &FusionCore, disk: &Disk| {
-            promises.handle_publication(index, put, core, disk, scene, network, at_ns);
+            promises.handle_publication(&PublicationContext {
+                index,
+                put,
+                core,
+                disk,
+                scene,
+                network,
+                at_ns,
+            });
         };
         let (effects, next_ns) = process.turn(at, &mut host.disk, &mut observer);
         self.schedule_turn(index, next_ns);
-        for effects in effects {
-            match effects {
-                Effect::Publish(put) => self.publish(index, &put, at_ns),
-                Effect::Ask(node) => self.ask(index, &node, at_ns),
+        for (effect_ns, effect) in effects {
+            match effect {
+                Effect::Publish(put) => self.publish(index, &put, effect_ns),
+                Effect::Ask(node) => self.ask(index, &node, effect_ns),
             }
         }
-        self.record_coverage(index, at_ns);
+        self.watch(index, at_ns);
     }
 
     fn schedule_turn(&mut self, index: usize, at_ns: u64) {
@@ -381,13 +388,13 @@ impl World<'_> {
         self.at(at_ns, Event::Turn(index));
     }
 
-    /// What a node says goes to all who subscribe to it.
+    /// Sends a message of a node to its subscribers.
     fn publish(&mut self, index: usize, put: &Put, at_ns: u64) {
         let place = Place::Fusion(index);
         self.note(&put.key, &put.payload);
         let item = Rc::new(item_of(put));
         let about = self.keys.parse(&put.key);
-        self.trace_message(place, put, at_ns);
+        self.trace_message(index, put, at_ns);
         match about {
             Some(KeyRef::Heartbeat(_)) => self.send_to_fusion_nodes(place, &item, true, at_ns),
             Some(key) if key.is_config() => {
@@ -402,50 +409,15 @@ impl World<'_> {
         }
     }
 
-    fn trace_message(&self, from: Place, put: &Put, at_ns: u64) {
+    fn trace_message(&self, index: usize, put: &Put, at_ns: u64) {
         if !self.traces {
             return;
         }
-        let words = if let Ok(pose) = decode::<ObjectPose>(&put.payload) {
-            let sigma_mm =
-                1e3 * (pose.covariance[0] + pose.covariance[7] + pose.covariance[14]).sqrt();
-            let (state, cameras, tags) = (pose.state, pose.cameras, pose.tags);
-            let times = [true_ns(pose.capture_ns)];
-            let (error_m, _) = self.scene.error(&pose, self.world_of(from), &times);
-            format!(
-                "{} {state:?} off by {:.1} mm, within {sigma_mm:.1} mm by {cameras} cameras and {tags} tags",
-                pose.object,
-                error_m * 1e3
-            )
-        } else if let Ok(answer) = decode::<ConfigAnswer>(&put.payload) {
-            format!("answers {}: {:?}", answer.key, answer.outcome)
-        } else if let Ok(status) = decode::<FusionStatus>(&put.payload) {
-            let faults = status.faults.iter().map(|fault| format!("{fault:?}"));
-            let notices = status.notices.iter().map(ToString::to_string);
-            format!(
-                "status: {}",
-                faults.chain(notices).collect::<Vec<_>>().join("; ")
-            )
-        } else if let Ok(report) = decode::<ClockReport>(&put.payload) {
-            let clocks = report.cameras.iter();
-            let clocks = clocks.map(|one| {
-                let (offset_ms, sigma_ms) = (one.offset_s * 1e3, one.sigma_s * 1e3);
-                format!("{} {offset_ms:.1} +- {sigma_ms:.2}", one.camera)
-            });
-            format!("clocks, ms: {}", clocks.collect::<Vec<_>>().join(", "))
-        } else {
-            return;
-        };
-        self.trace(at_ns, || format!("{from}: {words}"));
-    }
-
-    /// The world of the rig that a fusion node works from.
-    fn world_of(&self, place: Place) -> i32 {
-        let Place::Fusion(index) = place else {
-            return 0;
-        };
         let process = self.hosts[index].process.as_ref();
-        process.map_or(0, |process| self.scene.world_of(&process.core.models().rig))
+        let world = process.map_or(0, |process| self.scene.world_of(&process.core.models().rig));
+        if let Some(words) = described(put, &self.scene, world) {
+            self.trace(at_ns, || format!("{}: {words}", Place::Fusion(index)));
+        }
     }
 
     fn send_to_fusion_nodes(&mut self, from: Place, item: &Rc<Item>, may_drop: bool, at_ns: u64) {
@@ -480,11 +452,8 @@ impl World<'_> {
         if self.is_paused(place, at_ns) {
             return self.at(at_ns + 20 * MS, Event::Question(asked, asking, life));
         }
-        let shelf = self.hosts[asked]
-            .process
-            .as_ref()
-            .and_then(|process| process.shelf.as_ref());
-        let Some((root, payloads)) = shelf else {
+        let process = self.hosts[asked].process.as_ref();
+        let Some((root, payloads)) = process.and_then(Process::shelf) else {
             return;
         };
         let items = payloads.iter().map(|(below, payload)| Item {
@@ -535,7 +504,8 @@ impl World<'_> {
         }
     }
 
-    fn record_coverage(&mut self, index: usize, at_ns: u64) {
+    /// Records the coverage and checks the promises after a turn.
+    fn watch(&mut self, index: usize, at_ns: u64) {
         let Some(process) = &self.hosts[index].process else {
             return;
         };
@@ -544,7 +514,7 @@ impl World<'_> {
         let kinds = lasting.map(|fault| fault.kind.name());
         self.coverage.note(kinds, &state);
         let models = process.core.models();
-        (self.promises).watch(index, &state, models, &self.network, at_ns);
+        (self.promises).check(index, &state, models, &self.network, at_ns);
     }
 }
 

@@ -1,7 +1,7 @@
 //! Runs sites from many seeds, and says which promise was broken by which.
 
 use clap::Parser;
-use site_simulation::{Coverage, Plan, run, shrunk};
+use site_simulation::{Coverage, Plan, run, superfluous};
 use std::process::ExitCode;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -22,13 +22,13 @@ struct Arguments {
     /// Runs this seed alone and prints what happens.
     #[arg(long)]
     trace: Option<u64>,
-    /// Leaves out these faults of the plan that is traced, by number.
+    /// Leaves out these faults and requests of the plan that is traced, by number from 0, faults first.
     #[arg(long, value_delimiter = ',')]
     without: Vec<usize>,
     /// Ends with the first promise that is broken.
     #[arg(long)]
     until_broken: bool,
-    /// Removes from a failing plan what does not matter.
+    /// Finds out which faults and requests of a failing plan do not matter.
     #[arg(long)]
     shrink: bool,
     /// How many run at the same time; as many as there are processors.
@@ -94,10 +94,16 @@ fn one(seed: u64, shrink: bool, total: &Mutex<Total>) {
     let plan = Plan::new(seed);
     let outcome = run(&plan, false);
     if let Some(broken) = &outcome.broken {
-        println!("seed {seed} {broken}; cargo xtask simulate --trace {seed}");
-        if shrink {
-            print!("{}", shrunk(&plan, broken.promise));
-        }
+        let without = match shrink {
+            true => superfluous(&plan, broken.promise),
+            false => Vec::new(),
+        };
+        let without: Vec<String> = without.iter().map(usize::to_string).collect();
+        let option = match without.is_empty() {
+            true => String::new(),
+            false => format!(" --without {}", without.join(",")),
+        };
+        println!("seed {seed} {broken}; cargo xtask simulate --trace {seed}{option}");
     }
     let Ok(mut total) = total.lock() else {
         return;
@@ -110,10 +116,7 @@ fn one(seed: u64, shrink: bool, total: &Mutex<Total>) {
 }
 
 fn trace(seed: u64, without: &[usize]) -> ExitCode {
-    let mut plan = Plan::new(seed);
-    let faults = plan.faults.iter().enumerate();
-    let left = faults.filter(|(at, _)| !without.contains(at));
-    plan.faults = left.map(|(_, fault)| *fault).collect();
+    let plan = Plan::new(seed).without(without);
     print!("{plan}");
     let outcome = run(&plan, true);
     println!("fingerprint {:016x}", outcome.fingerprint);
