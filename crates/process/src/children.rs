@@ -11,6 +11,8 @@ pub struct ChildProcess {
     name: String,
     child: Child,
     scope: Scope,
+    /// Once it has been waited for; its id may be another process's from then on.
+    status: Option<ExitStatus>,
 }
 
 /// Recipient of a child's signals.
@@ -46,6 +48,7 @@ impl ChildProcess {
             name: name.to_owned(),
             child: command.spawn()?,
             scope,
+            status: None,
         })
     }
 
@@ -66,11 +69,14 @@ impl ChildProcess {
 
     /// Its exit status, if it has ended.
     pub fn try_wait(&mut self) -> io::Result<Option<ExitStatus>> {
-        if self.scope == Scope::Group && has_ended(self.child.id()) {
-            // Before the child is waited for: until then its process group cannot be reused.
-            self.signal(libc::SIGKILL);
+        if self.status.is_none() && has_ended(self.child.id())? {
+            if self.scope == Scope::Group {
+                // Before the child is waited for: until then its process group cannot be reused.
+                self.signal(libc::SIGKILL);
+            }
+            self.status = Some(self.child.wait()?);
         }
-        self.child.try_wait()
+        Ok(self.status)
     }
 
     fn signal(&self, signal: i32) {
@@ -86,7 +92,8 @@ impl ChildProcess {
 
     fn kill(&mut self) -> io::Result<()> {
         self.signal(libc::SIGKILL);
-        self.child.wait().map(drop)
+        self.status = Some(self.child.wait()?);
+        Ok(())
     }
 
     /// Sends SIGTERM; ignores a child that has ended.
@@ -147,14 +154,17 @@ pub fn die_with_parent(parent: u32) -> io::Result<()> {
 }
 
 /// Whether a child has ended without being waited for; it stays waitable.
-fn has_ended(pid: u32) -> bool {
+fn has_ended(pid: u32) -> io::Result<bool> {
     // SAFETY: all-zero bytes are a valid siginfo (plain integers).
     let mut info: libc::siginfo_t = unsafe { std::mem::zeroed() };
     let options = libc::WEXITED | libc::WNOHANG | libc::WNOWAIT;
     // SAFETY: `info` is valid and writable for the whole call.
     let result = unsafe { libc::waitid(libc::P_PID, pid, &raw mut info, options) };
+    if result != 0 {
+        return Err(io::Error::last_os_error());
+    }
     // SAFETY: waitid filled the fields of a child, or left the zeros.
-    result == 0 && unsafe { info.si_pid() } != 0
+    Ok(unsafe { info.si_pid() } != 0)
 }
 
 #[cfg(test)]
