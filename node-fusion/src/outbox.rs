@@ -297,7 +297,7 @@ impl Outbox {
                 Some(settings) => self.announce_settings(settings),
                 None => self.announce_settings(&CameraSettings::none(id.clone())),
             },
-            // A proposal is taken for a model by no subscriber.
+            // Subscribers ignore proposals, so there is nothing to correct.
             KeyRef::ConfigModels => {}
             _ => self.announce_rig(models),
         }

@@ -2,7 +2,7 @@
 //! of the bridge.
 
 use crate::shared::Shared;
-use crate::web_camera::registry::{Outgoing, Standing, WebCameras, taken};
+use crate::web_camera::registry::{JoinState, Outgoing, WebCameras, taken};
 use nalgebra::Point2;
 use sextant_geometry::Lens;
 use sextant_geometry::planar_pose::tag_poses;
@@ -73,12 +73,12 @@ impl Network<'_> {
                 match self.join(&camera)? {
                     Some(joined) => drop(self.cameras.insert(camera.clone(), joined)),
                     None => {
-                        cameras.set(&camera, Standing::Ended(taken(&camera)));
+                        cameras.set(&camera, JoinState::Ended(taken(&camera)));
                         continue;
                     }
                 }
             }
-            cameras.set(&camera, Standing::Joined);
+            cameras.set(&camera, JoinState::Joined);
         }
         Ok(())
     }

@@ -4,10 +4,10 @@ use crate::access::Denied;
 use crate::assets;
 use crate::connections::Peer;
 use crate::frame::{Frame, frame_of};
-use crate::request::{Context, refuse};
+use crate::request::Context;
 use crate::shared::Shared;
-use crate::web_camera::registry::{Place, Standing};
-use crate::web_camera::session::{MAX_BYTES, Now, Session, Tell};
+use crate::web_camera::registry::{JoinState, Place};
+use crate::web_camera::session::{BridgeMessage, MAX_BYTES, Now, Session};
 use axum::body::Body;
 use axum::extract::ws::{CloseFrame, WebSocket, WebSocketUpgrade, close_code};
 use axum::extract::{Extension, State};
@@ -23,6 +23,9 @@ use tokio::time::{Instant, sleep, sleep_until, timeout};
 const WRITE_TIMEOUT: Duration = Duration::from_secs(5);
 const SILENCE: Duration = Duration::from_secs(5);
 const REPORT_PERIOD: Duration = Duration::from_secs(1);
+/// Close codes after which the browser does not try again: PROTOCOL.md.
+const REPLACED: u16 = 4000;
+const INVALID_LINK: u16 = 4001;
 /// Longest reason in a close frame, by RFC 6455.
 const MAX_REASON_BYTES: usize = 120;
 
@@ -47,17 +50,33 @@ pub(crate) async fn upgrade(
         Err(Denied::NotThisCamera) => Err(format!(
             "this link is not for a camera named {camera}: use the name that it was made for"
         )),
-        Err(denied) => return refuse(denied),
+        Err(Denied::NoToken | Denied::TooManyTries) => {
+            return answered(socket, move |socket| {
+                close(
+                    socket,
+                    INVALID_LINK,
+                    "this link is not valid (any more): ask for a new one",
+                )
+            });
+        }
     };
-    socket
-        .max_message_size(MAX_BYTES)
-        .max_frame_size(MAX_BYTES)
-        .on_upgrade(move |socket| async move {
-            match place {
-                Ok(place) => converse(socket, shared, camera, place, context.stopping).await,
-                Err(cause) => close(socket, close_code::POLICY, &cause).await,
-            }
-        })
+    answered(socket, move |socket| async move {
+        match place {
+            Ok(place) => converse(socket, shared, camera, place, context.stopping).await,
+            Err(cause) => close(socket, close_code::POLICY, &cause).await,
+        }
+    })
+}
+
+fn answered<F>(
+    socket: WebSocketUpgrade,
+    handle: impl FnOnce(WebSocket) -> F + Send + 'static,
+) -> Response<Body>
+where
+    F: Future<Output = ()> + Send + 'static,
+{
+    let socket = socket.max_message_size(MAX_BYTES).max_frame_size(MAX_BYTES);
+    socket.on_upgrade(handle)
 }
 
 /// The camera's name and the browser's key.
@@ -91,7 +110,7 @@ impl End {
 enum Event {
     Stopping,
     Silence,
-    Standing,
+    JoinState,
     Incoming(Option<Result<Frame, axum::Error>>),
     PingDue,
     ReportDue,
@@ -140,7 +159,7 @@ impl Conversation {
         tokio::select! {
             _ = stopping.wait_for(|stopped| *stopped) => Event::Stopping,
             () = sleep_until(self.heard + SILENCE) => Event::Silence,
-            _ = self.place.standing.changed() => Event::Standing,
+            _ = self.place.standing.changed() => Event::JoinState,
             frame = self.socket.recv() => Event::Incoming(frame),
             () = sleep(Duration::from_nanos(ping_in_ns)) => Event::PingDue,
             () = sleep_until(self.report_due) => Event::ReportDue,
@@ -151,7 +170,7 @@ impl Conversation {
         match event {
             Event::Stopping => Err(End::Because(close_code::AWAY, "the bridge stops".into())),
             Event::Silence => Err(End::refused("nothing was heard for 5 s")),
-            Event::Standing => self.follow_standing().await,
+            Event::JoinState => self.follow_standing().await,
             Event::Incoming(Some(Ok(frame))) => self.take(&frame),
             Event::Incoming(_) => Err(End::Gone),
             Event::PingDue => {
@@ -171,10 +190,14 @@ impl Conversation {
     async fn follow_standing(&mut self) -> Result<(), End> {
         let standing = self.place.standing.borrow_and_update().clone();
         match standing {
-            Standing::Waiting => Ok(()),
-            Standing::Ended(cause) => Err(End::refused(cause)),
-            Standing::Joined => {
-                let joined = Tell::Joined {
+            JoinState::Waiting => Ok(()),
+            JoinState::Ended(cause) => Err(End::refused(cause)),
+            JoinState::Replaced => Err(End::Because(
+                REPLACED,
+                "this device has connected again, perhaps in another tab".into(),
+            )),
+            JoinState::Joined => {
+                let joined = BridgeMessage::Joined {
                     camera: &self.camera,
                     site: self.shared.config.site.as_str(),
                 };
@@ -209,7 +232,7 @@ fn now() -> Now {
     }
 }
 
-async fn say(socket: &mut WebSocket, message: &Tell<'_>) -> Result<(), End> {
+async fn say(socket: &mut WebSocket, message: &BridgeMessage<'_>) -> Result<(), End> {
     match timeout(WRITE_TIMEOUT, socket.send(frame_of(message))).await {
         Ok(Ok(())) => Ok(()),
         Ok(Err(_)) | Err(_) => Err(End::Gone),

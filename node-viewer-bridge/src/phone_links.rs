@@ -1,7 +1,8 @@
 //! Links by which phones and other browsers become cameras, and what may be in their way.
 
+use crate::access::PageAccess;
 use crate::config::ViewerConfig;
-use crate::protection::Protection;
+use crate::protection::Admission;
 use anyhow::Context;
 use qrcode::QrCode;
 use serde::Serialize;
@@ -14,7 +15,7 @@ use std::path::Path;
 /// Links for browsers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PhoneLinks {
-    /// One a phone with keys; where a site needs none, one for all.
+    /// One per phone with a key; a single one for a site without keys.
     pub links: Vec<PhoneLink>,
     /// What a person has to change before phones can use them.
     pub caution: Option<String>,
@@ -38,24 +39,25 @@ pub struct PhoneLink {
 pub fn phone_links(config_file: &Path) -> anyhow::Result<PhoneLinks> {
     let config: ViewerConfig = read_toml(config_file).exit_with(Exit::Input)?;
     let folder = config_file.parent().unwrap_or(Path::new(""));
-    let protection = Protection::load(&config, folder)
+    let Admission {
+        access, is_secure, ..
+    } = Admission::load(&config, folder)
         .with_context(|| config_file.display().to_string())
         .exit_with(Exit::Input)?;
-    Ok(links(&config, config.listen, &protection, None))
+    Ok(links(&config, config.listen, (&access, is_secure), None))
 }
 
-/// Links to a bridge that listens on `address`; `host` is the one that a browser asked for.
+/// Links to a bridge that listens on `address`, with its access rule and whether it uses TLS; `host` is the one that a browser asked for.
 pub(crate) fn links(
     config: &ViewerConfig,
     address: SocketAddr,
-    protection: &Protection,
+    (access, is_secure): (&PageAccess, bool),
     host: Option<&str>,
 ) -> PhoneLinks {
-    let is_secure = protection.tls.is_some();
     let scheme = if is_secure { "https" } else { "http" };
     let place = place(config, address, host);
     let url = format!("{scheme}://{place}/camera");
-    let phones = protection.access.phones();
+    let phones = access.phones();
     let links = match phones {
         None => vec![PhoneLink::new(None, url)],
         Some(phones) => {
@@ -73,7 +75,7 @@ pub(crate) fn links(
         )
     } else if is_local {
         Some(
-            "Only browsers on this machine reach this page. For phones set listen = \"0.0.0.0:8600\" in viewer.toml, and https = true or keys of the site.",
+            "Only this machine reaches this page. For phones, in viewer.toml: listen = \"0.0.0.0:8600\", https = true and [security] profile = \"open\"; or keys of the site (docs/phones.md).",
         )
     } else if !is_secure {
         Some("Browsers give cameras to secure pages only: set https = true in viewer.toml.")
@@ -159,8 +161,9 @@ mod tests {
     fn links_of(text: &str, host: Option<&str>) -> PhoneLinks {
         let file = Path::new("viewer.toml");
         let config: ViewerConfig = sextant_site_files::parse_toml(file, text, |_| Ok(())).unwrap();
-        let protection = Protection::load(&config, Path::new("")).unwrap();
-        links(&config, config.listen, &protection, host)
+        let admission = Admission::load(&config, Path::new("")).unwrap();
+        let page = (&admission.access, admission.is_secure);
+        links(&config, config.listen, page, host)
     }
 
     #[test]

@@ -31,12 +31,44 @@ impl Protection {
     /// # Errors
     /// Keys and addresses that do not fit the profile.
     pub fn load(config: &ViewerConfig, folder: &Path) -> anyhow::Result<Self> {
+        let Admission {
+            network,
+            access,
+            is_secure,
+        } = Admission::load(config, folder)?;
+        let tls = match network.keys() {
+            _ if !is_secure => None,
+            Some(keys) => Some(tls(keys)?),
+            None => Some(own_tls(config, folder)?),
+        };
+        Ok(Self {
+            network,
+            access,
+            tls,
+        })
+    }
+}
+
+/// Who may use the page, without the secrets of its TLS.
+pub(crate) struct Admission {
+    network: Security,
+    pub(crate) access: PageAccess,
+    /// Whether the page is served by TLS.
+    pub(crate) is_secure: bool,
+}
+
+impl Admission {
+    /// As [`Protection::load`]. Writes nothing.
+    ///
+    /// # Errors
+    /// As [`Protection::load`].
+    pub(crate) fn load(config: &ViewerConfig, folder: &Path) -> anyhow::Result<Self> {
         let network = config.network_protection(folder)?;
         let is_local = config.listen.ip().to_canonical().is_loopback();
-        let (access, tls) = match network.keys() {
-            Some(keys) => (by_token(keys, is_local)?, tls(keys, is_local)?),
+        let (access, is_secure) = match network.keys() {
+            Some(keys) => (by_token(keys, is_local)?, !is_local),
             None if is_local || network.profile() == Profile::Open => {
-                (PageAccess::open(), own_tls(config, folder)?)
+                (PageAccess::open(), config.https)
             }
             None => bail!(
                 "listen = \"{}\": other machines reach the page there, and with [security] profile \"demo\" everybody may change the site: choose profile = \"site\" or \"lab\" with keys (docs/security-setup.md), an address of 127.0.0.1, or profile = \"open\" to let everybody in knowingly",
@@ -46,7 +78,7 @@ impl Protection {
         Ok(Self {
             network,
             access,
-            tls,
+            is_secure,
         })
     }
 }
@@ -60,10 +92,7 @@ fn by_token(keys: &NodeKeys, is_local: bool) -> anyhow::Result<PageAccess> {
     Ok(PageAccess::by_token(tokens, most, !is_local))
 }
 
-fn tls(keys: &NodeKeys, is_local: bool) -> anyhow::Result<Option<TlsAcceptor>> {
-    if is_local {
-        return Ok(None);
-    }
+fn tls(keys: &NodeKeys) -> anyhow::Result<TlsAcceptor> {
     let (certificate, key) = (keys.files.page_certificate(), keys.files.page_private_key());
     let chain = CertificateDer::pem_file_iter(&certificate)
         .and_then(Iterator::collect)
@@ -72,14 +101,10 @@ fn tls(keys: &NodeKeys, is_local: bool) -> anyhow::Result<Option<TlsAcceptor>> {
         .map_err(|cause| anyhow!("{}: {cause}", key.display()))?;
     acceptor(chain, private)
         .with_context(|| format!("{}: the page's certificate", certificate.display()))
-        .map(Some)
 }
 
-/// By a certificate of its own, where the file wants that.
-fn own_tls(config: &ViewerConfig, folder: &Path) -> anyhow::Result<Option<TlsAcceptor>> {
-    if !config.https {
-        return Ok(None);
-    }
+/// By a certificate of the bridge's own.
+fn own_tls(config: &ViewerConfig, folder: &Path) -> anyhow::Result<TlsAcceptor> {
     let kept = config.folder.as_ref().map(|kept| folder.join(kept));
     let mut names = config.host_names.clone();
     if !config.listen.ip().is_unspecified() {
@@ -88,9 +113,7 @@ fn own_tls(config: &ViewerConfig, folder: &Path) -> anyhow::Result<Option<TlsAcc
     let own = certificate::own(kept.as_deref(), &names)?;
     let chain: Result<_, _> = CertificateDer::pem_slice_iter(own.certificate.as_bytes()).collect();
     let private = PrivateKeyDer::from_pem_slice(own.key.as_bytes())?;
-    acceptor(chain?, private)
-        .context("page.pem and page.key of `folder`")
-        .map(Some)
+    acceptor(chain?, private).context("page.pem and page.key of `folder`")
 }
 
 fn acceptor(

@@ -306,7 +306,8 @@ async fn phones(
         ..
     } = &*context.shared;
     let host = headers.get(header::HOST).and_then(|it| it.to_str().ok());
-    let links = phone_links::links(config, *address, protection, host);
+    let page = (&protection.access, protection.tls.is_some());
+    let links = phone_links::links(config, *address, page, host);
     let json = serde_json::to_string(&links).unwrap_or_default();
     as_json(StatusCode::OK, format!("{json}\n").into())
 }

@@ -1,7 +1,7 @@
 //! `sextant natnet`: each object as a rigid body of a NatNet server, as Motive is one.
 
 use crate::axes::AxesName;
-use crate::listening::bind;
+use crate::listening::bind_unprotected;
 use crate::output::{Format, print_line};
 use crate::pose_feed::{self, FeedArguments};
 use crate::words;
@@ -59,21 +59,16 @@ fn group(text: &str) -> Result<SocketAddrV4, &'static str> {
 /// Runs `sextant natnet`.
 ///
 /// # Errors
-/// An address that is none or in use, no router.
+/// An address that is invalid or in use, no router.
 pub fn run(arguments: &NatNetArguments, format: Format) -> anyhow::Result<()> {
     if arguments.axes == AxesName::Unity {
         bail!(usage(
             "--axes unity: the axes of NatNet are right-handed, and OptiTrack's plugin for Unity turns them itself; use y-up"
         ));
     }
-    let socket = bind(&arguments.listen, NATNET_COMMAND_PORT)?;
+    let (address, site) = (&arguments.listen, &arguments.feed.site);
+    let socket = bind_unprotected(address, NATNET_COMMAND_PORT, "NatNet", site)?;
     let address = socket.local_addr()?;
-    if arguments.feed.site.has_keys() && !address.ip().is_loopback() {
-        bail!(usage(&format!(
-            "--listen {}: NatNet has no passwords, so that every client that reaches it would read this protected site; listen at 127.0.0.1",
-            arguments.listen
-        )));
-    }
     let group = (!arguments.unicast).then_some(arguments.multicast);
     let options = BodyOptions {
         server: NatNetServer {

@@ -96,6 +96,10 @@ pub fn run(arguments: &PhoneArguments, format: Format) -> anyhow::Result<()> {
         let entry = rig_entry(camera, arguments.device, arguments.image).exit_with(Exit::Input)?;
         return Ok(print_line(entry.trim_end())?);
     }
+    if !arguments.config.exists() {
+        let file = arguments.config.display();
+        return Err(anyhow::anyhow!("{file}: no such file; name the file of the viewer bridge with --config, or write one: `sextant config viewer > viewer.toml`. The demo's page for cameras is http://127.0.0.1:8600/camera")).exit_with(Exit::Input);
+    }
     let links = phone_links(&arguments.config)?;
     for link in &links.links {
         match format {

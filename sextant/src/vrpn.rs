@@ -1,15 +1,15 @@
 //! `sextant vrpn`: each object as a tracker of a VRPN server.
 
 use crate::axes::AxesName;
-use crate::listening::listen;
+use crate::listening::listen_unprotected;
 use crate::output::{Format, print_line};
 use crate::pose_feed::{self, FeedArguments};
 use crate::words;
-use anyhow::{Context, anyhow, bail};
+use anyhow::Context;
 use clap::Args;
 use sextant_gateways::vrpn::{StartError, TrackerCounts, TrackerServer};
 use sextant_pose_formats::VRPN_PORT;
-use sextant_process::{Exit, Failure, WithExit};
+use sextant_process::{Exit, WithExit};
 use sextant_site_model::ObjectId;
 
 /// Arguments of `sextant vrpn`.
@@ -40,7 +40,7 @@ pub struct VrpnArguments {
 /// Runs `sextant vrpn`.
 ///
 /// # Errors
-/// An address that is none or in use, no router.
+/// An address that is invalid or in use, no router.
 pub fn run(arguments: &VrpnArguments, format: Format) -> anyhow::Result<()> {
     let mut trackers = arguments.server()?;
     eprintln!(
@@ -55,14 +55,7 @@ pub fn run(arguments: &VrpnArguments, format: Format) -> anyhow::Result<()> {
 
 impl VrpnArguments {
     fn server(&self) -> anyhow::Result<TrackerServer> {
-        let listener = listen(&self.listen, VRPN_PORT)?;
-        if self.feed.site.has_keys() && !listener.local_addr()?.ip().is_loopback() {
-            let cause = anyhow!(
-                "--listen {}: VRPN has no passwords, so that whoever reaches it would read this protected site; listen at 127.0.0.1, and reach it through `ssh -L 3883:127.0.0.1:3883 HOST` as tcp://127.0.0.1",
-                self.listen
-            );
-            bail!(Failure::new(Exit::Usage, cause));
-        }
+        let listener = listen_unprotected(&self.listen, VRPN_PORT, "VRPN", &self.feed.site)?;
         let server =
             TrackerServer::start(listener, self.axes.into(), self.rate, pose_feed::reporter());
         match server {

@@ -64,7 +64,7 @@ pub struct MqttCounts {
     pub feed: FeedCounts,
     /// Events of the site.
     pub events: u64,
-    /// Events that are none.
+    /// Invalid events.
     pub refused_events: u64,
     /// Messages handed to the broker.
     pub sent: u64,
@@ -197,10 +197,8 @@ impl PoseReceiver for MqttPublisher {
         let Some(prefix) = &options.home_assistant else {
             return;
         };
-        if options.objects.is_empty() || options.objects.contains(object) {
-            let (topic, payload) = home_assistant::device(prefix, options, object);
-            self.retain(&topic, payload.as_bytes());
-        }
+        let (topic, payload) = home_assistant::device(prefix, options, object);
+        self.retain(&topic, payload.as_bytes());
     }
 
     fn tick(&mut self) {

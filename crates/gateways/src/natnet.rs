@@ -4,6 +4,7 @@
 //! new one of every tracked object, or shortly after the first.
 
 use crate::pose_feed::{FeedCounts, GATHER, Gathering, Next, PoseReceiver};
+use crate::relay;
 use crate::report::{Notice, Reporter};
 use serde::Serialize;
 use sextant_pose_formats::{
@@ -122,12 +123,16 @@ impl BodyServer {
             let mut datagram = [0; MOST_BYTES];
             while !stop.load(Ordering::Relaxed) {
                 let received = commands.recv_from(&mut datagram);
+                // A client's machine may report a closed port; a lasting error must not spin.
+                if received
+                    .as_ref()
+                    .is_err_and(|error| !relay::is_later(error))
+                {
+                    std::thread::sleep(GATHER);
+                }
                 let mut shared = locked(&shared);
-                match received {
-                    Ok((length, from)) => shared.answer(&datagram[..length], from),
-                    Err(error) if is_timeout(&error) => {}
-                    // What a client's machine says of a closed port; a lasting error must not spin.
-                    Err(_) => std::thread::sleep(GATHER),
+                if let Ok((length, from)) = received {
+                    shared.answer(&datagram[..length], from);
                 }
                 shared.send_if_due(Instant::now());
             }
@@ -163,11 +168,7 @@ impl PoseReceiver for BodyServer {
     }
 
     fn describe(&mut self, model: &ObjectModel) {
-        let mut shared = locked(&self.shared);
-        let objects = &shared.options.objects;
-        if objects.is_empty() || objects.contains(model.id()) {
-            shared.bodies.describe(model);
-        }
+        locked(&self.shared).bodies.describe(model);
     }
 }
 
@@ -297,13 +298,6 @@ impl Shared {
             }
         }
     }
-}
-
-fn is_timeout(error: &io::Error) -> bool {
-    matches!(
-        error.kind(),
-        io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut
-    )
 }
 
 fn locked(shared: &Mutex<Shared>) -> MutexGuard<'_, Shared> {

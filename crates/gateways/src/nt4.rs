@@ -1,7 +1,7 @@
 //! Poses as values of NetworkTables 4, published at the server of a robot: `struct:Pose3d`, with the capture time as the server's time.
 
 use crate::pose_feed::{FeedCounts, Next, PoseReceiver, RateLimit};
-use crate::relay::{self, Relay};
+use crate::relay::{self, HostAndPort, Relay};
 use crate::report::Reporter;
 use serde::Serialize;
 use sextant_pose_formats::{
@@ -14,7 +14,7 @@ use sextant_site_report::State;
 use sextant_zenoh_bus::BusError;
 use std::collections::BTreeMap;
 use std::io::{self, ErrorKind};
-use std::net::{SocketAddr, TcpStream, ToSocketAddrs};
+use std::net::TcpStream;
 use std::time::{Duration, Instant};
 use tokio_tungstenite::tungstenite::client::IntoClientRequest;
 use tokio_tungstenite::tungstenite::http::HeaderValue;
@@ -22,16 +22,8 @@ use tokio_tungstenite::tungstenite::http::header::SEC_WEBSOCKET_PROTOCOL;
 use tokio_tungstenite::tungstenite::protocol::WebSocketConfig;
 use tokio_tungstenite::tungstenite::{self, Message, WebSocket, client::client_with_config};
 
-/// Time for a connection, its handshake, the server's time, and a server that takes nothing.
-const PATIENCE: Duration = Duration::from_secs(5);
-/// Longest wait for what a server says, beside publishing.
-const GLANCE: Duration = Duration::from_millis(1);
-/// Between two looks at what a server says.
-const LOOK: Duration = Duration::from_millis(500);
-/// Between two questions for its time.
-const ASK: Duration = Duration::from_secs(2);
-/// A server that is silent for this long is gone.
-const SILENCE: Duration = Duration::from_secs(10);
+/// Interval of requests for the server's time.
+const TIME_SYNC_PERIOD: Duration = Duration::from_secs(2);
 /// The longest message that is read.
 const MAX_READ_BYTES: usize = 64 << 10;
 
@@ -93,7 +85,7 @@ impl TablePublisher {
         rate_hz: f64,
         reporter: Reporter,
     ) -> Result<Self, TableError> {
-        let server = with_port(server).ok_or(TableError::Address)?;
+        let server = HostAndPort::parse(server, NT4_PORT).ok_or(TableError::Address)?;
         let name = format!("the server of NetworkTables at {server}");
         let open = move || TableConnection::open(&server);
         Ok(Self {
@@ -133,16 +125,6 @@ impl PoseReceiver for TablePublisher {
     }
 }
 
-/// `HOST:PORT` of what may lack the port.
-fn with_port(server: &str) -> Option<String> {
-    let (host, port) = match server.rsplit_once(':') {
-        Some((host, port)) => (host, port.parse().ok().filter(|port| *port != 0)?),
-        None => (server, NT4_PORT),
-    };
-    let is_wrong = host.is_empty() || host.contains(['/', '@', ' ']);
-    (!is_wrong).then(|| format!("{host}:{port}"))
-}
-
 struct TableConnection {
     socket: WebSocket<TcpStream>,
     /// The server's clock minus ours.
@@ -155,11 +137,11 @@ struct TableConnection {
 }
 
 impl TableConnection {
-    fn open(server: &str) -> Result<Self, TableError> {
-        let tcp = dial(server)?;
+    fn open(server: &HostAndPort) -> Result<Self, TableError> {
+        let tcp = server.dial()?;
         tcp.set_nodelay(true)?;
-        tcp.set_read_timeout(Some(PATIENCE))?;
-        tcp.set_write_timeout(Some(PATIENCE))?;
+        tcp.set_read_timeout(Some(relay::CONNECT_TIMEOUT))?;
+        tcp.set_write_timeout(Some(relay::CONNECT_TIMEOUT))?;
         let request = format!("ws://{server}/nt/sextant").into_client_request();
         let mut request = request.map_err(|_| TableError::Address)?;
         let protocol = HeaderValue::from_static(NT4_PROTOCOL);
@@ -177,11 +159,14 @@ impl TableConnection {
             offset_us: 0,
             topics: BTreeMap::new(),
             heard: now,
-            look_due: now + LOOK,
-            ask_due: now + ASK,
+            look_due: now + relay::POLL_PERIOD,
+            ask_due: now + TIME_SYNC_PERIOD,
         };
         connection.learn_time()?;
-        connection.socket.get_ref().set_read_timeout(Some(GLANCE))?;
+        connection
+            .socket
+            .get_ref()
+            .set_read_timeout(Some(relay::READ_TIMEOUT))?;
         for (name, fields) in NT4_SCHEMAS {
             let topic = format!("/.schema/struct:{name}");
             let number = connection.number(&topic, "structschema")?;
@@ -194,7 +179,7 @@ impl TableConnection {
     /// Asks for the server's time until it has said it: no value has a time before.
     fn learn_time(&mut self) -> Result<(), TableError> {
         self.write(Message::binary(nt4_time_request(micros(now_ns()))))?;
-        let end = Instant::now() + PATIENCE;
+        let end = Instant::now() + relay::CONNECT_TIMEOUT;
         while Instant::now() < end {
             if self.read()? {
                 return Ok(());
@@ -227,7 +212,7 @@ impl TableConnection {
     fn read(&mut self) -> Result<bool, TableError> {
         let message = match self.socket.read() {
             Ok(message) => message,
-            Err(tungstenite::Error::Io(cause)) if is_later(&cause) => return Ok(false),
+            Err(tungstenite::Error::Io(cause)) if relay::is_later(&cause) => return Ok(false),
             Err(cause) => return Err(ended(cause)),
         };
         self.heard = Instant::now();
@@ -257,11 +242,11 @@ impl relay::Connection for TableConnection {
     fn turn(&mut self) -> Result<(), TableError> {
         let now = Instant::now();
         if now >= self.ask_due {
-            self.ask_due = now + ASK;
+            self.ask_due = now + TIME_SYNC_PERIOD;
             self.write(Message::binary(nt4_time_request(micros(now_ns()))))?;
         }
         if now >= self.look_due {
-            self.look_due = now + LOOK;
+            self.look_due = now + relay::POLL_PERIOD;
             // A few at a look: a server says little to a client that subscribes to nothing.
             for _ in 0..16 {
                 let before = self.heard;
@@ -271,7 +256,7 @@ impl relay::Connection for TableConnection {
                 }
             }
         }
-        match self.heard.elapsed() < SILENCE {
+        match self.heard.elapsed() < relay::SERVER_SILENCE {
             true => Ok(()),
             false => Err(TableError::Silent),
         }
@@ -284,18 +269,6 @@ impl relay::Connection for TableConnection {
     }
 }
 
-fn dial(server: &str) -> io::Result<TcpStream> {
-    let mut last = io::Error::new(ErrorKind::NotFound, "the host has no address");
-    let addresses: Vec<SocketAddr> = server.to_socket_addrs()?.collect();
-    for address in addresses {
-        match TcpStream::connect_timeout(&address, PATIENCE) {
-            Ok(stream) => return Ok(stream),
-            Err(error) => last = error,
-        }
-    }
-    Err(last)
-}
-
 fn ended(cause: tungstenite::Error) -> TableError {
     match cause {
         tungstenite::Error::Io(cause) => TableError::Connection(cause),
@@ -306,36 +279,7 @@ fn ended(cause: tungstenite::Error) -> TableError {
     }
 }
 
-fn is_later(cause: &io::Error) -> bool {
-    matches!(
-        cause.kind(),
-        ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted
-    )
-}
-
 fn micros(ns: u64) -> i64 {
     // Nanoseconds in 64 bits are fewer microseconds than fit 63.
     (ns / 1000) as i64
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_server_without_a_port_has_the_usual_one() {
-        for (text, whole) in [
-            ("10.12.34.2", Some("10.12.34.2:5810")),
-            (
-                "roborio-1234-frc.local:99",
-                Some("roborio-1234-frc.local:99"),
-            ),
-            ("", None),
-            ("host:port", None),
-            ("ws://host", None),
-            (":5810", None),
-        ] {
-            assert_eq!(with_port(text).as_deref(), whole, "{text}");
-        }
-    }
 }

@@ -1,7 +1,7 @@
 //! The poses of a running site, one after the other, to a receiver: shared by the gateways that pass on poses only.
 
 use crate::report::{Notice, Reporter};
-use crate::site::{RouterWatch, SiteSession, take};
+use crate::site::{RouterWatch, SiteSession, is_request, take};
 use serde::Serialize;
 use sextant_process::now_ns;
 use sextant_process::shutdown::SHUTDOWN_POLL;
@@ -33,7 +33,7 @@ pub trait PoseReceiver {
     /// Whether it is given models.
     const WANTS_MODELS: bool = false;
 
-    /// Takes the model of an object of the site: of each at the start, and of one that has changed.
+    /// Takes the model of a wanted object of the site: of each at the start, and of one that has changed.
     fn describe(&mut self, _model: &ObjectModel) {}
 }
 
@@ -84,32 +84,36 @@ pub fn run<R: PoseReceiver>(
     let mut models = R::WANTS_MODELS
         .then(|| Models::subscribe(&site))
         .transpose()?;
+    let is_wanted = |object: &ObjectId| objects.is_empty() || objects.contains(object);
     let is_over = || end.is_some_and(|end| Instant::now() >= end);
     let (mut counts, mut mirror) = (FeedCounts::default(), SiteMirror::default());
     let mut router = RouterWatch::default();
+    let mut unseen = objects.to_vec();
     let mut hint_due = Some(Instant::now() + Duration::from_nanos(SILENCE_NS));
     let mut next = Next::More;
     while next == Next::More && !site.shutdown.is_requested() && !is_over() {
         if let Some(item) = messages.recv_timeout(SHUTDOWN_POLL) {
             let update = take(&site.keys, &mut mirror, &item, now_ns());
             if let Some(AnyMessage::ObjectPose(pose)) = update.map(|update| update.message)
-                && (objects.is_empty() || objects.contains(&pose.object))
+                && is_wanted(&pose.object)
             {
                 counts.poses += 1;
-                hint_due = None;
+                unseen.retain(|object| *object != pose.object);
+                hint_due = hint_due.filter(|_| !unseen.is_empty());
                 next = receiver.take(&pose)?;
             }
         }
         if let Some(models) = &mut models {
-            models.hand_on(&site, &mut mirror, receiver)?;
+            models.hand_on(&site, &mut mirror, &is_wanted, receiver)?;
         }
         receiver.tick();
         if let Some(notice) = router.notice(&site.bus) {
             reporter.report(&notice);
         }
-        if hint_due.is_some_and(|due| Instant::now() >= due) && site.bus.is_connected() {
+        let is_late = hint_due.is_some_and(|due| Instant::now() >= due || is_over());
+        if is_late && site.bus.is_connected() {
             reporter.report(&Notice::NoPose {
-                key: expression.clone(),
+                unseen: unseen.clone(),
                 objects: site.objects(),
             });
             hint_due = None;
@@ -146,11 +150,13 @@ impl Models {
         &mut self,
         site: &SiteSession,
         mirror: &mut SiteMirror,
+        is_wanted: &impl Fn(&ObjectId) -> bool,
         receiver: &mut R,
     ) -> Result<(), BusError> {
         let mut hand_on = |item: &Item| {
             let update = take(&site.keys, mirror, item, now_ns());
             if let Some(AnyMessage::ObjectConfig(config)) = update.map(|update| update.message)
+                && is_wanted(&config.id)
                 && let Some(model) = mirror.object_model(&config.id)
             {
                 receiver.describe(&model);
@@ -160,9 +166,11 @@ impl Models {
             site.object_models()?.iter().for_each(&mut hand_on);
         }
         self.is_new = !site.bus.is_connected();
-        while let Some(item) = self.changes.try_recv() {
-            hand_on(&item);
-        }
+        // What is asked for is not in force yet.
+        let changes = std::iter::from_fn(|| self.changes.try_recv());
+        changes
+            .filter(|item| !is_request(&site.keys, item))
+            .for_each(|item| hand_on(&item));
         Ok(())
     }
 }
@@ -231,7 +239,7 @@ impl Gathering {
         self.is_complete = is_complete;
     }
 
-    /// Whether a frame is to be sent now; it is taken as sent.
+    /// Returns whether a frame is due, and begins the next period.
     pub fn is_due(&mut self, now: Instant) -> bool {
         let is_ripe = |since: Instant| now.saturating_duration_since(since) >= GATHER;
         let is_ready = self

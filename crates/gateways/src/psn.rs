@@ -16,7 +16,6 @@ const INFO: Duration = Duration::from_secs(1);
 #[derive(Debug)]
 pub struct TrackerSender {
     trackers: PsnTrackers,
-    objects: Vec<ObjectId>,
     target: DatagramTarget,
     gathering: Gathering,
     info_due: Instant,
@@ -27,7 +26,6 @@ impl TrackerSender {
     pub fn new(axes: Axes, objects: &[ObjectId], target: DatagramTarget, rate_hz: f64) -> Self {
         Self {
             trackers: PsnTrackers::new(axes, objects, now_ns()),
-            objects: objects.to_vec(),
             target,
             gathering: Gathering::new(rate_hz),
             info_due: Instant::now(),
@@ -63,9 +61,7 @@ impl PoseReceiver for TrackerSender {
     }
 
     fn describe(&mut self, model: &ObjectModel) {
-        if self.objects.is_empty() {
-            self.trackers.add(model.id());
-        }
+        self.trackers.add(model.id());
     }
 
     fn tick(&mut self) {

@@ -4,8 +4,9 @@
 
 use crate::report::{Notice, Reporter};
 use sextant_queue::{DropRule, Queue, StreamBounds};
-use std::fmt::Display;
-use std::io;
+use std::fmt::{self, Display};
+use std::io::{self, ErrorKind};
+use std::net::{TcpStream, ToSocketAddrs};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::{Builder, JoinHandle};
@@ -14,6 +15,14 @@ use std::time::{Duration, Instant};
 /// Messages that wait for the server.
 const MOST_MESSAGES: usize = 2048;
 const MOST_BYTES: usize = 8 << 20;
+/// Time limit of a connection and its handshake, and of a server that accepts nothing.
+pub const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
+/// Time limit of a read between two messages.
+pub const READ_TIMEOUT: Duration = Duration::from_millis(1);
+/// Interval of reads while nothing is sent.
+pub const POLL_PERIOD: Duration = Duration::from_millis(500);
+/// A server that is silent for this long counts as gone.
+pub const SERVER_SILENCE: Duration = Duration::from_secs(10);
 /// Between two tries to connect.
 const RETRY: Duration = Duration::from_secs(1);
 /// Between two looks at the queue.
@@ -43,6 +52,72 @@ pub trait Connection: Sized + Send + 'static {
     /// # Errors
     /// The end of the connection.
     fn end(self) -> Result<(), Self::Error>;
+}
+
+/// A server's address.
+#[derive(Debug, Clone)]
+pub struct HostAndPort {
+    host: String,
+    port: u16,
+}
+
+impl HostAndPort {
+    /// Of `HOST`, `HOST:PORT`, `IPV6`, `[IPV6]` or `[IPV6]:PORT`.
+    pub fn parse(text: &str, usual: u16) -> Option<Self> {
+        let (host, port) = match text.strip_prefix('[').and_then(|rest| rest.split_once(']')) {
+            Some((host, "")) => (host, None),
+            Some((host, rest)) => (host, Some(rest.strip_prefix(':')?)),
+            None if text.matches(':').count() > 1 => (text, None),
+            None => match text.split_once(':') {
+                Some((host, port)) => (host, Some(port)),
+                None => (text, None),
+            },
+        };
+        let port = match port {
+            Some(port) => port.parse().ok().filter(|port| *port != 0)?,
+            None => usual,
+        };
+        let is_host = !host.is_empty() && !host.contains(['/', '@', ' ']);
+        let host = host.to_owned();
+        is_host.then_some(Self { host, port })
+    }
+
+    /// The host.
+    pub fn host(&self) -> &str {
+        &self.host
+    }
+
+    /// A connection to the first address that answers.
+    ///
+    /// # Errors
+    /// A name without an address, or the failure of the last attempt.
+    pub fn dial(&self) -> io::Result<TcpStream> {
+        let mut last = io::Error::new(ErrorKind::NotFound, "the host has no address");
+        for address in (self.host.as_str(), self.port).to_socket_addrs()? {
+            match TcpStream::connect_timeout(&address, CONNECT_TIMEOUT) {
+                Ok(stream) => return Ok(stream),
+                Err(error) => last = error,
+            }
+        }
+        Err(last)
+    }
+}
+
+impl Display for HostAndPort {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.host.contains(':') {
+            true => write!(f, "[{}]:{}", self.host, self.port),
+            false => write!(f, "{}:{}", self.host, self.port),
+        }
+    }
+}
+
+/// Whether a socket has no data yet.
+pub fn is_later(error: &io::Error) -> bool {
+    matches!(
+        error.kind(),
+        ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted
+    )
 }
 
 /// Hands messages to the thread.
@@ -137,11 +212,16 @@ impl<M> Outbox<M> {
         let mut result = self.send_by(connection);
         while let Err(error) = result {
             let server = server.to_owned();
-            reporter.report(&Notice::ServerGone {
-                server: server.clone(),
-                cause: error.to_string(),
-            });
-            let Some(connection) = self.reopened(&open) else {
+            let mut last = None;
+            let mut report = |cause: String| {
+                let server = server.clone();
+                if last.as_ref() != Some(&cause) {
+                    last = Some(cause.clone());
+                    reporter.report(&Notice::ServerGone { server, cause });
+                }
+            };
+            report(error.to_string());
+            let Some(connection) = self.reopened(&open, &mut report) else {
                 return;
             };
             reporter.report(&Notice::ServerBack { server });
@@ -149,8 +229,12 @@ impl<M> Outbox<M> {
         }
     }
 
-    /// The next connection; none after a request to stop.
-    fn reopened<C: Connection>(&self, open: impl Fn() -> Result<C, C::Error>) -> Option<C> {
+    /// The next connection; none after a request to stop. Reports why attempts fail.
+    fn reopened<C: Connection>(
+        &self,
+        open: impl Fn() -> Result<C, C::Error>,
+        report: &mut impl FnMut(String),
+    ) -> Option<C> {
         loop {
             let end = Instant::now() + RETRY;
             while Instant::now() < end {
@@ -159,8 +243,9 @@ impl<M> Outbox<M> {
                 }
                 std::thread::sleep(PERIOD);
             }
-            if let Ok(connection) = open() {
-                return Some(connection);
+            match open() {
+                Ok(connection) => return Some(connection),
+                Err(error) => report(error.to_string()),
             }
         }
     }
@@ -179,6 +264,29 @@ impl<M> Outbox<M> {
                 return connection.end();
             }
             connection.turn()?;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_server_without_a_port_has_the_usual_one() {
+        for (text, whole) in [
+            ("10.12.34.2", Some("10.12.34.2:5810")),
+            ("roborio.local:99", Some("roborio.local:99")),
+            ("::1", Some("[::1]:5810")),
+            ("[::1]", Some("[::1]:5810")),
+            ("[::1]:99", Some("[::1]:99")),
+            ("", None),
+            ("host:port", None),
+            ("ws://host", None),
+            (":5810", None),
+        ] {
+            let server = HostAndPort::parse(text, 5810);
+            assert_eq!(server.map(|it| it.to_string()).as_deref(), whole, "{text}");
         }
     }
 }

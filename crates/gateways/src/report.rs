@@ -15,10 +15,10 @@ pub enum Notice {
     },
     /// The router of the site answers again.
     RouterBack,
-    /// No pose has arrived since the start.
+    /// No pose of some objects, or of any, has arrived since the start.
     NoPose {
-        /// The key expression that is subscribed to.
-        key: String,
+        /// Objects that were asked for and have none; empty where all are wanted.
+        unseen: Vec<ObjectId>,
         /// Objects of the site.
         objects: Vec<ObjectId>,
     },
@@ -78,9 +78,14 @@ impl fmt::Display for Notice {
                 "the router has not answered for {seconds:.0} s; waiting for it"
             ),
             Self::RouterBack => f.write_str("the router is back"),
-            Self::NoPose { key, objects } => {
-                let objects = objects_in_words(objects);
-                write!(f, "no pose on {key} so far; {objects}")
+            Self::NoPose { unseen, objects } => {
+                let site = objects_in_words(objects);
+                let (seen, absent) = unseen.iter().partition(|object| objects.contains(object));
+                match (&names(seen)[..], &names(absent)[..]) {
+                    ("", "") => write!(f, "no pose of any object so far; {site}"),
+                    (late, "") => write!(f, "no pose of {late} so far: no camera sees its tags"),
+                    (_, absent) => write!(f, "no object {absent}: {site}; check --object"),
+                }
             }
             Self::NobodyListens(address) => {
                 write!(f, "no program listens at {address} yet; sending continues")
@@ -116,6 +121,11 @@ impl fmt::Display for Notice {
 
 /// Most names in a sentence.
 const MOST_NAMES: usize = 10;
+
+fn names(objects: Vec<&ObjectId>) -> String {
+    let names = objects.iter().map(|object| object.as_str());
+    names.collect::<Vec<_>>().join(", ")
+}
 
 /// The objects of a site as a clause: `the site has the objects a, b`.
 pub(crate) fn objects_in_words(objects: &[ObjectId]) -> String {

@@ -79,7 +79,7 @@ pub(super) struct HostTime {
 }
 
 impl ClockComparison {
-    /// Takes a round trip; one of impossible times is passed over.
+    /// Adds a round trip; ignores impossible times.
     pub(super) fn handle(&mut self, trip: &RoundTrip) {
         let Some(delay_ns) = trip.delay_ns() else {
             return;
@@ -131,8 +131,8 @@ impl ClockComparison {
         })
     }
 
-    /// The line of least squares through the round trips, each weighted by its delay beyond the least one, of which either way may have all; the
-    /// drift is known beforehand to be small. The least delay may be as uneven for all, which the errors of the fit do not show.
+    /// Weighted least-squares line through the offsets; each weight follows from the delay in excess of the minimum, with a zero-mean prior on the
+    /// drift. An asymmetry of the minimum delay is unobservable and not part of the errors of the fit.
     fn fit(&self) -> Option<Line> {
         let best = self.samples.iter().min_by_key(|sample| sample.delay_ns)?;
         let points: Vec<Point> = self

@@ -36,10 +36,12 @@ impl Outgoing {
 
 /// How far a browser has come.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Standing {
+pub(crate) enum JoinState {
     /// Its name is being taken on the network.
     Waiting,
     Joined,
+    /// Another connection with the same key has replaced this one.
+    Replaced,
     /// The session is to end, with the cause.
     Ended(String),
 }
@@ -57,7 +59,7 @@ struct Seat {
     number: u64,
     /// Chosen by the browser, which may take its own name again before its former connection has ended.
     key: String,
-    standing: watch::Sender<Standing>,
+    standing: watch::Sender<JoinState>,
 }
 
 impl Default for WebCameras {
@@ -75,7 +77,7 @@ pub(crate) struct Place {
     cameras: Arc<WebCameras>,
     camera: CameraId,
     number: u64,
-    pub(crate) standing: watch::Receiver<Standing>,
+    pub(crate) standing: watch::Receiver<JoinState>,
 }
 
 impl Drop for Place {
@@ -100,8 +102,7 @@ impl WebCameras {
         let mut seats = self.seats();
         match seats.get(&camera) {
             Some(seat) if seat.key == key => {
-                let elsewhere = "this device has connected again".to_owned();
-                seat.standing.send_replace(Standing::Ended(elsewhere));
+                seat.standing.send_replace(JoinState::Replaced);
             }
             Some(_) => return Err(taken(&camera)),
             None if seats.len() >= MAX_CAMERAS => {
@@ -110,7 +111,7 @@ impl WebCameras {
             None => {}
         }
         let number = self.n_seats.fetch_add(1, Ordering::Relaxed);
-        let (sender, standing) = watch::channel(Standing::Waiting);
+        let (sender, standing) = watch::channel(JoinState::Waiting);
         let seat = Seat {
             number,
             key: key.to_owned(),
@@ -132,16 +133,16 @@ impl WebCameras {
     /// The cameras that are to be on the network.
     pub(crate) fn names(&self) -> Vec<CameraId> {
         let seats = self.seats();
-        let is_wanted = |seat: &Seat| !matches!(*seat.standing.borrow(), Standing::Ended(_));
+        let is_wanted = |seat: &Seat| !matches!(*seat.standing.borrow(), JoinState::Ended(_));
         let wanted = seats.iter().filter(|(_, seat)| is_wanted(seat));
         wanted.map(|(camera, _)| camera.clone()).collect()
     }
 
     /// Tells a browser how far it has come.
-    pub(crate) fn set(&self, camera: &CameraId, standing: Standing) {
+    pub(crate) fn set(&self, camera: &CameraId, standing: JoinState) {
         if let Some(seat) = self.seats().get(camera) {
             seat.standing.send_if_modified(|now| {
-                let is_news = *now != standing && !matches!(now, Standing::Ended(_));
+                let is_news = *now != standing && !matches!(now, JoinState::Ended(_));
                 if is_news {
                     *now = standing;
                 }
@@ -180,11 +181,11 @@ mod tests {
         let first = cameras.enter(id("pocket"), "a").unwrap();
         assert!(cameras.enter(id("pocket"), "b").is_err());
         let again = cameras.enter(id("pocket"), "a").unwrap();
-        assert!(matches!(*first.standing.borrow(), Standing::Ended(_)));
+        assert_eq!(*first.standing.borrow(), JoinState::Replaced);
         drop(first);
         assert_eq!(cameras.names(), [id("pocket")]);
-        cameras.set(&id("pocket"), Standing::Joined);
-        assert_eq!(*again.standing.borrow(), Standing::Joined);
+        cameras.set(&id("pocket"), JoinState::Joined);
+        assert_eq!(*again.standing.borrow(), JoinState::Joined);
         drop(again);
         assert_eq!(cameras.names(), []);
     }

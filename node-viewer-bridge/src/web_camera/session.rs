@@ -40,10 +40,10 @@ pub(crate) struct Now {
     pub(crate) clock: HostClock,
 }
 
-/// What a browser says in text.
+/// Text messages from the browser.
 #[derive(Debug, Deserialize)]
 #[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
-enum Told {
+enum BrowserMessage {
     Pong {
         n: u64,
         received_us: u64,
@@ -51,10 +51,10 @@ enum Told {
     },
 }
 
-/// What a browser is told in text; `PROTOCOL.md` has the same.
+/// Text messages to the browser, specified in `PROTOCOL.md`.
 #[derive(Debug, Serialize, PartialEq)]
 #[serde(tag = "type", rename_all = "snake_case")]
-pub(crate) enum Tell<'a> {
+pub(crate) enum BridgeMessage<'a> {
     /// The camera is on the network.
     Joined {
         camera: &'a CameraId,
@@ -63,7 +63,7 @@ pub(crate) enum Tell<'a> {
     Ping {
         n: u64,
     },
-    /// How the camera fares, once a second.
+    /// Camera statistics, once a second.
     Report {
         /// Estimated error of the browser's clock, ms; none before the first round trip.
         clock_error_ms: Option<f64>,
@@ -247,7 +247,7 @@ impl Session {
         if !self.budget.take(now.monotonic_ns, text.len()) {
             return self.refuse(Refused::Budget.to_string());
         }
-        let Ok(Told::Pong {
+        let Ok(BrowserMessage::Pong {
             n,
             received_us,
             sent_us,
@@ -255,7 +255,7 @@ impl Session {
         else {
             return self.refuse(Refused::Text.to_string());
         };
-        // An answer to no question says nothing.
+        // Ignores a pong without a matching ping.
         let Some(place) = self.pings.iter().position(|(number, _)| *number == n) else {
             return;
         };
@@ -275,7 +275,7 @@ impl Session {
     }
 
     /// The question of a round trip that begins now.
-    pub(crate) fn ping(&mut self, now: &Now) -> Tell<'static> {
+    pub(crate) fn ping(&mut self, now: &Now) -> BridgeMessage<'static> {
         self.n_pings += 1;
         let pause_ns = match self.n_pings < FIRST_PINGS {
             true => FIRST_PING_NS,
@@ -286,13 +286,13 @@ impl Session {
             self.pings.pop_front();
         }
         self.pings.push_back((self.n_pings, now.wire_ns));
-        Tell::Ping { n: self.n_pings }
+        BridgeMessage::Ping { n: self.n_pings }
     }
 
-    /// How the camera fares.
-    pub(crate) fn report(&self, now: &Now, watched: bool, in_rig: bool) -> Tell<'_> {
+    /// Camera statistics.
+    pub(crate) fn report(&self, now: &Now, watched: bool, in_rig: bool) -> BridgeMessage<'_> {
         let time = self.clock.host_time(self.there(now));
-        Tell::Report {
+        BridgeMessage::Report {
             clock_error_ms: time.map(|time| time.error_ns as f64 / 1e6),
             published: self.published,
             refused: self.refused,
@@ -380,7 +380,7 @@ mod tests {
     fn session() -> Session {
         let mut session = Session::new(camera(), 0);
         let ping = session.ping(&now_at(0));
-        assert_eq!(ping, Tell::Ping { n: 1 });
+        assert_eq!(ping, BridgeMessage::Ping { n: 1 });
         let there_us = (START_NS + AHEAD_NS) / 1000 + 1000;
         let pong =
             format!(r#"{{"type":"pong","n":1,"received_us":{there_us},"sent_us":{there_us}}}"#);

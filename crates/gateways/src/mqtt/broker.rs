@@ -1,6 +1,6 @@
 //! A broker's address and the connection to it, by TCP or TLS.
 
-use crate::relay;
+use crate::relay::{self, HostAndPort};
 use rustls::pki_types::pem::PemObject;
 use rustls::pki_types::{CertificateDer, ServerName};
 use rustls::{ClientConfig, ClientConnection, RootCertStore, StreamOwned};
@@ -10,27 +10,17 @@ use sextant_pose_formats::{
 };
 use std::fmt;
 use std::io::{self, ErrorKind, Read, Write};
-use std::net::{TcpStream, ToSocketAddrs};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Time for a connection, an answer to a greeting, and a broker that takes nothing.
-const PATIENCE: Duration = Duration::from_secs(5);
-/// Longest wait for what a broker says, beside publishing.
-const GLANCE: Duration = Duration::from_millis(1);
-/// Between two signs of life. A broker that shortens the time of the greeting to less than this has none of its clients for long.
+/// Interval of pings.
 const PING: Duration = Duration::from_secs(3);
-/// Between two looks at what a broker says.
-const LOOK: Duration = Duration::from_millis(500);
-/// A broker that is silent for this long is gone.
-const SILENCE: Duration = Duration::from_secs(10);
 
 /// A broker.
 #[derive(Debug, Clone)]
 pub struct Broker {
-    host: String,
-    port: u16,
+    server: HostAndPort,
     tls: Option<Arc<ClientConfig>>,
 }
 
@@ -81,10 +71,9 @@ impl Broker {
             Some(_) => return Err(BrokerError::Address),
             None => (address, MQTT_PORT, false),
         };
-        let (host, port) = split_port(rest, usual_port).ok_or(BrokerError::Address)?;
+        let server = HostAndPort::parse(rest, usual_port).ok_or(BrokerError::Address)?;
         let tls = is_secret.then(|| client_config(trust)).transpose()?;
-        let host = host.to_owned();
-        Ok(Self { host, port, tls })
+        Ok(Self { server, tls })
     }
 
     /// Whether what is sent can be read on the way.
@@ -95,15 +84,15 @@ impl Broker {
 
     /// Connects, and waits until the greeting is accepted.
     pub(super) fn connect(&self, greeting: &MqttGreeting) -> Result<Connection, BrokerError> {
-        let tcp = self.dial()?;
+        let tcp = self.server.dial()?;
         tcp.set_nodelay(true)?;
-        tcp.set_write_timeout(Some(PATIENCE))?;
-        tcp.set_read_timeout(Some(PATIENCE))?;
+        tcp.set_write_timeout(Some(relay::CONNECT_TIMEOUT))?;
+        tcp.set_read_timeout(Some(relay::CONNECT_TIMEOUT))?;
         let handle = tcp.try_clone()?;
         let stream: Box<dyn Stream> = match &self.tls {
             None => Box::new(tcp),
             Some(config) => {
-                let name = ServerName::try_from(self.host.clone());
+                let name = ServerName::try_from(self.server.host().to_owned());
                 let name = name.map_err(|_| BrokerError::Address)?;
                 let tls = ClientConnection::new(Arc::clone(config), name);
                 Box::new(StreamOwned::new(tls.map_err(io::Error::other)?, tcp))
@@ -120,11 +109,11 @@ impl Broker {
             look_due: now,
         };
         connection.write(&greeting.to_bytes())?;
-        while now.elapsed() < PATIENCE {
+        while now.elapsed() < relay::CONNECT_TIMEOUT {
             connection.read()?;
             match connection.reader.next_answer() {
                 Ok(Some(MqttAnswer::Accepted)) => {
-                    handle.set_read_timeout(Some(GLANCE))?;
+                    handle.set_read_timeout(Some(relay::READ_TIMEOUT))?;
                     return Ok(connection);
                 }
                 Ok(Some(MqttAnswer::Refused(cause) | MqttAnswer::Ended(cause))) => {
@@ -136,43 +125,12 @@ impl Broker {
         }
         Err(BrokerError::Silent)
     }
-
-    fn dial(&self) -> io::Result<TcpStream> {
-        let mut last = io::Error::new(ErrorKind::NotFound, "the host has no address");
-        for address in (self.host.as_str(), self.port).to_socket_addrs()? {
-            match TcpStream::connect_timeout(&address, PATIENCE) {
-                Ok(stream) => return Ok(stream),
-                Err(error) => last = error,
-            }
-        }
-        Err(last)
-    }
 }
 
 impl fmt::Display for Broker {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.host.contains(':') {
-            true => write!(f, "[{}]:{}", self.host, self.port),
-            false => write!(f, "{}:{}", self.host, self.port),
-        }
+        self.server.fmt(f)
     }
-}
-
-/// `HOST`, `HOST:PORT`, `[IPV6]` or `[IPV6]:PORT`.
-fn split_port(text: &str, usual: u16) -> Option<(&str, u16)> {
-    let (host, port) = match text.strip_prefix('[').and_then(|rest| rest.split_once(']')) {
-        Some((host, "")) => (host, None),
-        Some((host, rest)) => (host, Some(rest.strip_prefix(':')?)),
-        None => match text.split_once(':') {
-            Some((host, port)) => (host, Some(port)),
-            None => (text, None),
-        },
-    };
-    let port = match port {
-        Some(port) => port.parse().ok().filter(|port| *port != 0)?,
-        None => usual,
-    };
-    (!host.is_empty() && !host.contains('/')).then_some((host, port))
 }
 
 fn client_config(trust: Tls<'_>) -> Result<Arc<ClientConfig>, BrokerError> {
@@ -238,14 +196,14 @@ impl relay::Connection for Connection {
         if now < self.look_due {
             return Ok(());
         }
-        self.look_due = now + LOOK;
+        self.look_due = now + relay::POLL_PERIOD;
         self.read()?;
         while let Some(answer) = self.reader.next_answer().map_err(|_| BrokerError::NoMqtt)? {
             if let MqttAnswer::Ended(cause) = answer {
                 return Err(BrokerError::Ended(cause));
             }
         }
-        match self.heard.elapsed() < SILENCE {
+        match self.heard.elapsed() < relay::SERVER_SILENCE {
             true => Ok(()),
             false => Err(BrokerError::Silent),
         }

@@ -83,13 +83,13 @@ fn grants(keys: &Keys, member: &Member) -> Grants {
             reads: vec![everything],
             ..Grants::default()
         },
-        // On the network it is a page that speaks for it.
+        // A phone has no link of its own; the page publishes for it.
         Role::Phone => Grants::default(),
     }
 }
 
 /// Adds to the permissions of a page those of a phone's camera.
-fn speak_for(page: &mut Grants, keys: &Keys, phone: &Member) {
+fn grant_phone(page: &mut Grants, keys: &Keys, phone: &Member) {
     let camera = Member {
         role: Role::Camera,
         ..phone.clone()
@@ -118,7 +118,7 @@ pub(super) fn access_control<'a>(
     for &member in members.iter().filter(|member| member.role != Role::Phone) {
         let mut granted = grants(keys, member);
         if member.role.has_page() {
-            phones().for_each(|phone| speak_for(&mut granted, keys, phone));
+            phones().for_each(|phone| grant_phone(&mut granted, keys, phone));
         }
         let id = &member.common_name;
         subjects.push(json!({ "id": id, (proof.property()): [id] }));
@@ -301,9 +301,9 @@ mod tests {
     }
 
     #[test]
-    fn pages_speak_for_phones_and_for_no_other_camera() {
+    fn pages_publish_for_phones_and_for_no_other_camera() {
         let mut page = grants(&keys(), &member("desk", Role::Viewer));
-        speak_for(&mut page, &keys(), &member("pocket", Role::Phone));
+        grant_phone(&mut page, &keys(), &member("pocket", Role::Phone));
         assert!(includes(&page.puts, "camera/pocket/observations"));
         assert!(includes(&page.tokens, "alive/camera/pocket"));
         assert!(!includes(&page.puts, "camera/north/observations"));

@@ -7,7 +7,7 @@ import { find } from "../panels/dom.ts";
 import { enter } from "../session.ts";
 import { remember, remembered } from "../storage.ts";
 import { Source, type Wanted } from "./source.ts";
-import { nowMs, type FromWorker, type Report, type Seen, type ToWorker } from "./words.ts";
+import { nowMs, type FromWorker, type Report, type DetectionResult, type ToWorker } from "./words.ts";
 
 const SIZES: [number, number][] = [
   [640, 480],
@@ -168,7 +168,7 @@ function showLink(condition: string, words: string): void {
   link.textContent = words;
 }
 
-function draw({ outlines: tags, size: [width, height] }: Seen): void {
+function draw({ outlines: tags, size: [width, height] }: DetectionResult): void {
   const pen = outlines.getContext("2d");
   if (!pen) return;
   [outlines.width, outlines.height] = [width, height];
@@ -186,7 +186,7 @@ function draw({ outlines: tags, size: [width, height] }: Seen): void {
   }
 }
 
-function showFacts(seen: Seen): void {
+function showFacts(seen: DetectionResult): void {
   const { brightness, sharpness } = seen.light;
   const light = brightness < LIGHT[0] ? "too dark" : brightness > LIGHT[1] ? "too bright" : "good";
   const focus = sharpness === 0 ? "no edges" : sharpness < LEAST_SHARPNESS ? "blurred" : "sharp";

@@ -52,7 +52,7 @@ export class Source {
       const captureMs = performance.timeOrigin + (isArrival ? now : captured);
       if ("VideoFrame" in window) {
         const image = new VideoFrame(this.video);
-        // The element may have gone on to a newer image than the one that is told of.
+        // The video element may already show a newer frame than this callback reports.
         const newerMs = image.timestamp / 1000 - metadata.mediaTime * 1000;
         take({ image, captureMs: captureMs + (Math.abs(newerMs) < LONGEST_LATENCY_MS ? newerMs : 0), isArrival });
       } else void createImageBitmap(this.video).then((image) => take({ image, captureMs, isArrival }));

@@ -9,7 +9,10 @@ const SILENCE_MS = 4000;
 /** With so many bytes waiting, newer messages are dropped. */
 const MOST_WAITING = 64 * 1024;
 
+/** Close codes with a reason for the user; after the last two the connection is not tried again. */
 const POLICY = 1008;
+const REPLACED = 4000;
+const INVALID_LINK = 4001;
 
 export class Uplink {
   #socket: WebSocket | null = null;
@@ -47,14 +50,14 @@ export class Uplink {
     const socket = new WebSocket(this.url);
     this.tell({ type: "link", condition: "connecting", words: "connecting" });
     socket.onmessage = ({ data }: MessageEvent<unknown>) => socket === this.#socket && this.#take(socket, data);
-    socket.onclose = ({ code, reason }) => this.#lost(socket, code === POLICY ? reason : "");
+    socket.onclose = ({ code, reason }) => this.#lost(socket, [POLICY, REPLACED, INVALID_LINK].includes(code) ? reason : "", code !== REPLACED && code !== INVALID_LINK);
     this.#socket = socket;
     this.#watch(socket);
   }
 
   #watch(socket: WebSocket): void {
     clearTimeout(this.#timer);
-    this.#timer = setTimeout(() => this.#lost(socket, ""), SILENCE_MS) as unknown as number;
+    this.#timer = setTimeout(() => this.#lost(socket, "", true), SILENCE_MS) as unknown as number;
   }
 
   #take(socket: WebSocket, data: unknown): void {
@@ -74,10 +77,11 @@ export class Uplink {
     }
   }
 
-  #lost(socket: WebSocket, reason: string): void {
+  #lost(socket: WebSocket, reason: string, retries: boolean): void {
     if (socket !== this.#socket) return;
     this.close();
     this.tell({ type: "link", condition: reason ? "refused" : "lost", words: reason || "connection lost, retrying" });
+    if (!retries) return;
     this.#timer = setTimeout(() => this.#open(), this.#retryMs * (0.8 + 0.4 * Math.random())) as unknown as number;
     this.#retryMs = Math.min(this.#retryMs * 1.6, LAST_RETRY_MS);
   }

@@ -2,7 +2,7 @@
 
 import type { Light, Point } from "../../../../clients/web/dist/sextant.js";
 
-export interface Beginning {
+export interface StartMessage {
   type: "begin";
   /** The bridge's WebSocket, with name and key. */
   url: string;
@@ -14,7 +14,7 @@ export interface Beginning {
 }
 
 /** An image: it is the worker's to close. */
-export interface Taken {
+export interface FrameMessage {
   type: "taken";
   image: VideoFrame | ImageBitmap;
   /** ms since the Unix epoch by this device's clock. */
@@ -26,9 +26,9 @@ export interface Taken {
   captured: number;
 }
 
-export type ToWorker = Beginning | Taken | { type: "end" };
+export type ToWorker = StartMessage | FrameMessage | { type: "end" };
 
-export interface Seen {
+export interface DetectionResult {
   type: "seen";
   outlines: { id: number; corners: Point[] }[];
   size: [number, number];
@@ -49,7 +49,7 @@ export interface Report {
 }
 
 export type Link = { type: "link"; condition: "connecting" | "joined" | "lost" | "refused"; words: string };
-export type FromWorker = Seen | Report | Link | { type: "ready" } | { type: "failed"; cause: string };
+export type FromWorker = DetectionResult | Report | Link | { type: "ready" } | { type: "failed"; cause: string };
 
 /** Now, ms since the Unix epoch by a clock that does not step. The page's and a worker's may differ by how the device's was set between their beginnings. */
 export const nowMs = () => performance.timeOrigin + performance.now();

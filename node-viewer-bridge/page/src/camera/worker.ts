@@ -3,7 +3,7 @@
 import { Detector } from "../../../../clients/web/dist/sextant.js";
 import { detect, drawn, sizeOf } from "./pixels.ts";
 import { Uplink } from "./uplink.ts";
-import { nowMs, type Beginning, type FromWorker, type Taken, type ToWorker } from "./words.ts";
+import { nowMs, type StartMessage, type FromWorker, type FrameMessage, type ToWorker } from "./words.ts";
 
 const STATUS_MS = 1000;
 const PICTURE_MS = 500;
@@ -31,16 +31,16 @@ class Camera {
 
   constructor(
     private readonly detector: Detector,
-    private readonly beginning: Beginning,
+    private readonly start: StartMessage,
   ) {
-    this.#uplink = new Uplink(beginning.url, (message) => {
+    this.#uplink = new Uplink(start.url, (message) => {
       if (message.type === "report") this.#watched = message.watched;
       tell(message);
     });
   }
 
-  async take({ image, captureMs, isArrival, sentMs, captured }: Taken): Promise<void> {
-    const { camera } = this.beginning;
+  async take({ image, captureMs, isArrival, sentMs, captured }: FrameMessage): Promise<void> {
+    const { camera } = this.start;
     const received = nowMs();
     this.#aheadMs = Math.min(this.#aheadMs, received - sentMs);
     this.#captured = captured;
@@ -54,7 +54,7 @@ class Camera {
     const outlines = tags.map(({ id, corners }) => ({ id, corners }));
     tell({ type: "seen", outlines, size: sizeOf(image), light: this.detector.light(), rateHz: this.#rateHz(), detectMs: detected - received });
     this.#sendStatus(detected);
-    if (this.beginning.pictures && this.#watched && this.#uplink.joined && detected >= this.#pictureDue) {
+    if (this.start.pictures && this.#watched && this.#uplink.joined && detected >= this.#pictureDue) {
       this.#pictureDue = detected + PICTURE_MS;
       await this.#sendPicture(image, sequence, times.captureNs);
     }
@@ -73,7 +73,7 @@ class Camera {
       detectMs: [rank(0.5), rank(0.99)] as [number, number],
       uptimeS: Math.floor((now - this.#begun) / 1000),
     };
-    this.#uplink.send(this.detector.status(this.beginning.camera, this.beginning.host, figures));
+    this.#uplink.send(this.detector.status(this.start.camera, this.start.host, figures));
   }
 
   async #sendPicture(image: VideoFrame | ImageBitmap, sequence: number, captureNs: bigint): Promise<void> {
@@ -81,7 +81,7 @@ class Camera {
     const canvas = drawn(image, Math.min(1, PICTURE_WIDTH / size[0]));
     const blob = await canvas.convertToBlob({ type: "image/jpeg", quality: PICTURE_QUALITY });
     const jpeg = new Uint8Array(await blob.arrayBuffer());
-    this.#uplink.send(this.detector.preview(this.beginning.camera, sequence, captureNs, size, jpeg));
+    this.#uplink.send(this.detector.preview(this.start.camera, sequence, captureNs, size, jpeg));
   }
 
   #rateHz(): number {
@@ -97,13 +97,20 @@ class Camera {
 }
 
 let camera: Camera | null = null;
+/** Counts beginnings and ends: a detector that was loaded meanwhile is not used. */
+let run = 0;
 
 async function obey(message: ToWorker): Promise<void> {
   switch (message.type) {
-    case "begin":
+    case "begin": {
+      const own = ++run;
       camera?.end();
-      camera = new Camera(await Detector.load({ families: message.families, tracking: true }), message);
+      camera = null;
+      const detector = await Detector.load({ families: message.families, tracking: true });
+      if (own !== run) return;
+      camera = new Camera(detector, message);
       return tell({ type: "ready" });
+    }
     case "taken":
       try {
         await camera?.take(message);
@@ -113,6 +120,7 @@ async function obey(message: ToWorker): Promise<void> {
       }
       return;
     case "end":
+      run++;
       camera?.end();
       camera = null;
   }
