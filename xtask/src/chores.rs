@@ -14,6 +14,7 @@ pub fn fmt() -> Result<(), String> {
 }
 
 pub fn lint() -> Result<(), String> {
+    crate::suites::patches_apply()?;
     run(
         "cargo",
         &[

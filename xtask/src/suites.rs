@@ -87,22 +87,17 @@ const BREAKS: &str = "Breaks: ";
 /// Plants each fault of `tests/simulation/planted` in a copy of the last commit, and has the simulation find it.
 pub fn planted() -> Result<(), String> {
     let copy = root().join("target/planted");
-    let (at, origin) = (copy.to_string_lossy().into_owned(), root());
+    let at = copy.to_string_lossy().into_owned();
     if !copy.is_dir() {
-        run("git", &["clone", "--quiet", &origin.to_string_lossy(), &at])?;
+        run("git", &["clone", "--quiet", &root().to_string_lossy(), &at])?;
     }
     let git = |arguments: &[&str]| run("git", &[&["-C", &at], arguments].concat());
     git(&["fetch", "--quiet", "origin", "HEAD"])?;
     let reset = || git(&["checkout", "--quiet", "--force", "--detach", "FETCH_HEAD"]);
-    let folder = origin.join("tests/simulation/planted");
-    let of_folder = |cause| format!("{}: {cause}", folder.display());
-    let entries = std::fs::read_dir(&folder).map_err(of_folder)?;
-    let mut patches: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
-    patches.sort();
     let mut missed = Vec::new();
-    for patch in &patches {
+    for patch in &planted_patches()? {
         let name = patch.file_stem().unwrap_or_default().to_string_lossy();
-        let text = std::fs::read_to_string(patch).map_err(of_folder)?;
+        let text = std::fs::read_to_string(patch).map_err(|cause| format!("{name}: {cause}"))?;
         let promise = text.lines().find_map(|line| line.strip_prefix(BREAKS));
         let promise = promise.ok_or_else(|| format!("{name}: no line '{BREAKS}...'"))?;
         reset()?;
@@ -119,6 +114,23 @@ pub fn planted() -> Result<(), String> {
         [] => Ok(()),
         _ => Err(format!("not found: {}", missed.join(", "))),
     }
+}
+
+fn planted_patches() -> Result<Vec<PathBuf>, String> {
+    let folder = root().join("tests/simulation/planted");
+    let entries =
+        std::fs::read_dir(&folder).map_err(|cause| format!("{}: {cause}", folder.display()))?;
+    let mut patches: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
+    patches.sort();
+    Ok(patches)
+}
+
+/// Whether every planted fault still fits the code that it breaks.
+pub fn patches_apply() -> Result<(), String> {
+    for patch in planted_patches()? {
+        run("git", &["apply", "--check", &patch.to_string_lossy()])?;
+    }
+    Ok(())
 }
 
 /// What the simulation of a copy of this workspace says of the first promise that is broken.
