@@ -107,10 +107,12 @@ fn wait_readable(fd: BorrowedFd<'_>, timeout: Duration) {
         events: libc::POLLIN,
         revents: 0,
     };
-    // Rounded up, so that the last fraction of a millisecond does not spin.
-    let timeout_ms = i32::try_from(timeout.as_micros().div_ceil(1000)).unwrap_or(i32::MAX);
-    // SAFETY: `poll` is one valid pollfd, and its descriptor stays open through the borrow.
-    unsafe { libc::poll(&raw mut poll, 1, timeout_ms) };
+    let timeout = libc::timespec {
+        tv_sec: libc::time_t::try_from(timeout.as_secs()).unwrap_or(libc::time_t::MAX),
+        tv_nsec: timeout.subsec_nanos().cast_signed().into(),
+    };
+    // SAFETY: `poll` is one valid pollfd, whose descriptor stays open through the borrow; the mask of signals stays as it is.
+    unsafe { libc::ppoll(&raw mut poll, 1, &raw const timeout, std::ptr::null()) };
 }
 
 #[cfg(test)]
