@@ -2,7 +2,8 @@
 //!
 //! Each image is drawn ahead of its time and handed over when a real camera would have finished exposing it, so that the
 //! time of drawing is not mistaken for latency. A host too slow for that hands images over late; when one would be later
-//! than [`LATEST_NS`] it is passed over and counts as lost.
+//! than [`LATEST_NS`] it is passed over and counts as lost. Drawing waits a little where there is time, since it would take
+//! the processors from those who work on the image before.
 
 use std::time::Duration;
 
@@ -19,6 +20,8 @@ use crate::config::SourceConfig;
 
 /// How late an image may be begun, in ns: three images of a usual camera.
 const LATEST_NS: u64 = 100_000_000;
+/// How long drawing waits at most after an image.
+const LONGEST_REST_NS: u64 = 20_000_000;
 /// How long one call waits at most.
 const LONGEST_WAIT: Duration = Duration::from_millis(200);
 
@@ -41,6 +44,9 @@ pub(crate) struct SimulatedCamera {
     due_ns: u64,
     /// Whether that image is drawn already and waits for its time.
     is_drawn: bool,
+    /// When the last image was handed over, and how long it took to draw it.
+    handed_over_ns: u64,
+    drawing_ns: u64,
 }
 
 /// Sets the exposure by hand; brightness follows, within what the sensor can do.
@@ -132,7 +138,16 @@ impl SimulatedCamera {
             sequence: 0,
             due_ns,
             is_drawn: false,
+            handed_over_ns: 0,
+            drawing_ns: u64::MAX,
         })
+    }
+
+    /// When to begin to draw the next image: after a quarter of the time between two, or so early that it may take twice as long as the last
+    /// one.
+    fn drawing_begins_ns(&self) -> u64 {
+        let latest_ns = (self.complete_ns()).saturating_sub(self.drawing_ns.saturating_mul(2));
+        latest_ns.min(self.handed_over_ns + LONGEST_REST_NS.min(self.schedule.period_ns() / 4))
     }
 
     /// Passes over the images that it is too late for.
@@ -178,10 +193,16 @@ impl ImageSource for SimulatedCamera {
 
     fn next(&mut self, pixels: &mut [u8], shutdown: &Shutdown) -> Result<Next, SourceError> {
         if !self.is_drawn {
-            self.catch_up(now_ns());
+            let wait = self.drawing_begins_ns().saturating_sub(now_ns());
+            if shutdown.wait(Duration::from_nanos(wait)) {
+                return Ok(Next::Nothing);
+            }
+            let begun_ns = now_ns();
+            self.catch_up(begun_ns);
             self.renderer
                 .render(self.due_ns, pixels)
                 .map_err(|cause| SourceError::new(Exit::Fault, cause.to_string()))?;
+            self.drawing_ns = now_ns().saturating_sub(begun_ns);
             self.is_drawn = true;
         }
         let wait = Duration::from_nanos(self.complete_ns().saturating_sub(now_ns()));
@@ -189,6 +210,7 @@ impl ImageSource for SimulatedCamera {
             return Ok(Next::Nothing);
         }
         let capture = self.capture();
+        self.handed_over_ns = now_ns();
         self.advance();
         self.is_drawn = false;
         Ok(Next::Image(capture))
