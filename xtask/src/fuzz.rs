@@ -6,7 +6,7 @@ use std::fs;
 use std::process::Command;
 
 /// Each target's seconds where the variable below says nothing: enough to notice what one input in ten thousand does.
-const SECONDS: u32 = 10;
+const SECONDS: u32 = 5;
 const SECONDS_VARIABLE: &str = "SEXTANT_FUZZ_SECONDS";
 /// Coverage of edges, comparisons as hints.
 const FLAGS: &[&str] = &[
