@@ -18,6 +18,7 @@ mod part;
 mod preview;
 mod run;
 mod settings_files;
+mod site_models;
 mod source;
 mod supervise;
 
@@ -28,6 +29,7 @@ pub use config::{
 pub use part::Part;
 pub use preview::JpegMaker;
 pub use run::{CameraArguments, ProgramArguments, run};
+pub use site_models::SiteModels;
 pub use source::examine::examine;
 pub use source::v4l2::probe;
 pub use source::{Capture, ImageSource, Next, Reconfigured, SourceError};

@@ -13,25 +13,56 @@ use sextant_proto::{AnyMessage, KeyRef, Keys, NodeKind};
 use sextant_proto::{
     FusionStatus, NodeId, ObjectConfig, ObjectLinks, ObjectPose, Observations, Proposal,
 };
-use sextant_site_mirror::{Rejection, Update};
+use sextant_site_mirror::{Rejection, Renewal, Update};
 use sextant_site_model::ImageObservation;
 use sextant_zenoh_bus::{Item, Presence};
 use std::collections::BTreeSet;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Hands messages to the mirror of the site, and what they bring to the hub and the wizards; counts those that it cannot show.
 pub(crate) struct Forwarder {
     keys: Keys,
     shared: Arc<Shared>,
+    renewal: Mutex<Renewal<Item>>,
 }
 
 impl Forwarder {
     pub(crate) fn new(keys: Keys, shared: Arc<Shared>) -> Self {
-        Self { keys, shared }
+        Self {
+            keys,
+            shared,
+            renewal: Mutex::default(),
+        }
+    }
+
+    /// When kept messages are asked for.
+    pub(crate) fn renewal(&self) -> MutexGuard<'_, Renewal<Item>> {
+        self.renewal.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// A message that was published; models wait while kept ones are asked for.
+    pub(crate) fn receive(&self, item: Item) {
+        let is_model = self
+            .keys
+            .parse(&item.key)
+            .is_some_and(|key| key.is_config());
+        let item = match is_model {
+            true => self.renewal().hold(item),
+            false => Some(item),
+        };
+        if let Some(item) = item {
+            self.take(&item);
+        }
+    }
+
+    /// The kept messages that were asked for.
+    pub(crate) fn answered(&self, items: &[Item]) {
+        let later = self.renewal().answered();
+        items.iter().chain(&later).for_each(|item| self.take(item));
     }
 
     /// A message of the network. Keys below the site that mean nothing to us belong to others and are passed over.
-    pub(crate) fn take(&self, item: &Item) {
+    fn take(&self, item: &Item) {
         fail_point!("intake");
         let Some(key) = self.keys.parse(&item.key) else {
             return;
@@ -42,15 +73,18 @@ impl Forwarder {
         }
     }
 
-    /// Takes a change of liveliness; returns the kind of a node that appeared.
-    pub(crate) fn presence(&self, presence: &Presence) -> Option<NodeKind> {
+    /// Takes a change of liveliness.
+    pub(crate) fn presence(&self, presence: &Presence) {
         let (key, up) = match presence {
             Presence::Joined(key) => (key, true),
             Presence::Left(key) => (key, false),
         };
-        let KeyRef::Alive(kind, id) = self.keys.parse(key)? else {
-            return None;
+        let Some(KeyRef::Alive(kind, id)) = self.keys.parse(key) else {
+            return;
         };
+        if kind == NodeKind::Fusion && up {
+            self.renewal().joined();
+        }
         let message = Message::Alive {
             kind: kind.as_str(),
             id: &id,
@@ -72,7 +106,6 @@ impl Forwarder {
             true => hub.publish_lasting(&slot, frame),
             false => hub.publish(&slot, frame),
         };
-        up.then_some(kind)
     }
 
     fn try_take(&self, key: &KeyRef, item: &Item) -> Result<(), Rejection> {

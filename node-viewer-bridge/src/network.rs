@@ -6,7 +6,7 @@ use crate::forwarder::Forwarder;
 use crate::shared::Shared;
 use crate::wizard::Outgoing;
 use anyhow::anyhow;
-use sextant_process::{Exit, Shutdown, WithExit, fail_point};
+use sextant_process::{Exit, Shutdown, WithExit, fail_point, monotonic_ns};
 use sextant_proto::{Keys, Message, NodeKind, limits};
 use sextant_zenoh_bus::{
     AliveWatch, Bus, BusError, CallbackSubscription, ControlProbe, Qos, RawPublisher,
@@ -126,7 +126,7 @@ fn subscribe(
 ) -> Result<CallbackSubscription, BusError> {
     let forwarder = Arc::clone(forwarder);
     bus.subscribe_with(stream, limits::MAX_PAYLOAD_BYTES, move |item| {
-        forwarder.take(&item);
+        forwarder.receive(item);
     })
 }
 
@@ -149,9 +149,11 @@ impl NetworkSession<'_> {
         while !is_over() {
             fail_point!("network");
             self.shared.note_network_turn();
-            if let Some(presence) = watch.recv_timeout(LONGEST_WAIT)
-                && self.forwarder.presence(&presence) == Some(NodeKind::Fusion)
-            {
+            if let Some(presence) = watch.recv_timeout(LONGEST_WAIT) {
+                self.forwarder.presence(&presence);
+            }
+            let is_due = self.forwarder.renewal().take_due(monotonic_ns());
+            if is_due {
                 self.ask_for_latest()?;
             }
             self.ask_for_pictures()?;
@@ -160,7 +162,7 @@ impl NetworkSession<'_> {
             let now = Instant::now();
             probe.check(self.bus, now)?;
             if now >= check_due {
-                self.check_connection()?;
+                self.check_connection();
                 check_due = now + CHECK_PERIOD;
             }
         }
@@ -220,24 +222,22 @@ impl NetworkSession<'_> {
         Ok(())
     }
 
-    /// After a lost connection the bridge queries kept messages again: it may have missed some.
-    fn check_connection(&self) -> anyhow::Result<()> {
+    fn check_connection(&self) {
         let now = self.bus.is_connected();
+        self.forwarder.renewal().link(now);
         let before = self.shared.connected.swap(now, Ordering::Relaxed);
-        if now && !before {
-            self.ask_for_latest()?;
-        } else if before && !now {
+        if before && !now {
             tracing::warn!("the connection to the site's network is lost; waiting for it");
         }
-        Ok(())
     }
 
     fn ask_for_latest(&self) -> anyhow::Result<()> {
         let everything = self.keys.everything();
-        let items = self
-            .bus
-            .latest(&everything, limits::MAX_PAYLOAD_BYTES, QUERY_TIMEOUT)?;
-        items.iter().for_each(|item| self.forwarder.take(item));
+        let longest = limits::MAX_PAYLOAD_BYTES;
+        let items = self.bus.latest(&everything, longest, QUERY_TIMEOUT);
+        self.forwarder
+            .answered(items.as_deref().unwrap_or_default());
+        items?;
         Ok(())
     }
 }

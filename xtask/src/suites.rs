@@ -64,14 +64,8 @@ pub fn system() -> Result<(), String> {
 
 /// Whole sites in simulated time.
 pub fn simulate(arguments: &[String]) -> Result<(), String> {
-    let run_it = [
-        "run",
-        "--release",
-        "--quiet",
-        "--package",
-        "site-simulation",
-        "--",
-    ];
+    // Not of its package: with the features of the whole workspace nothing is compiled anew.
+    let run_it = ["run", "--release", "--quiet", "--bin", "simulate", "--"];
     let arguments = arguments.iter().map(String::as_str);
     run(
         "cargo",
@@ -140,7 +134,7 @@ fn simulated(copy: &Path) -> Result<String, String> {
         // What the copy shares with this workspace is not compiled again.
         cargo.env("CARGO_TARGET_DIR", root().join("target"));
         cargo.current_dir(copy).args(arguments);
-        cargo.args(["--release", "--quiet", "--package", "site-simulation"]);
+        cargo.args(["--release", "--quiet", "--bin", "simulate"]);
         cargo
     };
     let built = cargo(&["build"])

@@ -7,7 +7,7 @@ mod server;
 pub use hub::HubCounts;
 
 use crate::report::Reporter;
-use crate::site::{RouterWatch, SiteSession, is_request};
+use crate::site::{ModelWatch, RouterWatch, SiteSession};
 use hub::{Hub, Lifetime};
 use sextant_process::now_ns;
 use sextant_process::shutdown::SHUTDOWN_POLL;
@@ -59,16 +59,20 @@ impl FoxgloveServer {
     /// # Errors
     /// A failed subscription or query.
     pub fn run(self, site: SiteSession) -> Result<HubCounts, BusError> {
+        let relayed = self.relay(&site);
+        self.runtime.shutdown_background();
+        site.bus.close();
+        relayed.map(|()| self.hub.counts())
+    }
+
+    fn relay(&self, site: &SiteSession) -> Result<(), BusError> {
         let intake = Intake {
             keys: site.keys.clone(),
             hub: Arc::clone(&self.hub),
             mirror: Mutex::default(),
+            models: ModelWatch::open(site, site.keys.all_config())?,
         };
-        let relayed =
-            Relay::start(&site, Arc::new(intake)).and_then(|relay| relay.run(&self.reporter));
-        self.runtime.shutdown_background();
-        site.bus.close();
-        relayed.map(|()| self.hub.counts())
+        Relay::start(site, Arc::new(intake))?.run(&self.reporter)
     }
 }
 
@@ -105,14 +109,10 @@ impl<'a> Relay<'a> {
 
     /// Until a signal.
     fn run(mut self, reporter: &Reporter) -> Result<(), BusError> {
-        let (mut router, mut was_connected) = (RouterWatch::default(), false);
+        let mut router = RouterWatch::default();
         while !self.site.shutdown.wait(SHUTDOWN_POLL) {
-            let is_connected = self.site.bus.is_connected();
-            if is_connected && !was_connected {
-                let items = self.site.configuration()?;
-                items.iter().for_each(|item| self.intake.take(item));
-            }
-            was_connected = is_connected;
+            let items = self.intake.models.poll(self.site)?;
+            items.iter().for_each(|item| self.intake.take(item));
             self.fetch_previews()?;
             if let Some(notice) = router.notice(&self.site.bus) {
                 reporter.report(&notice);
@@ -142,7 +142,7 @@ fn subscribe(
 ) -> Result<CallbackSubscription, BusError> {
     let intake = Arc::clone(intake);
     let take = move |item: Item| {
-        if !is_request(&intake.keys, &item) {
+        if let Some(item) = intake.models.admit(&intake.keys, item) {
             intake.take(&item);
         }
     };
@@ -155,6 +155,7 @@ struct Intake {
     keys: Keys,
     hub: Arc<Hub>,
     mirror: Mutex<SiteMirror>,
+    models: ModelWatch,
 }
 
 impl Intake {

@@ -1,7 +1,7 @@
 //! The poses of a running site, one after the other, to a receiver: shared by the gateways that pass on poses only.
 
 use crate::report::{Notice, Reporter};
-use crate::site::{RouterWatch, SiteSession, is_request, take};
+use crate::site::{ModelWatch, RouterWatch, SiteSession, take};
 use serde::Serialize;
 use sextant_process::now_ns;
 use sextant_process::shutdown::SHUTDOWN_POLL;
@@ -9,7 +9,7 @@ use sextant_proto::{AnyMessage, ObjectPose, limits};
 use sextant_site_mirror::SiteMirror;
 use sextant_site_mirror::limits::SILENCE_NS;
 use sextant_site_model::{ObjectId, ObjectModel};
-use sextant_zenoh_bus::{BusError, DropRule, Item, Subscription};
+use sextant_zenoh_bus::{BusError, DropRule, Subscription};
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
@@ -81,7 +81,7 @@ pub fn run<R: PoseReceiver>(
         DropRule::Oldest,
         limits::MAX_PAYLOAD_BYTES,
     )?;
-    let mut models = R::WANTS_MODELS
+    let models = R::WANTS_MODELS
         .then(|| Models::subscribe(&site))
         .transpose()?;
     let is_wanted = |object: &ObjectId| objects.is_empty() || objects.contains(object);
@@ -103,7 +103,7 @@ pub fn run<R: PoseReceiver>(
                 next = receiver.take(&pose)?;
             }
         }
-        if let Some(models) = &mut models {
+        if let Some(models) = &models {
             models.hand_on(&site, &mut mirror, &is_wanted, receiver)?;
         }
         receiver.tick();
@@ -130,30 +130,32 @@ pub fn run<R: PoseReceiver>(
 /// The models of a site's objects.
 struct Models {
     changes: Subscription,
-    /// Whether the router is a new one, whose models are unknown.
-    is_new: bool,
+    watch: ModelWatch,
 }
 
 impl Models {
     fn subscribe(site: &SiteSession) -> Result<Self, BusError> {
         let key = site.keys.all_config_objects();
         let most = limits::MAX_PAYLOAD_BYTES;
-        let changes = site.bus.subscribe(&key, QUEUE, DropRule::Oldest, most)?;
         Ok(Self {
-            changes,
-            is_new: true,
+            changes: site.bus.subscribe(&key, QUEUE, DropRule::Oldest, most)?,
+            watch: ModelWatch::open(site, key)?,
         })
     }
 
-    /// Hands on what is new. Waits for a second at most, when the router is new.
+    /// Hands on what is new. Waits for a second at most, when it has to be asked for.
     fn hand_on<R: PoseReceiver>(
-        &mut self,
+        &self,
         site: &SiteSession,
         mirror: &mut SiteMirror,
         is_wanted: &impl Fn(&ObjectId) -> bool,
         receiver: &mut R,
     ) -> Result<(), BusError> {
-        let mut hand_on = |item: &Item| {
+        let mut items = Vec::new();
+        let changes = std::iter::from_fn(|| self.changes.try_recv());
+        items.extend(changes.filter_map(|item| self.watch.admit(&site.keys, item)));
+        items.extend(self.watch.poll(site)?);
+        for item in &items {
             let update = take(&site.keys, mirror, item, now_ns());
             if let Some(AnyMessage::ObjectConfig(config)) = update.map(|update| update.message)
                 && is_wanted(&config.id)
@@ -161,16 +163,7 @@ impl Models {
             {
                 receiver.describe(&model);
             }
-        };
-        if self.is_new && site.bus.is_connected() {
-            site.object_models()?.iter().for_each(&mut hand_on);
         }
-        self.is_new = !site.bus.is_connected();
-        // What is asked for is not in force yet.
-        let changes = std::iter::from_fn(|| self.changes.try_recv());
-        changes
-            .filter(|item| !is_request(&site.keys, item))
-            .for_each(|item| hand_on(&item));
         Ok(())
     }
 }

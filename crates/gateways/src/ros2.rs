@@ -6,7 +6,7 @@
 mod publishers;
 
 use crate::report::{Notice, Reporter};
-use crate::site::{RouterWatch, SiteSession};
+use crate::site::{ModelWatch, RouterWatch, SiteSession};
 use publishers::Publishers;
 use serde::Serialize;
 use sextant_process::shutdown::SHUTDOWN_POLL;
@@ -121,15 +121,14 @@ impl Relay<'_> {
         let messages =
             site.bus
                 .subscribe_stream(&everything, WAITING, limits::MAX_PAYLOAD_BYTES)?;
-        let (mut router, mut is_new) = (RouterWatch::default(), true);
+        let models = ModelWatch::open(site, site.keys.all_config())?;
+        let mut router = RouterWatch::default();
         let mut diagnostics_due = Instant::now();
         while !site.shutdown.is_requested() {
-            if is_new && site.bus.is_connected() {
-                let items = site.configuration()?;
-                items.iter().try_for_each(|item| self.take(site, item))?;
-            }
-            is_new = !site.bus.is_connected();
-            if let Some(item) = messages.recv_timeout(SHUTDOWN_POLL) {
+            let items = models.poll(site)?;
+            items.iter().try_for_each(|item| self.take(site, item))?;
+            let message = messages.recv_timeout(SHUTDOWN_POLL);
+            if let Some(item) = message.and_then(|item| models.admit(&site.keys, item)) {
                 self.take(site, &item)?;
             }
             if Instant::now() >= diagnostics_due {

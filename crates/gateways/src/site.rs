@@ -3,9 +3,12 @@
 use crate::report::{Notice, objects_in_words};
 use sextant_process::{Shutdown, now_ns};
 use sextant_proto::{ANNOUNCED, KeyRef, Keys, Message, SiteId, limits};
-use sextant_site_mirror::{SiteMirror, Update};
+use sextant_site_mirror::{Renewal, SiteMirror, Update};
 use sextant_site_model::ObjectId;
-use sextant_zenoh_bus::{Bus, BusError, BusOptions, Item, Presence, Role, Security, why_no_router};
+use sextant_zenoh_bus::{
+    AliveWatch, Bus, BusError, BusOptions, Item, Presence, Role, Security, why_no_router,
+};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// How long a router may take to answer.
@@ -116,22 +119,6 @@ impl SiteSession {
         Ok(items.iter().filter_map(|item| item.decode().ok()).collect())
     }
 
-    /// Rig and objects as the fusion nodes have them. Waits for a second at most.
-    ///
-    /// # Errors
-    /// A session that is closed.
-    pub fn configuration(&self) -> Result<Vec<Item>, BusError> {
-        self.last_items(&self.keys.all_config())
-    }
-
-    /// The objects as the fusion nodes have them, in the order of their names. Waits for a second at most.
-    ///
-    /// # Errors
-    /// A session that is closed.
-    pub fn object_models(&self) -> Result<Vec<Item>, BusError> {
-        self.last_items(&self.keys.all_config_objects())
-    }
-
     fn last_items(&self, key: &str) -> Result<Vec<Item>, BusError> {
         self.bus.latest(key, limits::MAX_PAYLOAD_BYTES, ANSWER)
     }
@@ -146,6 +133,71 @@ impl SiteSession {
     /// The objects that the site has, for a person who waits for messages of another one. Takes up to two seconds.
     pub fn objects_in_words(&self) -> String {
         objects_in_words(&self.objects())
+    }
+}
+
+/// Asks for the models in force whenever they may have changed unnoticed.
+#[derive(Debug)]
+pub struct ModelWatch {
+    key: String,
+    tokens: AliveWatch,
+    renewal: Mutex<Renewal<Item>>,
+    clock: Instant,
+}
+
+impl ModelWatch {
+    /// For the models under a key or several. Subscribe to them before.
+    ///
+    /// # Errors
+    /// A session that is closed.
+    pub fn open(site: &SiteSession, key: String) -> Result<Self, BusError> {
+        Ok(Self {
+            key,
+            tokens: site.bus.watch_alive(&site.keys.all_fusion_alive())?,
+            renewal: Mutex::default(),
+            clock: Instant::now(),
+        })
+    }
+
+    /// Takes a message that was published: it is to be handled now if it is returned, else it is among those of [`poll`](Self::poll). Requests,
+    /// which are not in force, are left out.
+    pub fn admit(&self, site: &Keys, item: Item) -> Option<Item> {
+        if is_request(site, &item) {
+            return None;
+        }
+        let is_model = site.parse(&item.key).is_some_and(|key| key.is_config());
+        match is_model {
+            true => self.renewal().hold(item),
+            false => Some(item),
+        }
+    }
+
+    /// The models, where they had to be asked for. Waits for a second at most.
+    ///
+    /// # Errors
+    /// A session that is closed.
+    pub fn poll(&self, site: &SiteSession) -> Result<Vec<Item>, BusError> {
+        while let Some(presence) = self.tokens.try_recv() {
+            if matches!(presence, Presence::Joined(_)) {
+                self.renewal().joined();
+            }
+        }
+        let now_ns = u64::try_from(self.clock.elapsed().as_nanos()).unwrap_or(u64::MAX);
+        let mut renewal = self.renewal();
+        renewal.link(site.bus.is_connected());
+        if !renewal.take_due(now_ns) {
+            return Ok(Vec::new());
+        }
+        drop(renewal);
+        let answers = site.last_items(&self.key);
+        let later = self.renewal().answered();
+        let mut items = answers?;
+        items.extend(later);
+        Ok(items)
+    }
+
+    fn renewal(&self) -> MutexGuard<'_, Renewal<Item>> {
+        self.renewal.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

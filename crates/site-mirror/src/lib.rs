@@ -13,9 +13,11 @@ mod mirror;
 mod reading;
 mod records;
 mod rejection;
+mod renewal;
 mod tag_index;
 
 pub use bounded_map::{BoundedMap, Full};
 pub use mirror::{SiteMirror, Update};
 pub use records::{Camera, FusionNode, Heard, Liveliness, Node, Object};
 pub use rejection::{Rejection, Rejections};
+pub use renewal::Renewal;

@@ -12,7 +12,7 @@ use sextant_estimator::AdjustmentTask;
 use sextant_process::ClockQuality;
 use sextant_proto::NodeId;
 use sextant_zenoh_bus::{Item, Presence};
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::convert::Infallible;
 use std::sync::Arc;
 
@@ -93,6 +93,8 @@ struct ProcessState {
     solving: Option<(Arc<AdjustmentTask>, u64)>,
     /// The models of this node, for other fusion nodes, and their root.
     shelf: Option<(String, Payloads)>,
+    /// What those who join late get.
+    kept: BTreeMap<String, Item>,
 }
 
 /// The process during a turn.
@@ -135,6 +137,7 @@ impl Process {
             question: None,
             solving: None,
             shelf: None,
+            kept: BTreeMap::new(),
         };
         Self {
             core,
@@ -188,6 +191,11 @@ impl Process {
     #[must_use]
     pub fn shelf(&self) -> Option<&(String, Payloads)> {
         self.host.shelf.as_ref()
+    }
+
+    /// What those who join late get.
+    pub fn kept(&self) -> impl Iterator<Item = &Item> {
+        self.host.kept.values()
     }
 
     /// A turn; its effects with their times, and when the next is due.
@@ -311,13 +319,17 @@ impl Environment for Turn<'_> {
         match action {
             Action::Publish(Publication::Message(put)) => {
                 (self.observer)(&put, core, self.disk);
+                if put.is_kept {
+                    self.host.kept.insert(put.key.clone(), item_of(&put));
+                }
                 self.effects.push((self.now_ns, Effect::Publish(put)));
             }
             Action::Publish(Publication::Models(root, payloads)) => {
                 self.host.shelf = Some((root, payloads));
             }
-            // Late joiners are not simulated.
-            Action::Publish(Publication::Withdrawal(_)) => {}
+            Action::Publish(Publication::Withdrawal(key)) => {
+                self.host.kept.remove(&key);
+            }
             Action::Keep(job) => {
                 let (begun_ns, n_files) = (self.now_ns, Disk::steps(&job) as u64);
                 self.host.writing = Some(Writing {

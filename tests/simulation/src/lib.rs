@@ -8,6 +8,7 @@
 
 mod coverage;
 mod disk;
+mod followers;
 mod fusion;
 mod host;
 mod network;

@@ -5,10 +5,11 @@ use crate::host::true_ns;
 use crate::network::Network;
 use crate::plan::{FaultKind, MS, Place, Plan, S};
 use crate::scene::Scene;
+use node_camera::SiteModels;
 use node_fusion::{CoreState, FusionCore, Models, Put};
 use sextant_proto::{
-    ConfigAnswer, FusionStatus, KeyRef, Keys, ModelsState, ModelsVersion, Notice, ObjectConfig,
-    ObjectPose, Outcome, RigConfig, decode, fingerprint,
+    CameraSettings, ConfigAnswer, FusionStatus, KeyRef, Keys, ModelsState, ModelsVersion, Notice,
+    ObjectConfig, ObjectPose, Outcome, RigConfig, decode, fingerprint,
 };
 use sextant_site_mirror::SiteMirror;
 use sextant_site_model::{ObjectId, ObjectModel};
@@ -443,27 +444,58 @@ impl Promises {
         }
     }
 
+    fn client_has(&mut self, models: &Models) {
+        let known = self.objects.iter().filter_map(|id| {
+            let object = self.mirror.object(id)?;
+            object.config.clone()
+        });
+        let mut known: Vec<ObjectConfig> = known.collect();
+        let mut in_force: Vec<ObjectConfig> = models.objects.iter().map(Into::into).collect();
+        known.sort_by(|one, other| one.id.cmp(&other.id));
+        in_force.sort_by(|one, other| one.id.cmp(&other.id));
+        if self.mirror.rig() != Some(&RigConfig::from(&models.rig)) || known != in_force {
+            let how = "the client has other ones".to_owned();
+            self.record_violation(self.plan.end_ns, "models in force are known", how);
+        }
+    }
+
+    fn camera_has(&mut self, place: Place, camera: &SiteModels, models: &Models) {
+        let id = camera.camera();
+        let wanted = models.settings.get(id).cloned();
+        let wanted = wanted.unwrap_or_else(|| CameraSettings::none(id.clone()));
+        let mut in_rig = models.rig.cameras().iter();
+        let lens = in_rig.find(|one| one.id == *id).map(|one| &one.lens);
+        let has_size = |model: &ObjectModel| {
+            let mut tags = model.tags().iter();
+            tags.all(|tag| camera.size_m(&tag.tag) == Some(tag.size_m))
+        };
+        let what = match () {
+            () if *camera.settings() != wanted => format!("settings: {:?}", camera.settings()),
+            () if camera.lens(640, 480) != lens => "another lens".to_owned(),
+            () if !models.objects.iter().all(has_size) => "other tags".to_owned(),
+            () => return,
+        };
+        let how = format!("{place} has {what}");
+        self.record_violation(self.plan.end_ns, "models in force are known", how);
+    }
+
     /// Everything was mended for a while.
-    pub fn end(&mut self, states: &[Option<CoreState>], models: Option<&Models>) {
+    pub fn end(
+        &mut self,
+        states: &[Option<CoreState>],
+        models: Option<&Models>,
+        cameras: &[(Place, &SiteModels)],
+    ) {
         let at_ns = self.plan.end_ns;
-        let has_joined = self.plan.starts_ns.iter().all(|at_ns| *at_ns < S);
-        if self.plan.faults.is_empty()
-            && has_joined
-            && let Some(models) = models
-        {
-            let rig = self.mirror.rig().cloned();
-            let known = |model: &ObjectModel| {
-                let object = self.mirror.object(model.id());
-                object.and_then(|object| object.config.clone()) == Some(ObjectConfig::from(model))
-            };
-            if rig != Some(RigConfig::from(&models.rig)) || !models.objects.iter().all(known) {
-                let how = "the client has other ones".to_owned();
-                self.record_violation(at_ns, "the models in force are announced", how);
+        if let Some(models) = models {
+            self.client_has(models);
+            for (place, camera) in cameras {
+                self.camera_has(*place, camera, models);
             }
-            if self.statuses.len() != states.len() {
-                let how = format!("{} of {} nodes", self.statuses.len(), states.len());
-                self.record_violation(at_ns, "every node publishes its status", how);
-            }
+        }
+        if self.statuses.len() != states.len() {
+            let how = format!("{} of {} nodes", self.statuses.len(), states.len());
+            self.record_violation(at_ns, "every node publishes its status", how);
         }
         if states.iter().any(Option::is_none) {
             self.record_violation(

@@ -2,6 +2,7 @@
 
 use crate::coverage::Coverage;
 use crate::disk::Disk;
+use crate::followers::{ANSWER_NS, Follower, UPDATE_NS};
 use crate::fusion::{Conditions, Effect, Process, item_of};
 use crate::host::wall_ns;
 use crate::network::{LEASE_NS, Network};
@@ -16,7 +17,7 @@ use sextant_proto::{
 use sextant_simulator::{Random, Schedule};
 use sextant_zenoh_bus::{BusOptions, Item, Payload, Presence, Qos, SecurityOptions};
 use std::cmp::Reverse;
-use std::collections::{BTreeSet, BinaryHeap};
+use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::rc::Rc;
 
@@ -41,6 +42,14 @@ enum Event {
     Question(usize, usize, u64),
     /// Its answers arrive.
     Answers(usize, usize, u64, Vec<Item>),
+    /// A follower looks for changes.
+    Update(Place),
+    /// A fusion node is asked for what it keeps, by a follower, with the number of the question.
+    KeptQuestion(usize, Place, u64),
+    /// Its answers arrive.
+    KeptAnswers(Place, usize, u64, Vec<Item>),
+    /// A question is not waited for any longer.
+    KeptTimeout(Place, u64),
     /// Something begins or ends.
     TurningPoint,
     /// The client asks for a change.
@@ -122,6 +131,7 @@ struct World<'a> {
     scene: Scene,
     network: Network,
     hosts: Vec<Host>,
+    followers: BTreeMap<Place, Follower>,
     schedules: Vec<Schedule>,
     sequences: Vec<u64>,
     /// By how much the clocks of cameras are off.
@@ -154,9 +164,15 @@ impl<'a> World<'a> {
                 seen: BTreeSet::new(),
             }
         });
+        let cameras = (0..plan.cameras).map(|index| {
+            let follower = Follower::camera(&keys, scene.camera(index));
+            (Place::Camera(index), follower)
+        });
+        let client = (Place::Client, Follower::client(&keys));
         let off_ns = plan.clocks_off_ns as f64;
         let mut world = Self {
             hosts: hosts.collect(),
+            followers: cameras.chain([client]).collect(),
             schedules: (0..plan.cameras)
                 .map(|_| Schedule::new(plan.rate_hz, random.uniform()))
                 .collect(),
@@ -184,6 +200,10 @@ impl<'a> World<'a> {
         for camera in 0..plan.cameras {
             let first_ns = world.schedules[camera].next_at_or_after(0);
             world.at(first_ns, Event::Image(camera));
+        }
+        let places: Vec<Place> = world.followers.keys().copied().collect();
+        for place in places {
+            world.at(random.below(200) as u64 * MS, Event::Update(place));
         }
         for at_ns in world.network.turning_points() {
             world.at(at_ns, Event::TurningPoint);
@@ -216,7 +236,11 @@ impl<'a> World<'a> {
         let processes = self.hosts.iter().filter_map(|host| host.process.as_ref());
         let mut leading = processes.filter(|process| process.core.state().leads);
         let models = leading.next().map(|process| process.core.models());
-        self.promises.end(&states, models);
+        let is_up = |place: &Place| !self.is_down(*place, self.plan.end_ns);
+        let followers = self.followers.iter().filter(|(place, _)| is_up(place));
+        let cameras = followers.filter_map(|(place, follower)| Some((*place, follower.models()?)));
+        let cameras: Vec<_> = cameras.collect();
+        self.promises.end(&states, models, &cameras);
         Outcome {
             broken: self.promises.broken().cloned(),
             poses: self.promises.poses(),
@@ -269,6 +293,17 @@ impl<'a> World<'a> {
                     process.answered(&node, items);
                 }
             }
+            Event::Update(place) => self.update(place, at_ns),
+            Event::KeptQuestion(asked, asking, number) => {
+                self.answer_kept(asked, asking, number, at_ns);
+            }
+            Event::KeptAnswers(asking, asked, number, items) => {
+                let follower = self.followers.get_mut(&asking);
+                if follower.is_some_and(|follower| follower.answer(number, asked, items)) {
+                    self.end_question(asking, number, at_ns);
+                }
+            }
+            Event::KeptTimeout(asking, number) => self.end_question(asking, number, at_ns),
             Event::TurningPoint => self.turn_point(at_ns),
             Event::ChangeRequest(index) => self.request(index, at_ns),
         }
@@ -307,12 +342,13 @@ impl World<'_> {
         })
     }
 
-    /// The fusion nodes whose tokens another sees. That of a host without power is there until its link counts as dead.
-    fn sees(&self, index: usize, at_ns: u64) -> BTreeSet<usize> {
-        let own = Place::Fusion(index);
-        let others = (0..self.hosts.len()).filter(|other| *other != index);
-        let seen = others.filter(|other| {
+    /// The fusion nodes whose tokens someone sees. That of a host without power is there until its link counts as dead.
+    fn nodes_seen(&self, own: Place, at_ns: u64) -> BTreeSet<usize> {
+        let seen = (0..self.hosts.len()).filter(|other| {
             let place = Place::Fusion(*other);
+            if place == own {
+                return false;
+            }
             let is_there =
                 self.hosts[*other].process.is_some() && self.network.sees(own, place, at_ns);
             is_there || self.network.is_linked(own, at_ns) && self.has_lost_power(place, at_ns)
@@ -329,7 +365,7 @@ impl World<'_> {
         if waits || self.is_paused(place, at_ns) {
             return self.at(at_ns + RETRY_NS, Event::Start(index));
         }
-        let seen = self.sees(index, at_ns);
+        let seen = self.nodes_seen(Place::Fusion(index), at_ns);
         let others = seen.iter().map(|other| node(*other)).collect();
         let at = self.conditions(index, at_ns);
         let host = &mut self.hosts[index];
@@ -399,7 +435,7 @@ impl World<'_> {
             Some(KeyRef::Heartbeat(_)) => self.send_to_fusion_nodes(place, &item, true, at_ns),
             Some(key) if key.is_config() => {
                 self.send_to_fusion_nodes(place, &item, false, at_ns);
-                self.send(place, Place::Client, &item, false, at_ns);
+                self.send_to_followers(place, &item, at_ns);
             }
             Some(KeyRef::Pose(_) | KeyRef::FusionStatus(_) | KeyRef::ConfigAnswer(_)) => {
                 let may_drop = put.qos != Qos::Config;
@@ -423,6 +459,16 @@ impl World<'_> {
     fn send_to_fusion_nodes(&mut self, from: Place, item: &Rc<Item>, may_drop: bool, at_ns: u64) {
         for index in 0..self.hosts.len() {
             self.send(from, Place::Fusion(index), item, may_drop, at_ns);
+        }
+    }
+
+    fn send_to_followers(&mut self, from: Place, item: &Rc<Item>, at_ns: u64) {
+        let subscribed = |(place, follower): (&Place, &Follower)| {
+            follower.subscribes(&item.key).then_some(*place)
+        };
+        let places: Vec<Place> = self.followers.iter().filter_map(subscribed).collect();
+        for place in places.into_iter().filter(|place| *place != from) {
+            self.send(from, place, item, false, at_ns);
         }
     }
 
@@ -489,12 +535,16 @@ impl World<'_> {
                     None => {}
                 }
             }
-            Place::Client => {
-                if !self.is_paused(to, at_ns) && !self.is_down(to, at_ns) {
-                    self.promises.received(item, &self.keys, at_ns);
+            Place::Client | Place::Camera(_) => {
+                if self.is_paused(to, at_ns) || self.is_down(to, at_ns) {
+                    return;
+                }
+                let follower = self.followers.get_mut(&to);
+                let used = follower.and_then(|follower| follower.handle(Item::clone(item), at_ns));
+                if let Some(item) = used {
+                    self.promises.received(&item, &self.keys, at_ns);
                 }
             }
-            Place::Camera(_) => {}
         }
     }
 
@@ -515,6 +565,63 @@ impl World<'_> {
         self.coverage.note(kinds, &state);
         let models = process.core.models();
         (self.promises).check(index, &state, models, &self.network, at_ns);
+    }
+}
+
+/// Those who follow the models.
+impl World<'_> {
+    fn update(&mut self, place: Place, at_ns: u64) {
+        self.at(at_ns + UPDATE_NS, Event::Update(place));
+        if self.is_down(place, at_ns) || self.is_paused(place, at_ns) {
+            return;
+        }
+        let is_linked = self.network.is_linked(place, at_ns);
+        let follower = self.followers.get_mut(&place);
+        let Some(number) = follower.and_then(|follower| follower.update(is_linked, at_ns)) else {
+            return;
+        };
+        let mut awaited = BTreeSet::new();
+        for index in 0..self.hosts.len() {
+            let fusion = Place::Fusion(index);
+            if self.hosts[index].process.is_some()
+                && let Some(arrival_ns) = self.network.arrival_ns(place, fusion, at_ns, false)
+            {
+                awaited.insert(index);
+                self.at(arrival_ns, Event::KeptQuestion(index, place, number));
+            }
+        }
+        if let Some(follower) = self.followers.get_mut(&place) {
+            follower.wait_for(number, awaited);
+        }
+        self.at(at_ns + ANSWER_NS, Event::KeptTimeout(place, number));
+    }
+
+    fn answer_kept(&mut self, asked: usize, asking: Place, number: u64, at_ns: u64) {
+        let fusion = Place::Fusion(asked);
+        if self.is_paused(fusion, at_ns) {
+            return self.at(at_ns + 20 * MS, Event::KeptQuestion(asked, asking, number));
+        }
+        let Some(process) = &self.hosts[asked].process else {
+            return;
+        };
+        let follower = &self.followers[&asking];
+        let items = process.kept().filter(|item| follower.subscribes(&item.key));
+        let items: Vec<Item> = items.cloned().collect();
+        if let Some(arrival_ns) = self.network.arrival_ns(fusion, asking, at_ns, false) {
+            let answers = Event::KeptAnswers(asking, asked, number, items);
+            self.at(arrival_ns, answers);
+        }
+    }
+
+    fn end_question(&mut self, place: Place, number: u64, at_ns: u64) {
+        if self.is_paused(place, at_ns) {
+            return self.at(at_ns + 20 * MS, Event::KeptTimeout(place, number));
+        }
+        let follower = self.followers.get_mut(&place);
+        let used = follower.map(|follower| follower.end_question(number, at_ns));
+        for item in used.unwrap_or_default() {
+            self.promises.received(&item, &self.keys, at_ns);
+        }
     }
 }
 
@@ -543,16 +650,27 @@ impl World<'_> {
                 self.start(index, at_ns);
             }
         }
+        let faults = self.plan.faults.to_vec();
+        for fault in faults.iter().filter(|fault| fault.until_ns == at_ns) {
+            let (place, has_kept_memory) = match fault.kind {
+                FaultKind::Killed(place) => (place, true),
+                FaultKind::PowerOff(place) => (place, false),
+                _ => continue,
+            };
+            if let Some(follower) = self.followers.get_mut(&place) {
+                follower.restart(has_kept_memory);
+            }
+        }
         self.update_presence(at_ns);
     }
 
-    /// Tells each fusion node which others have come and gone.
+    /// Tells everybody which fusion nodes have come and gone.
     fn update_presence(&mut self, at_ns: u64) {
         for index in 0..self.hosts.len() {
             if self.hosts[index].process.is_none() {
                 continue;
             }
-            let seen = self.sees(index, at_ns);
+            let seen = self.nodes_seen(Place::Fusion(index), at_ns);
             let before = std::mem::replace(&mut self.hosts[index].seen, seen.clone());
             for other in seen.symmetric_difference(&before) {
                 let key = self.keys.alive(NodeKind::Fusion, &node(*other));
@@ -561,6 +679,18 @@ impl World<'_> {
                     false => Presence::Left(key),
                 };
                 self.at(at_ns + 300_000, Event::Presence(index, change));
+            }
+        }
+        let places: Vec<Place> = self.followers.keys().copied().collect();
+        for place in places {
+            if self.is_down(place, at_ns) {
+                continue;
+            }
+            let seen = self.nodes_seen(place, at_ns);
+            let follower = self.followers.get_mut(&place).expect("a follower");
+            let before = std::mem::replace(&mut follower.seen, seen.clone());
+            for index in seen.symmetric_difference(&before) {
+                follower.presence(&node(*index), seen.contains(index));
             }
         }
     }
@@ -627,6 +757,7 @@ impl World<'_> {
             sender: Some("ann@desk".to_owned()),
         });
         self.send_to_fusion_nodes(client, &item, false, at_ns);
+        self.send_to_followers(client, &item, at_ns);
     }
 }
 

@@ -53,6 +53,7 @@ fn grants(keys: &Keys, member: &Member) -> Grants {
                 keys.config_rig(),
                 keys.all_config_objects(),
                 format!("{root}/config/camera/{name}"),
+                keys.all_fusion_alive(),
                 holder(NodeKind::Camera),
             ],
         },
