@@ -14,6 +14,7 @@ mod host;
 mod network;
 mod plan;
 mod promises;
+mod recorder;
 mod scene;
 mod shrink;
 mod trace;

@@ -170,6 +170,8 @@ pub struct Plan {
     pub exact: bool,
     /// By how much cameras' clocks are off, ns.
     pub clocks_off_ns: u64,
+    /// Whether the site is recorded. Nodes that share objects do not publish what they took in.
+    pub records: bool,
     /// When each fusion node starts first, ns.
     pub starts_ns: Vec<u64>,
     /// What goes wrong.
@@ -199,6 +201,7 @@ impl Plan {
             keeps: random.chance(0.7),
             exact: random.chance(0.6),
             clocks_off_ns: [0, 0, 15 * MS][random.below(3)],
+            records: false,
             starts_ns: (0..nodes).map(|_| start(&mut random)).collect(),
             faults: Vec::new(),
             requests: Vec::new(),
@@ -209,6 +212,7 @@ impl Plan {
         let n_wishes = [0, 0, 1, 3, 6][random.below(5)];
         plan.requests = (0..n_wishes).map(|_| plan.request(&mut random)).collect();
         plan.requests.sort_by_key(|(at_ns, _)| *at_ns);
+        plan.records = !plan.shares && random.chance(0.3);
         plan
     }
 
@@ -307,6 +311,7 @@ impl fmt::Display for Plan {
             (self.keeps, "keeps changes"),
             (self.exact, "exact files"),
             (self.clocks_off_ns > 0, "cameras' clocks off"),
+            (self.records, "recorded"),
         ] {
             if holds {
                 words += ", ";

@@ -485,8 +485,12 @@ impl Promises {
         states: &[Option<CoreState>],
         models: Option<&Models>,
         cameras: &[(Place, &SiteModels)],
+        replayed: Option<String>,
     ) {
         let at_ns = self.plan.end_ns;
+        if let Some(how) = replayed {
+            self.record_violation(at_ns, "a recording gives the very poses", how);
+        }
         if let Some(models) = models {
             self.client_has(models);
             for (place, camera) in cameras {

@@ -8,6 +8,7 @@ use crate::host::wall_ns;
 use crate::network::{LEASE_NS, Network};
 use crate::plan::{FaultKind, MS, Place, Plan};
 use crate::promises::{Promises, PublicationContext, Violation};
+use crate::recorder::Recorder;
 use crate::scene::Scene;
 use crate::trace::described;
 use node_fusion::{FusionConfig, FusionCore, Put, Refinement, ShardingConfig};
@@ -139,6 +140,8 @@ struct World<'a> {
     due: BinaryHeap<Reverse<ScheduledEvent>>,
     number: u64,
     promises: Promises,
+    /// Where there is one.
+    recorder: Option<Recorder>,
     fingerprint: u64,
     coverage: Coverage,
     traces: bool,
@@ -182,6 +185,7 @@ impl<'a> World<'a> {
                 .collect(),
             network: Network::new(plan),
             promises: Promises::new(plan, scene.objects().collect()),
+            recorder: plan.records.then(Recorder::default),
             due: BinaryHeap::new(),
             number: 0,
             fingerprint: 0xcbf2_9ce4_8422_2325,
@@ -240,7 +244,8 @@ impl<'a> World<'a> {
         let followers = self.followers.iter().filter(|(place, _)| is_up(place));
         let cameras = followers.filter_map(|(place, follower)| Some((*place, follower.models()?)));
         let cameras: Vec<_> = cameras.collect();
-        self.promises.end(&states, models, &cameras);
+        let replayed = self.recorder.take().and_then(Recorder::contradiction);
+        self.promises.end(&states, models, &cameras, replayed);
         Outcome {
             broken: self.promises.broken().cloned(),
             poses: self.promises.poses(),
@@ -365,7 +370,8 @@ impl World<'_> {
         if waits || self.is_paused(place, at_ns) {
             return self.at(at_ns + RETRY_NS, Event::Start(index));
         }
-        let seen = self.nodes_seen(Place::Fusion(index), at_ns);
+        self.forget_token(index, at_ns);
+        let seen = self.nodes_seen(place, at_ns);
         let others = seen.iter().map(|other| node(*other)).collect();
         let at = self.conditions(index, at_ns);
         let host = &mut self.hosts[index];
@@ -428,6 +434,9 @@ impl World<'_> {
     fn publish(&mut self, index: usize, put: &Put, at_ns: u64) {
         let place = Place::Fusion(index);
         self.note(&put.key, &put.payload);
+        if let Some(recorder) = &mut self.recorder {
+            recorder.message(index, &self.keys, put, at_ns);
+        }
         let item = Rc::new(item_of(put));
         let about = self.keys.parse(&put.key);
         self.trace_message(index, put, at_ns);
@@ -667,27 +676,49 @@ impl World<'_> {
     /// Tells everybody which fusion nodes have come and gone.
     fn update_presence(&mut self, at_ns: u64) {
         for index in 0..self.hosts.len() {
-            if self.hosts[index].process.is_none() {
-                continue;
-            }
-            let seen = self.nodes_seen(Place::Fusion(index), at_ns);
-            let before = std::mem::replace(&mut self.hosts[index].seen, seen.clone());
-            for other in seen.symmetric_difference(&before) {
-                let key = self.keys.alive(NodeKind::Fusion, &node(*other));
-                let change = match seen.contains(other) {
-                    true => Presence::Joined(key),
-                    false => Presence::Left(key),
-                };
-                self.at(at_ns + 300_000, Event::Presence(index, change));
+            if self.hosts[index].process.is_some() {
+                let seen = self.nodes_seen(Place::Fusion(index), at_ns);
+                self.note_seen(index, seen, at_ns);
             }
         }
         let places: Vec<Place> = self.followers.keys().copied().collect();
         for place in places {
-            if self.is_down(place, at_ns) {
-                continue;
+            if !self.is_down(place, at_ns) {
+                let seen = self.nodes_seen(place, at_ns);
+                self.note_seen_by_follower(place, seen);
             }
-            let seen = self.nodes_seen(place, at_ns);
-            let follower = self.followers.get_mut(&place).expect("a follower");
+        }
+    }
+
+    /// The token of a fusion node's last process is gone for everybody, if that of the next follows at once.
+    fn forget_token(&mut self, of: usize, at_ns: u64) {
+        for index in 0..self.hosts.len() {
+            let mut seen = self.hosts[index].seen.clone();
+            seen.remove(&of);
+            self.note_seen(index, seen, at_ns);
+        }
+        let places: Vec<Place> = self.followers.keys().copied().collect();
+        for place in places {
+            let mut seen = self.followers[&place].seen.clone();
+            seen.remove(&of);
+            self.note_seen_by_follower(place, seen);
+        }
+    }
+
+    fn note_seen(&mut self, index: usize, seen: BTreeSet<usize>, at_ns: u64) {
+        let before = std::mem::replace(&mut self.hosts[index].seen, seen.clone());
+        for other in seen.symmetric_difference(&before) {
+            let key = self.keys.alive(NodeKind::Fusion, &node(*other));
+            let change = match seen.contains(other) {
+                true => Presence::Joined(key),
+                false => Presence::Left(key),
+            };
+            self.at(at_ns + 300_000, Event::Presence(index, change));
+        }
+    }
+
+    fn note_seen_by_follower(&mut self, place: Place, seen: BTreeSet<usize>) {
+        if let Some(follower) = self.followers.get_mut(&place) {
             let before = std::mem::replace(&mut follower.seen, seen.clone());
             for index in seen.symmetric_difference(&before) {
                 follower.presence(&node(*index), seen.contains(index));
@@ -733,6 +764,9 @@ impl World<'_> {
             for object in self.scene.objects_of(&message.tags) {
                 self.promises.sees(camera, &object, at_ns);
             }
+        }
+        if let Some(recorder) = &mut self.recorder {
+            recorder.image(&message, at_ns);
         }
         let item = Rc::new(Item {
             key: self.keys.observations(&message.camera),
