@@ -179,23 +179,54 @@ async function checkTimeline(page) {
   await changes(page, "the present table", shownPositions);
 }
 
-/** A click on an object follows it: it stays where it is on the screen. */
+/** Arrows turn the view, + and - go nearer and away, whatever is drawn meanwhile. */
+async function checkView(page) {
+  await page.click("[data-testid=timeline] [data-moving]");
+  const where = () => page.evaluate(() => window.sextant.screen(Object.keys(window.sextant.positions())[0]));
+  await page.locator("canvas[data-testid=stage]").focus();
+  const far = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1]);
+  const first = await where();
+  for (const key of ["ArrowLeft", "ArrowUp"]) {
+    const before = await where();
+    await page.keyboard.press(key);
+    assert(far(before, await where()) > 1, `${key} does not turn the view`);
+  }
+  for (const key of ["ArrowRight", "ArrowDown"]) await page.keyboard.press(key);
+  assert(far(first, await where()) < 1, "arrows do not turn back");
+  await page.keyboard.press("+");
+  const near = await where();
+  await page.keyboard.press("-");
+  assert(near[2] > 1.05 * first[2] && Math.abs((await where())[2] - first[2]) < 1, "+ and - do not zoom");
+  await page.keyboard.press("r");
+  await page.click("[data-testid=timeline-live]");
+}
+
+/** A click on an object follows it: it fills the stage and stays where it is on the screen; Escape brings the view back. */
 async function checkFollow(page) {
   const place = await page.evaluate(() => window.sextant.screen(Object.keys(window.sextant.positions())[0]));
-  await page.mouse.click(...place);
+  await page.mouse.click(place[0], place[1]);
   await wait(page, () => window.sextant.selection.object !== null);
   const followed = await page.evaluate(() => window.sextant.selection.object);
   const where = () => page.evaluate((id) => window.sextant.screen(id), followed);
-  await page.waitForTimeout(300);
+  const reaches = (least, most) =>
+    wait(page, ([id, least, most]) => {
+      const { width, height } = document.querySelector("canvas[data-testid=stage]").getBoundingClientRect();
+      const share = (2 * window.sextant.screen(id)[2]) / Math.min(width, height);
+      return share > least && share < most;
+    }, [followed, least, most]);
+  await reaches(0.45, 0.65);
+  await page.waitForTimeout(1000);
   const before = await where();
   await changes(page, "the followed object", drawnPositions);
   await page.waitForTimeout(300);
   const after = await where();
   assert(Math.hypot(after[0] - before[0], after[1] - before[1]) < 3, `the followed object moved from ${before} to ${after}`);
+  await page.click("[data-testid=tool-sigma]");
   await screenshot(page, "follow");
+  await page.click("[data-testid=tool-sigma]");
   await page.keyboard.press("Escape");
   assert((await page.evaluate(() => window.sextant.selection.object)) === null, "Escape does not leave the object");
-  await page.keyboard.press("r");
+  await reaches(0, 0.3);
 }
 
 /** Through a camera's eye the tags lie where the poses put them. */
@@ -282,7 +313,17 @@ async function checkKiosk(browser) {
   await page.close();
 }
 
-/** No label lies over another, however often one looks. */
+/** The stage is as large whatever is shown below it. */
+async function checkTabs(page) {
+  const heights = [];
+  for (const key of ["plots", "health", "measure", "zones", "objects"]) {
+    await tab(page, key);
+    heights.push((await page.locator("canvas[data-testid=stage]").boundingBox()).height);
+  }
+  assert(new Set(heights).size === 1, `the stage's heights are ${heights}`);
+}
+
+/** No label lies over another, and each of an object lies at it, however often one looks. */
 async function checkLabels(page) {
   for (let look = 0; look < 20; look++) {
     const overlaps = await page.evaluate(() => {
@@ -291,6 +332,15 @@ async function checkLabels(page) {
       return boxes.flatMap((a, at) => boxes.slice(at + 1).filter((b) => over(a, b)).map((b) => `${a.text} and ${b.text}`));
     });
     assert(overlaps.length === 0, `labels overlap: ${overlaps.join(", ")}`);
+    const astray = await page.evaluate(() =>
+      [...document.querySelectorAll(".label-object")].filter((label) => !label.hidden).flatMap((label) => {
+        const { left, right, top, bottom } = label.getBoundingClientRect();
+        const [x, y, reach] = window.sextant.screen(label.textContent.split(" ")[0]);
+        const away = Math.hypot(Math.max(left - x, 0, x - right), Math.max(top - y, 0, y - bottom));
+        return away > reach + 30 ? [`${label.textContent} by ${Math.round(away)} px`] : [];
+      }),
+    );
+    assert(astray.length === 0, `labels lie away from their objects: ${astray.join(", ")}`);
     await page.waitForTimeout(100);
   }
 }
@@ -315,6 +365,7 @@ async function checkPhone(browser) {
   await page.goto(url);
   await checkObjects(page);
   await checkPictures(page);
+  await checkLabels(page);
   for (const key of ["objects", "plots", "health", "measure", "zones"]) {
     await tab(page, key);
     await page.waitForTimeout(300);
@@ -354,9 +405,11 @@ try {
   await screenshot(page, "desktop");
   await check("an enlarged picture tells what the detector did", () => checkDetector(page));
   await check("a camera's gain is set, and refused where it cannot be", () => checkSettings(page));
-  await check("labels never overlap", () => checkLabels(page));
+  await check("labels never overlap and lie at their objects", () => checkLabels(page));
+  await check("the stage does not jump between tabs", () => checkTabs(page));
   await check("figures are plotted over time and saved", () => checkPlots(page));
   await check("the time line goes back and forth", () => checkTimeline(page));
+  await check("keys turn the view and go nearer", () => checkView(page));
   await check("a clicked object is followed", () => checkFollow(page));
   await check("a camera can be looked through", () => checkEye(page));
   await check("objects are measured", () => checkMeasure(page));

@@ -9,7 +9,7 @@ import { RateMeter, Recent } from "./measure.ts";
 import { objectColour } from "./palette.ts";
 import {
   type CameraClock, type CameraStatus, type FusionStatus, type JointValue, type Message, type PrintedTag, type Observations, type Offer, type Pose, type RigCamera, type SiteEvent, STAGES,
-  type State, type Zone,
+  type State, type Truth, type Zone,
 } from "./protocol.ts";
 import { rmsResidual } from "./residuals.ts";
 
@@ -118,7 +118,7 @@ export class Site {
       case "pose":
         return this.pose(message, now);
       case "truth":
-        return this.truth(message.object, message.error_mm, message.error_deg, now);
+        return this.truth(message, now);
       case "observations":
         return this.observations(message, now);
       case "camera_status":
@@ -348,11 +348,13 @@ export class Site {
     object.latency.add(pose.latency_ms);
   }
 
-  private truth(id: string, errorMm: number, errorDeg: number, now: number): void {
+  /** Scores poses of objects that were tracked at that time: others are predicted, or not settled yet. */
+  private truth({ object: id, t_ns, error_mm, error_deg }: Truth, now: number): void {
     const object = this.object(id);
     object.truthAt = now;
-    object.errorMm.add(errorMm);
-    object.errorDeg.add(errorDeg);
+    if (!object.track.at(t_ns / 1e9, this.scratch) || this.scratch.state !== "tracking") return;
+    object.errorMm.add(error_mm);
+    object.errorDeg.add(error_deg);
   }
 
   private observations(observations: Observations, now: number): void {

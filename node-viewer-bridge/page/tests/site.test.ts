@@ -1,6 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import type { Fault, Message, PrintedTag, RigCamera } from "../src/protocol.ts";
+import { blankPose } from "../src/history.ts";
 import { Site } from "../src/site.ts";
 
 const NONE_REJECTED = { bad_magic: 0, foreign_version: 0, wrong_kind: 0, damaged: 0, too_long: 0, out_of_range: 0, wrong_camera: 0 };
@@ -50,6 +51,15 @@ test("a camera that leaves the rig leaves the page unless it still sends", () =>
   site.take(seen, 9.5);
   site.take(rig("north"), 10);
   assert.deepEqual([...site.cameras.keys()], ["north", "east"]);
+});
+
+test("the true error is that of tracked poses", () => {
+  const scored = (t_ns: number, state: "tracking" | "coasting", error_mm: number): Message[] => [
+    { ...blankPose("cube"), type: "pose", t_ns, state },
+    { type: "truth", object: "cube", t_ns, position: [0, 0, 0], orientation: [0, 0, 0, 1], error_mm, error_deg: 0 },
+  ];
+  const site = siteOf(...scored(1e9, "tracking", 3), ...scored(1.1e9, "coasting", 100));
+  assert.equal(site.objects.get("cube")?.errorMm.rootMeanSquare(), 3);
 });
 
 test("what images tell about a clock holds until they tell no more", () => {
