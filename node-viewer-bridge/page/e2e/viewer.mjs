@@ -10,6 +10,7 @@ import { spawn } from "node:child_process";
 import { mkdir, readFile } from "node:fs/promises";
 import { join } from "node:path";
 import { parseArgs } from "node:util";
+import { barriers } from "./axe.mjs";
 import { launch } from "./chromium.mjs";
 
 const { values: options, positionals } = parseArgs({
@@ -135,6 +136,7 @@ async function checkSettings(page) {
   await card.locator(".enlarge").click();
 }
 
+const TABS = ["objects", "plots", "health", "measure", "zones"];
 const tab = (page, key) => page.click(`[data-testid=tab-${key}]`);
 
 /** Each chart of figures has points, the cursor reads them out, a held chart stands still, and files can be had. */
@@ -274,16 +276,44 @@ async function checkZones(page) {
   }
 }
 
+/** A site that works is called healthy; what may be improved opens its wizard with the form filled in; faults can be noted. */
 async function checkHealth(page) {
-  await tab(page, "health");
-  await page.locator("[data-testid=health]").waitFor({ state: "visible", timeout });
+  await page.locator("[data-testid=notices-open][data-condition=healthy]").waitFor({ state: "visible", timeout });
+  await page.click("[data-testid=notices-open]");
+  await page.locator("[data-testid=health-well]").waitFor({ state: "visible", timeout });
   await screenshot(page, "health");
-  const note = page.locator("[data-testid=health-acknowledge]").first();
-  if (!(await note.isVisible())) return;
-  const open = () => page.$$eval("[data-testid=health-acknowledge]", (buttons) => buttons.length);
-  const before = await open();
-  await note.click();
-  assert((await open()) < before, "a noted entry still wants attention");
+  const learn = page.locator("[data-testid=health-learn]").first();
+  await learn.waitFor({ state: "visible", timeout });
+  const object = await learn.locator("xpath=ancestor::section/h3").textContent();
+  await learn.click();
+  const name = await page.inputValue("[data-testid=wizard-field-id]");
+  assert(object === `object ${name}`, `the wizard about ${object} is about ${name}`);
+  assert(/^\d/.test(await page.inputValue("[data-testid=wizard-field-tags]")), "the wizard knows none of the object's tags");
+  await page.click("[data-testid=wizard-close]");
+  const fault = { key: "made-up", severity: "fault", subject: { kind: "node", id: "test" }, cause: "made up", remedy: "", action: null };
+  const open = (fault) => page.evaluate((fault) => (window.sextant.site.health.take([fault], Date.now() / 1000), window.sextant.site.health.open), fault);
+  assert((await open(fault)) === 1, "a fault does not count");
+  await page.locator("[data-testid=health-acknowledge]").first().click();
+  assert((await open(fault)) === 0, "a noted fault still wants attention");
+}
+
+async function checkAxe(page, what) {
+  const found = await barriers(page);
+  assert(found.length === 0, `${what}: ${found.join("; ")}`);
+}
+
+/** Contrast and names of everything, light and dark, by axe. */
+async function checkAccessible(page, keys) {
+  for (const theme of ["light", "dark"]) {
+    await page.evaluate((theme) => document.documentElement.dataset.theme !== theme && document.querySelector("[data-testid=theme]").click(), theme);
+    for (const key of keys) {
+      await tab(page, key);
+      await checkAxe(page, `${key}, ${theme}`);
+    }
+    await page.click("[data-testid=wizard-open]");
+    await checkAxe(page, `wizard, ${theme}`);
+    await page.click("[data-testid=wizard-close]");
+  }
 }
 
 /** Keys, the list of them, and light and dark. */
@@ -316,7 +346,7 @@ async function checkKiosk(browser) {
 /** The stage is as large whatever is shown below it. */
 async function checkTabs(page) {
   const heights = [];
-  for (const key of ["plots", "health", "measure", "zones", "objects"]) {
+  for (const key of TABS) {
     await tab(page, key);
     heights.push((await page.locator("canvas[data-testid=stage]").boundingBox()).height);
   }
@@ -366,7 +396,7 @@ async function checkPhone(browser) {
   await checkObjects(page);
   await checkPictures(page);
   await checkLabels(page);
-  for (const key of ["objects", "plots", "health", "measure", "zones"]) {
+  for (const key of TABS) {
     await tab(page, key);
     await page.waitForTimeout(300);
     const wide = await page.evaluate(() => {
@@ -376,6 +406,7 @@ async function checkPhone(browser) {
     assert(wide[0] <= 390 && wide.length === 1, `on a phone of 390 px, ${key} reaches to ${wide.join(", ")}`);
     await screenshot(page, `phone-${key}`);
   }
+  await checkAxe(page, "a phone");
   await page.locator(".enlarge").first().click();
   await page.locator(".settings").first().waitFor({ state: "visible", timeout });
   assert((await page.evaluate(() => document.documentElement.scrollWidth)) <= 390, "on a phone the settings of a camera are too wide");
@@ -414,7 +445,8 @@ try {
   await check("a camera can be looked through", () => checkEye(page));
   await check("objects are measured", () => checkMeasure(page));
   await check("zones are set, filled and removed", () => checkZones(page));
-  await check("notices can be noted", () => checkHealth(page));
+  await check("a site that works is called healthy, and its notices open their wizards", () => checkHealth(page));
+  await check("axe finds nothing wrong, light and dark", () => checkAccessible(page, TABS));
   await check("keys do what they say", () => checkKeys(page));
   await check("a kiosk has no buttons", () => checkKiosk(browser));
   if (options.restart) await check("it reconnects after the bridge restarts", () => checkReconnect(page));

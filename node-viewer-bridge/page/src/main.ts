@@ -53,7 +53,7 @@ const cameras = new CamerasPanel(find("[data-testid=cameras]"), site, selection,
   if (selection.camera === camera.id) eye.draw();
 });
 const plots = new PlotsPanel(find("[data-testid=plots]"), site, selection);
-const health = new HealthPanel(find("[data-testid=health]"), site);
+const health = new HealthPanel(find("[data-testid=health]"), site, (kind, subject) => wizard.prepare(kind, subject));
 const distances = new DistancesPanel(find("[data-testid=measure]"), site, selection);
 const zones = new ZonesPanel(find("[data-testid=zones]"), site);
 const timeline = new Timeline(find("[data-testid=timeline]"), site, playback);
@@ -151,7 +151,7 @@ function advance(): void {
 function showFigures(): void {
   if (document.hidden) return;
   const now = seconds();
-  bar.update(now, health.open);
+  bar.update(now);
   objects.update(now);
   cameras.update(now);
   plots.update(now);
@@ -159,7 +159,7 @@ function showFigures(): void {
   distances.update();
   zones.update(now);
   timeline.update();
-  dock.badge("health", health.open);
+  dock.badge("health", site.health.open);
 }
 
 new Shortcuts([
