@@ -65,8 +65,7 @@ export class HealthPanel {
     const acts: HTMLButtonElement[] = [];
     const { action, subject } = entry;
     if (action === "apply" && this.site.proposals.has(subject.id)) acts.push(this.request("Apply", { do: "apply_refinement", node: subject.id }));
-    else if (action && action !== "apply") acts.push(pressButton(WIZARDS[action], `health-${action}`, () => this.openWizard(action, subject.id)));
-    for (const act of acts) act.classList.add("act");
+    else if (action && action !== "apply") acts.push(change(WIZARDS[action], `health-${action}`, () => this.openWizard(action, subject.id)));
     if (entry.severity === "fault" && !entry.acknowledged) {
       const note = pressButton("Noted", "health-acknowledge", () => {
         this.site.health.acknowledge(entry.key);
@@ -80,12 +79,11 @@ export class HealthPanel {
 
   private former(offer: Offer): HTMLElement {
     const revert = this.request("Revert", { do: "revert", node: offer.node });
-    revert.classList.add("act");
     return element("li", "choice", element("span", "", `${offer.node}: the last change of ${models(offer)} can be taken back`), revert);
   }
 
   private request(label: string, request: { do: "apply_refinement" | "revert"; node: string }): HTMLButtonElement {
-    const button = pressButton(label, request.do === "revert" ? "revert" : "apply-refinement", () => {
+    const button = change(label, request.do === "revert" ? "revert" : "apply-refinement", () => {
       button.disabled = true;
       void this.ask(request).finally(() => (button.disabled = false));
     });
@@ -97,6 +95,13 @@ export class HealthPanel {
     this.complaint = complaint?.cause ?? null;
     if (complaint === null) this.applied.add(request.node);
   }
+}
+
+/** A button that changes the site: not for those who only look. */
+function change(label: string, id: string, action: () => void): HTMLButtonElement {
+  const button = pressButton(label, id, action);
+  button.classList.add("act");
+  return button;
 }
 
 /** A text whose parts between backticks are commands. */

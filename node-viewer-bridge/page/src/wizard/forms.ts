@@ -133,7 +133,7 @@ function learnForm(site: Site): Form {
       showSeen(seen, tags, site);
     },
     about: (subject) => {
-      const known = site.objects.get(subject)?.tags ?? [];
+      const known = (site.objects.get(subject)?.tags ?? []).filter(({ family }) => family === FAMILY);
       const [first] = known;
       id.control.value = subject;
       if (!first) return;
