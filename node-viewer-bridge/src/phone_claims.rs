@@ -63,9 +63,12 @@ impl PhoneClaims {
                     .to_owned(),
             ),
             _ => {
-                claims.insert(camera.clone(), claim);
-                self.keep(&claims)
-                    .map_err(|error| format!("the bridge cannot keep whose this link is: {error}"))
+                let mut changed = claims.clone();
+                changed.insert(camera.clone(), claim);
+                self.keep(&changed)
+                    .map_err(|error| format!("the bridge cannot keep whose this link is: {error}"))?;
+                *claims = changed;
+                Ok(())
             }
         }
     }
@@ -84,16 +87,21 @@ impl PhoneClaims {
     /// A file that cannot be written.
     pub(crate) fn free(&self, camera: &CameraId) -> Result<(), FileError> {
         let mut claims = self.claims();
-        match claims.remove(camera) {
-            Some(_) => self.keep(&claims),
-            None => Ok(()),
+        let mut changed = claims.clone();
+        if changed.remove(camera).is_some() {
+            self.keep(&changed)?;
+            *claims = changed;
         }
+        Ok(())
     }
 
     fn keep(&self, claims: &BTreeMap<CameraId, Claim>) -> Result<(), FileError> {
-        self.file
-            .as_ref()
-            .map_or(Ok(()), |file| write_toml(file, claims))
+        let Some(file) = &self.file else {
+            return Ok(());
+        };
+        // Nothing else may have made the folder; why it cannot be made is why the file cannot be written.
+        let _ = file.parent().map(std::fs::create_dir_all);
+        write_toml(file, claims)
     }
 
     fn claims(&self) -> MutexGuard<'_, BTreeMap<CameraId, Claim>> {
@@ -118,16 +126,17 @@ mod tests {
     #[test]
     fn a_link_is_for_the_first_device_which_may_return() {
         let folder = tempfile::tempdir().unwrap();
-        let claims = PhoneClaims::open(Some(folder.path())).unwrap();
+        let folder = folder.path().join("kept");
+        let claims = PhoneClaims::open(Some(&folder)).unwrap();
         assert!(!claims.is_used(&pocket(), "token"));
         claims.claim(&pocket(), "token", "first").unwrap();
         let words = claims.claim(&pocket(), "token", "second").unwrap_err();
         assert!(words.contains("another device's"), "{words}");
         // As after a restart.
-        let claims = PhoneClaims::open(Some(folder.path())).unwrap();
+        let claims = PhoneClaims::open(Some(&folder)).unwrap();
         claims.claim(&pocket(), "token", "first").unwrap();
         assert!(claims.claim(&pocket(), "token", "second").is_err());
-        let file = std::fs::read_to_string(folder.path().join(FILE)).unwrap();
+        let file = std::fs::read_to_string(folder.join(FILE)).unwrap();
         assert!(!file.contains("token") && !file.contains("first"), "{file}");
     }
 

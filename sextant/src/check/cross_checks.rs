@@ -30,7 +30,7 @@ impl CrossChecks {
     /// Families of the objects' tags.
     pub fn families(&self) -> BTreeSet<Family> {
         let tags = self.objects.iter().flat_map(ObjectModel::tags);
-        tags.map(|tag| tag.id.family).collect()
+        tags.map(|tag| tag.tag.family).collect()
     }
 
     /// A recording has a camera.

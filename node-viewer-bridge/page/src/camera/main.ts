@@ -40,6 +40,8 @@ const fixButton = find<HTMLButtonElement>("button[data-testid=fix]");
 const worker = new Worker(new URL("./worker.ts", import.meta.url), { type: "module" });
 const say = (message: ToWorker, owned: Transferable[] = []) => worker.postMessage(message, owned);
 
+/** The link's token is said before the camera joins. */
+const entered = enter();
 let source: Source | null = null;
 /** Whether a person wants the camera to run; it rests while the page is in the background. */
 let wanted = false;
@@ -99,6 +101,7 @@ async function start(): Promise<void> {
   if (!wanted || source || opening || document.hidden) return;
   opening = true;
   try {
+    await entered;
     const { camera, size, rate, pictures } = settings();
     const [width, height] = size.split(" × ").map(Number) as [number, number];
     const options: Wanted = { width, height, rate: Number(rate) };
@@ -274,4 +277,3 @@ const isNew = "requestVideoFrameCallback" in HTMLVideoElement.prototype && "Offs
 find<HTMLElement>("[data-testid=insecure]").hidden = isSecure;
 if (!isNew) trouble.textContent = TOO_OLD;
 find<HTMLButtonElement>("button[data-testid=start]").disabled = !isSecure || !isNew;
-void enter();
