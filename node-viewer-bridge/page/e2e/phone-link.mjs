@@ -31,15 +31,17 @@ async function check(name, action) {
 
 const browser = await launch(["--use-fake-ui-for-media-stream", "--use-fake-device-for-media-stream", `--use-file-for-fake-video-capture=${video}`]);
 /** A device: its page keeps cookies and keys apart from other ones'. */
-const device = async () => (await browser.newContext({ viewport: { width: 390, height: 844 } })).newPage();
+const device = async (width) => (await browser.newContext({ viewport: { width, height: 844 } })).newPage();
 const shows = (page, condition) => page.waitForSelector(`[data-testid=link][data-condition=${condition}]`, { timeout });
 
 async function join(page, address) {
+  // Another fragment alone would not load the page.
+  await page.goto("about:blank");
   await page.goto(address);
   await page.click("[data-testid=start]");
 }
 
-const [first, second, desk] = await Promise.all([device(), device(), device()]);
+const [first, second, desk] = await Promise.all([device(390), device(390), device(1280)]);
 const camera = new URL(link).searchParams.get("name");
 await check("the first device is the camera", async () => {
   await join(first, link);
@@ -52,7 +54,6 @@ await check("a second one is told why it is not", async () => {
   if (!notice.includes("another device's")) throw new Error(`it says "${notice}"`);
 });
 await check("the first returns with its name, without the link", async () => {
-  await first.goto("about:blank");
   await join(first, new URL("camera", link).href);
   await shows(first, "joined");
   const name = await first.inputValue("input[name=camera]");
@@ -60,7 +61,7 @@ await check("the first returns with its name, without the link", async () => {
 });
 await check("an operator frees the link for the second", async () => {
   await desk.goto(`${new URL("/", link).href}#token=${operator}`);
-  await desk.click("[data-testid=phones-open]");
+  await desk.click("[data-testid=phones-open]", { timeout });
   await desk.click(`[data-testid=phone-free-${camera}]`, { timeout });
   await desk.locator(".phones svg").waitFor({ state: "visible", timeout });
   await first.close();
