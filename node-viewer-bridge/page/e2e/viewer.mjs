@@ -186,6 +186,9 @@ async function checkView(page) {
   await page.click("[data-testid=timeline] [data-moving]");
   const where = () => page.evaluate(() => window.sextant.screen(Object.keys(window.sextant.positions())[0]));
   await page.locator("canvas[data-testid=stage]").focus();
+  await wait(page, () => document.body.dataset.replaying === "true");
+  // What was drawn last of the present gives way.
+  await page.waitForTimeout(500);
   const far = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1]);
   const first = await where();
   for (const key of ["ArrowLeft", "ArrowUp"]) {
