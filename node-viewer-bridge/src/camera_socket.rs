@@ -26,6 +26,8 @@ const REPORT_PERIOD: Duration = Duration::from_secs(1);
 /// Close codes after which the browser does not try again: PROTOCOL.md.
 const REPLACED: u16 = 4000;
 const INVALID_LINK: u16 = 4001;
+/// Longest key of a device.
+const MAX_KEY_BYTES: usize = 64;
 /// Longest reason in a close frame, by RFC 6455.
 const MAX_REASON_BYTES: usize = 120;
 
@@ -40,13 +42,20 @@ pub(crate) async fn upgrade(
     let Some((camera, key)) = asked(&uri) else {
         return assets::plain(
             StatusCode::BAD_REQUEST,
-            "say ?name=NAME&key=KEY: a camera's name has letters a-z, digits, - and _, at most 32; a key is chosen by the browser\n",
+            "say ?name=NAME&key=KEY: a camera's name has letters a-z, digits, - and _, at most 32; a key of at most 64 letters and digits is chosen by the browser\n",
         );
     };
     let shared = Arc::clone(&context.shared);
     let access = &shared.protection.access;
     let place = match access.check_camera(&headers, from, &camera, std::time::Instant::now()) {
-        Ok(()) => shared.web_cameras.enter(camera.clone(), &key),
+        Ok(()) => match claim(&shared, &camera, &key).await {
+            Ok(()) => shared.web_cameras.enter(camera.clone(), &key),
+            Err(cause) => {
+                return answered(socket, |socket| async move {
+                    close(socket, INVALID_LINK, &cause).await;
+                });
+            }
+        },
         Err(Denied::NotThisCamera) => Err(format!(
             "this link is not for a camera named {camera}: use the name that it was made for"
         )),
@@ -68,6 +77,19 @@ pub(crate) async fn upgrade(
     })
 }
 
+/// Makes the link of a phone with a key this device's own.
+async fn claim(shared: &Arc<Shared>, camera: &CameraId, key: &str) -> Result<(), String> {
+    let phones = shared.protection.access.phones();
+    let Some(token) = phones.and_then(|phones| phones.get(camera)) else {
+        return Ok(());
+    };
+    let (token, camera, key) = (token.clone(), camera.clone(), key.to_owned());
+    let shared = Arc::clone(shared);
+    let claim = move || shared.phone_claims.claim(&camera, &token, &key);
+    let claimed = tokio::task::spawn_blocking(claim).await;
+    claimed.unwrap_or_else(|_| Err("the bridge failed; its log says more".to_owned()))
+}
+
 fn answered<F>(
     socket: WebSocketUpgrade,
     handle: impl FnOnce(WebSocket) -> F + Send + 'static,
@@ -87,7 +109,8 @@ fn asked(uri: &Uri) -> Option<(CameraId, String)> {
         pairs.find_map(|(key, value)| (key == name).then_some(value))
     };
     let key = value("key")?;
-    let is_plain = key.bytes().all(|byte| byte.is_ascii_alphanumeric());
+    let is_plain = (1..=MAX_KEY_BYTES).contains(&key.len())
+        && key.bytes().all(|byte| byte.is_ascii_alphanumeric());
     Some((
         CameraId::new(value("name")?).ok()?,
         is_plain.then(|| key.to_owned())?,
@@ -180,8 +203,15 @@ impl Conversation {
             Event::ReportDue => {
                 self.report_due = Instant::now() + REPORT_PERIOD;
                 let (n_clients, _) = self.shared.hub.counts();
-                let is_in_rig = self.shared.mirror().camera_config(&self.camera).is_some();
-                let report = self.session.report(&now(), n_clients > 0, is_in_rig);
+                let (is_in_rig, families) = {
+                    let site = self.shared.mirror();
+                    let tags = site.configs().flat_map(|object| &object.tags);
+                    let families = tags.map(|tag| tag.family).collect();
+                    (site.camera_config(&self.camera).is_some(), families)
+                };
+                let report = self
+                    .session
+                    .report(&now(), n_clients > 0, is_in_rig, families);
                 say(&mut self.socket, &report).await
             }
         }

@@ -28,6 +28,7 @@ mod models;
 mod network;
 #[cfg(test)]
 mod panic_tests;
+mod phone_claims;
 mod phone_links;
 mod protection;
 mod refusal;
@@ -45,5 +46,5 @@ mod zones;
 pub use bridge::run;
 pub use config::{ViewerConfig, WebhookOptions, WebhookUrl};
 pub use last_seconds::download::download_last_seconds;
-pub use phone_links::{PhoneLink, PhoneLinks, phone_links};
+pub use phone_links::{PhoneLink, PhoneLinks, PhonePage, phone_links, phone_page};
 pub use protection::Protection;

@@ -1,16 +1,38 @@
 //! Links by which phones and other browsers become cameras, and what may be in their way.
 
 use crate::access::PageAccess;
+use crate::certificate;
 use crate::config::ViewerConfig;
+use crate::phone_claims::PhoneClaims;
 use crate::protection::Admission;
+use crate::refusal::Refusal;
 use anyhow::Context;
 use qrcode::QrCode;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use sextant_process::{Exit, WithExit};
 use sextant_site_files::read_toml;
 use sextant_site_model::CameraId;
 use std::net::{IpAddr, SocketAddr, UdpSocket};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+/// Longest command, bytes.
+pub(crate) const MAX_COMMAND_BYTES: usize = 256;
+
+/// What an operator asks of the links.
+#[derive(Debug, PartialEq, Eq, Deserialize)]
+#[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
+pub(crate) enum Command {
+    /// The next device that uses the link of this camera may be it.
+    Free { camera: CameraId },
+}
+
+impl Command {
+    /// # Errors
+    /// Bytes that are no command.
+    pub(crate) fn parse(bytes: &[u8]) -> Result<Self, Refusal> {
+        serde_json::from_slice(bytes).map_err(|error| Refusal::wrong("camera", error))
+    }
+}
 
 /// Links for browsers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -26,6 +48,8 @@ pub struct PhoneLinks {
 pub struct PhoneLink {
     /// The camera's name; none where the browser chooses.
     pub camera: Option<CameraId>,
+    /// Whether a device has used the link: then it is for that device alone.
+    pub used: bool,
     /// The address, with the phone's token in its fragment, which browsers send to no server.
     pub url: String,
     /// The same as a QR code: a row a text, dark modules `1` and light ones `0`, without the quiet zone.
@@ -37,14 +61,65 @@ pub struct PhoneLink {
 /// # Errors
 /// [`Exit::Input`] for a wrong file.
 pub fn phone_links(config_file: &Path) -> anyhow::Result<PhoneLinks> {
+    let (config, admission) = load(config_file)?;
+    let kept = kept_folder(&config, config_file);
+    let claims = PhoneClaims::open(kept.as_deref()).exit_with(Exit::Input)?;
+    let page = (&admission.access, admission.is_secure);
+    Ok(links(&config, config.listen, page, None, &claims))
+}
+
+/// What a page is to phones.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PhonePage {
+    /// What has to change before phones can be cameras.
+    pub caution: Option<String>,
+    /// Whether only the bridge's own machine reaches it.
+    pub is_local: bool,
+    /// Whether its certificate is the bridge's own, of which browsers warn.
+    pub is_self_signed: bool,
+    /// The name or address in its links, if its certificate does not have it.
+    pub missing_name: Option<String>,
+}
+
+/// The page of a bridge with this file, as it would be to phones.
+///
+/// # Errors
+/// [`Exit::Input`] for a wrong file.
+pub fn phone_page(config_file: &Path) -> anyhow::Result<PhonePage> {
+    let (config, admission) = load(config_file)?;
+    let keys = admission.network.keys();
+    let certificate = match keys {
+        Some(keys) => Some(keys.files.page_certificate()),
+        None => kept_folder(&config, config_file).map(|kept| kept.join(certificate::FILE)),
+    };
+    // One that is not there yet is made at the start.
+    let certificate = certificate.filter(|_| admission.is_secure);
+    let certificate = certificate.and_then(|file| std::fs::read_to_string(file).ok());
+    let place = place(&config, config.listen, None);
+    let name = place.rsplit_once(':').map_or(&*place, |(name, _)| name);
+    let names = [name.trim_matches(['[', ']']).to_owned()];
+    let missing = certificate.and_then(|it| certificate::first_missing(&it, &names).cloned());
+    let page = (&admission.access, admission.is_secure);
+    Ok(PhonePage {
+        caution: links(&config, config.listen, page, None, &PhoneClaims::default()).caution,
+        is_local: config.listen.ip().to_canonical().is_loopback(),
+        is_self_signed: admission.is_secure && keys.is_none(),
+        missing_name: missing,
+    })
+}
+
+fn load(config_file: &Path) -> anyhow::Result<(ViewerConfig, Admission)> {
     let config: ViewerConfig = read_toml(config_file).exit_with(Exit::Input)?;
     let folder = config_file.parent().unwrap_or(Path::new(""));
-    let Admission {
-        access, is_secure, ..
-    } = Admission::load(&config, folder)
+    let admission = Admission::load(&config, folder)
         .with_context(|| config_file.display().to_string())
         .exit_with(Exit::Input)?;
-    Ok(links(&config, config.listen, (&access, is_secure), None))
+    Ok((config, admission))
+}
+
+fn kept_folder(config: &ViewerConfig, config_file: &Path) -> Option<PathBuf> {
+    let beside = config_file.parent().unwrap_or(Path::new(""));
+    config.folder.as_ref().map(|kept| beside.join(kept))
 }
 
 /// Links to a bridge that listens on `address`, with its access rule and whether it uses TLS; `host` is the one that a browser asked for.
@@ -53,6 +128,7 @@ pub(crate) fn links(
     address: SocketAddr,
     (access, is_secure): (&PageAccess, bool),
     host: Option<&str>,
+    claims: &PhoneClaims,
 ) -> PhoneLinks {
     let scheme = if is_secure { "https" } else { "http" };
     let place = place(config, address, host);
@@ -63,7 +139,10 @@ pub(crate) fn links(
         Some(phones) => {
             let links = phones.iter().map(|(camera, token)| {
                 let own = format!("{url}?name={camera}#token={token}");
-                PhoneLink::new(Some(camera.clone()), own)
+                PhoneLink {
+                    used: claims.is_used(camera, token),
+                    ..PhoneLink::new(Some(camera.clone()), own)
+                }
             });
             links.collect()
         }
@@ -107,7 +186,7 @@ fn place(config: &ViewerConfig, address: SocketAddr, host: Option<&str>) -> Stri
 }
 
 /// This machine's address on its network: the one from which it would send elsewhere. Nothing is sent.
-fn outward() -> IpAddr {
+pub(crate) fn outward() -> IpAddr {
     const ANYWHERE: &str = "192.0.2.1:9";
     let socket = UdpSocket::bind("0.0.0.0:0").and_then(|socket| {
         socket.connect(ANYWHERE)?;
@@ -125,7 +204,12 @@ impl PhoneLink {
             rows.map(|row| row.iter().map(|it| it.select('1', '0')).collect())
                 .collect()
         });
-        Self { camera, url, qr }
+        Self {
+            camera,
+            used: false,
+            url,
+            qr,
+        }
     }
 
     /// The QR code for a terminal, with its quiet zone: two modules a character, light ones drawn, as terminals are dark.
@@ -163,7 +247,8 @@ mod tests {
         let config: ViewerConfig = sextant_site_files::parse_toml(file, text, |_| Ok(())).unwrap();
         let admission = Admission::load(&config, Path::new("")).unwrap();
         let page = (&admission.access, admission.is_secure);
-        links(&config, config.listen, page, host)
+        let claims = PhoneClaims::default();
+        links(&config, config.listen, page, host, &claims)
     }
 
     #[test]

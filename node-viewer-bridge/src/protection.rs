@@ -15,6 +15,7 @@ use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer};
 use crate::access::{PageAccess, PageRole, Tokens};
 use crate::certificate;
 use crate::config::ViewerConfig;
+use crate::phone_links::outward;
 
 /// Protection of the network and the page.
 pub struct Protection {
@@ -51,7 +52,7 @@ impl Protection {
 
 /// Who may use the page, without the secrets of its TLS.
 pub(crate) struct Admission {
-    network: Security,
+    pub(crate) network: Security,
     pub(crate) access: PageAccess,
     /// Whether the page is served by TLS.
     pub(crate) is_secure: bool,
@@ -107,9 +108,11 @@ fn tls(keys: &NodeKeys) -> anyhow::Result<TlsAcceptor> {
 fn own_tls(config: &ViewerConfig, folder: &Path) -> anyhow::Result<TlsAcceptor> {
     let kept = config.folder.as_ref().map(|kept| folder.join(kept));
     let mut names = config.host_names.clone();
-    if !config.listen.ip().is_unspecified() {
-        names.push(config.listen.ip().to_string());
-    }
+    let address = config.listen.ip();
+    names.push(match address.is_unspecified() {
+        true => outward().to_string(),
+        false => address.to_string(),
+    });
     let own = certificate::own(kept.as_deref(), &names)?;
     let chain: Result<_, _> = CertificateDer::pem_slice_iter(own.certificate.as_bytes()).collect();
     let private = PrivateKeyDer::from_pem_slice(own.key.as_bytes())?;

@@ -95,7 +95,12 @@ fn router(context: Context) -> Router {
         .route("/ws", get(socket::upgrade))
         .route("/api/state", get(state))
         .route("/metrics", get(figures))
-        .route("/api/phones", get(phones))
+        .route(
+            "/api/phones",
+            get(phones)
+                .post(phone_command)
+                .layer(DefaultBodyLimit::max(phone_links::MAX_COMMAND_BYTES)),
+        )
         .route(LAST_MCAP, get(last_seconds))
         .route(
             "/api/wizard",
@@ -303,13 +308,29 @@ async fn phones(
         config,
         address,
         protection,
+        phone_claims,
         ..
     } = &*context.shared;
     let host = headers.get(header::HOST).and_then(|it| it.to_str().ok());
     let page = (&protection.access, protection.tls.is_some());
-    let links = phone_links::links(config, *address, page, host);
+    let links = phone_links::links(config, *address, page, host, phone_claims);
     let json = serde_json::to_string(&links).unwrap_or_default();
     as_json(StatusCode::OK, format!("{json}\n").into())
+}
+
+/// Frees the link of a phone for another device.
+async fn phone_command(
+    State(context): State<Context>,
+    Extension(role): Extension<PageRole>,
+    headers: HeaderMap,
+    body: Bytes,
+) -> Response<Body> {
+    let shared = context.shared;
+    let obey = move || {
+        let phone_links::Command::Free { camera } = phone_links::Command::parse(&body)?;
+        shared.phone_claims.free(&camera).map_err(Refusal::not_now)
+    };
+    answer_command(role, &headers, obey).await
 }
 
 /// Health of the site. Causes name cameras and objects, so they require permission to view.

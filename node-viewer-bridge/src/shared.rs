@@ -7,6 +7,7 @@ use crate::hub::Hub;
 use crate::last_seconds::LastSeconds;
 use crate::message::Message;
 use crate::metrics::Metrics;
+use crate::phone_claims::PhoneClaims;
 use crate::protection::Protection;
 use crate::web_camera::registry::WebCameras;
 use crate::webhook::Webhook;
@@ -42,6 +43,7 @@ pub(crate) struct Shared {
     pub(crate) wizard: WizardService,
     pub(crate) zones: ZoneService,
     pub(crate) web_cameras: Arc<WebCameras>,
+    pub(crate) phone_claims: PhoneClaims,
     pub(crate) webhook: Option<Webhook>,
     pub(crate) started: Instant,
     /// Whether the bridge is connected to the site's network.
@@ -65,6 +67,7 @@ impl Shared {
         let webhook = config.webhook.as_ref();
         let shared = Self {
             zones: ZoneService::open(folder.as_deref())?,
+            phone_claims: PhoneClaims::open(folder.as_deref())?,
             webhook: webhook.map(|options| Webhook::new(options, config.site.clone())),
             wizard: WizardService::new(folder),
             hosts: HostRule::new(address, &config.host_names),

@@ -65,4 +65,4 @@ pub use messages::refusal::Refusal;
 pub use messages::rig_config::{
     CameraConfig, ExposureConfig, LensConfig, LensSigmaConfig, RigConfig,
 };
-pub use sextant_site_report::State;
+pub use sextant_site_report::{Severity, State};

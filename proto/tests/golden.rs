@@ -6,7 +6,9 @@
 mod samples;
 
 use serde::Serialize;
+use serde_json::Value;
 use sextant_proto::{AnyMessage, Message, decode, encode};
+use std::collections::BTreeMap;
 use std::fmt::Debug;
 use std::fs;
 use std::path::PathBuf;
@@ -64,4 +66,30 @@ fn every_message_is_the_bytes_in_its_file() {
     agrees("proposal", &samples::proposal());
     agrees("fusion_inputs", &samples::fusion_inputs());
     agrees("heartbeat", &samples::heartbeat());
+}
+
+/// The name of a variant.
+fn variant(of: &impl Serialize) -> String {
+    match serde_json::to_value(of).unwrap() {
+        Value::String(name) => name,
+        fields => fields.as_object().unwrap().keys().next().unwrap().clone(),
+    }
+}
+
+/// The page's tests read this file, so that it calls a fault what nodes do.
+#[test]
+fn severities_are_those_in_their_file() {
+    let (fusion, camera) = (samples::fusion_status(), samples::camera_status());
+    let of_fusion = fusion.notices.iter().map(|n| (variant(n), n.severity()));
+    let of_camera = camera.notices.iter().map(|n| (variant(n), n.severity()));
+    let severities = serde_json::json!({
+        "notices": of_fusion.collect::<BTreeMap<_, _>>(),
+        "camera_notices": of_camera.collect::<BTreeMap<_, _>>(),
+    });
+    let json = serde_json::to_string_pretty(&severities).unwrap() + "\n";
+    let file = golden("severities.json");
+    if std::env::var_os("SEXTANT_WRITE_GOLDEN").is_some() {
+        fs::write(&file, &json).unwrap();
+    }
+    assert_eq!(json, fs::read_to_string(&file).unwrap());
 }

@@ -139,7 +139,10 @@ fn deploy(
         health: site.map(|_| &health),
         timeout: Duration::from_secs(arguments.timeout),
         on_step: &on_step,
-        notices_of: words::camera_findings,
+        notices_of: |status| {
+            let findings = words::camera_findings(status).into_iter();
+            findings.map(|finding| finding.words).collect()
+        },
         shutdown,
     };
     let jobs = targets.iter().zip(desired).enumerate();

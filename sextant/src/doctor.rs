@@ -148,6 +148,7 @@ fn files(paths: &[PathBuf]) -> (Vec<Finding>, Vec<NamedNode>) {
             }
         }
     }
+    findings.extend(nodes::unread_by_phones(&together.families()));
     let complaints = together.complaints().into_iter();
     findings.extend(complaints.map(|words| Finding::fault("files", words, "mend one of them")));
     (findings, named)

@@ -197,7 +197,7 @@ fn camera_status(status: &CameraStatus) -> String {
     );
     for finding in words::camera_findings(status) {
         line.push_str("; ");
-        line.push_str(&finding);
+        line.push_str(&finding.words);
     }
     line
 }
@@ -221,7 +221,7 @@ fn fusion_status(status: &FusionStatus) -> String {
     );
     for finding in words::findings(status) {
         line.push_str("; ");
-        line.push_str(&finding);
+        line.push_str(&finding.words);
     }
     line
 }

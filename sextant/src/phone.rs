@@ -14,8 +14,8 @@ use std::path::PathBuf;
 #[command(after_help = "For example: sextant phone --config viewer.toml
              sextant phone --rig-entry pocket --device phone --image 1280x720 >> rig.toml
 Scan the code with a phone's camera and open the link: the page explains what the browser asks. docs/phones.md goes the whole way.
-With --json, a line a link: {\"camera\",\"url\",\"qr\"}; camera is null where the phone chooses a name.
-The link of a site with keys contains the phone's token: keep it private.")]
+With --json, a line a link: {\"camera\",\"used\",\"url\",\"qr\"}; camera is null where the phone chooses a name.
+The link of a site with keys contains the phone's token: keep it private. It is for the first device that uses it.")]
 pub struct PhoneArguments {
     /// File of the viewer bridge that serves the page.
     #[arg(long, default_value = "viewer.toml", conflicts_with = "rig_entry")]
@@ -115,7 +115,11 @@ pub fn run(arguments: &PhoneArguments, format: Format) -> anyhow::Result<()> {
 
 fn text(link: &PhoneLink) -> String {
     let name = link.camera.as_ref();
-    let name = name.map_or(String::new(), |name| format!("camera {name}\n"));
+    let used = match link.used {
+        true => ", used by a device: on the page, \"Add a camera\" frees the link for another one",
+        false => "",
+    };
+    let name = name.map_or(String::new(), |name| format!("camera {name}{used}\n"));
     format!("{name}{}{}", link.qr_text(), link.url)
 }
 

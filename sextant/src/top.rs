@@ -35,7 +35,7 @@ With --json, one line per second: {\"site\",\"t_ns\",\"connected\",\"nodes\":[{\
 \"cameras\":[{\"id\",\"rate_hz\",\"detect_ms\":[p50,p99],\"captured\",\"dropped\",\"clock\":{\"source\",\"error_ms\",\"offset_ms\",\"sigma_ms\",
 \"drift_ppm\"},\"image_age_ms\",\"received\",\"refused\",\"late\",\"gated\",\"unknown_tags\",\"gone_s\"}],
 \"objects\":[{\"id\",\"state\",\"rate_hz\",\"position\",\"orientation\",\"sigma_mm\",\"sigma_deg\",\"cameras\",\"tags\",\"latency_ms\",\"pose_age_ms\",\"gone_s\"}],
-\"faults\":[{\"from\",\"words\"}]}; null for unknown values. gone_s: seconds since a camera fell silent,
+\"faults\":[{\"from\",\"words\"}],\"information\":[{\"from\",\"words\"}]}; null for unknown values. gone_s: seconds since a camera fell silent,
 or since no fusion node has an object any more; it is dropped after 60 s, unless the camera is in the rig. Sigmas are the expected length of the error."
 )]
 pub struct TopArguments {

@@ -7,7 +7,7 @@ use serde_json::Value;
 use sextant_calibrator::{Finding, Verdict};
 use sextant_proto::{CameraStatus, FusionStatus, Notice, Outcome, SettingsOutcome};
 use sextant_site_model::ObjectId;
-use sextant_site_report::State;
+use sextant_site_report::{Severity, State};
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
 use std::mem::{Discriminant, discriminant};
@@ -22,10 +22,20 @@ pub fn state(state: State) -> &'static str {
     }
 }
 
-/// Faults, imperfections and notices of a fusion node, a sentence each.
-pub fn findings(status: &FusionStatus) -> Vec<String> {
+/// What a node reports.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NodeFinding {
+    /// The node.
+    pub from: String,
+    pub severity: Severity,
+    /// A sentence.
+    pub words: String,
+}
+
+/// Faults, imperfections and notices of a fusion node.
+pub fn findings(status: &FusionStatus) -> Vec<NodeFinding> {
     let findings = keyed_findings(status).into_iter();
-    findings.map(|(_, sentence)| sentence).collect()
+    findings.map(|(_, finding)| finding).collect()
 }
 
 /// Most findings of one kind that a verdict lists.
@@ -58,48 +68,53 @@ pub fn reasons(verdict: &Verdict) -> Vec<String> {
     lines
 }
 
-/// Findings of all fusion nodes, a sentence each with its node. What several report about the site is there once, from the one that published last.
-pub fn merged_findings<'a>(
-    statuses: impl Iterator<Item = &'a FusionStatus>,
-) -> Vec<(String, String)> {
+/// Findings of all fusion nodes. What several report about the site is there once, from the one that published last.
+pub fn merged_findings<'a>(statuses: impl Iterator<Item = &'a FusionStatus>) -> Vec<NodeFinding> {
     let mut statuses: Vec<_> = statuses.collect();
     statuses.sort_by_key(|status| Reverse(status.epoch));
     let mut known = BTreeSet::new();
     let of_node = |status: &FusionStatus| {
         let mut findings = keyed_findings(status);
         findings.retain(|(key, _)| known.insert(key.clone()));
-        let sentences = findings.into_iter().map(|(_, sentence)| sentence);
-        let node = status.node.to_string();
-        sentences
-            .map(|sentence| (node.clone(), sentence))
-            .collect::<Vec<_>>()
+        findings.into_iter().map(|(_, finding)| finding)
     };
     statuses.into_iter().flat_map(of_node).collect()
 }
 
-/// Sentences, each with a key that stays the same while amounts change.
-fn keyed_findings(status: &FusionStatus) -> Vec<(String, String)> {
+/// Findings, each with a key that stays the same while amounts change.
+fn keyed_findings(status: &FusionStatus) -> Vec<(String, NodeFinding)> {
     let faults = status.faults.iter();
-    let faults = faults.map(|fault| (subject(fault), fault.to_string()));
+    let faults = faults.map(|fault| (subject(fault), Severity::Fault, fault.to_string()));
     let left_out = match status.faults_left_out {
         0 => None,
         n => Some((
             "left out".to_owned(),
+            Severity::Fault,
             format!("and {} more", count(n as usize, "fault")),
         )),
     };
     let imperfections = status.imperfections.iter();
-    let imperfections = imperfections.map(|one| (format!("off {}", subject(one)), one.to_string()));
+    let imperfections = imperfections.map(|one| {
+        let key = format!("off {}", subject(one));
+        (key, Severity::Information, one.to_string())
+    });
     let notices = status.notices.iter().map(|notice| {
         let owner = if is_about_node(notice) {
             status.node.as_str()
         } else {
             ""
         };
-        (format!("{owner} {}", subject(notice)), notice.to_string())
+        let key = format!("{owner} {}", subject(notice));
+        (key, notice.severity(), notice.to_string())
     });
     let all = faults.chain(left_out).chain(imperfections).chain(notices);
-    all.map(|(key, sentence)| (key, plain(&sentence))).collect()
+    let finding = |severity, sentence: String| NodeFinding {
+        from: status.node.to_string(),
+        severity,
+        words: plain(&sentence),
+    };
+    all.map(|(key, severity, sentence)| (key, finding(severity, sentence)))
+        .collect()
 }
 
 /// Whether a notice is about the node itself, not about the site.
@@ -126,8 +141,8 @@ fn subject(finding: &impl Serialize) -> String {
     value.to_string()
 }
 
-/// Notices of a camera node, a sentence each.
-pub fn camera_findings(status: &CameraStatus) -> Vec<String> {
+/// What a camera node reports.
+pub fn camera_findings(status: &CameraStatus) -> Vec<NodeFinding> {
     let fallbacks = match status.fallbacks {
         0 => None,
         n => Some(format!(
@@ -139,9 +154,16 @@ pub fn camera_findings(status: &CameraStatus) -> Vec<String> {
         SettingsOutcome::None | SettingsOutcome::Pending | SettingsOutcome::Applied => None,
         outcome => Some(settings_outcome(outcome)),
     };
-    let notices = status.notices.iter().map(ToString::to_string);
-    let all = fallbacks.into_iter().chain(settings).chain(notices);
-    all.map(|sentence| plain(&sentence)).collect()
+    let notices = status.notices.iter();
+    let notices = notices.map(|notice| (notice.severity(), notice.to_string()));
+    let faults = fallbacks.into_iter().chain(settings);
+    let all = faults.map(|words| (Severity::Fault, words)).chain(notices);
+    let finding = |(severity, sentence): (Severity, String)| NodeFinding {
+        from: status.camera.to_string(),
+        severity,
+        words: plain(&sentence),
+    };
+    all.map(finding).collect()
 }
 
 /// What became of a change of the site.

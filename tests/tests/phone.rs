@@ -2,17 +2,20 @@
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 
-use sextant_proto::{CameraStatus, ClockSource, ObjectPose, Observations, State};
+use serde_json::Value;
+use sextant_proto::{CameraStatus, ClockSource, ObjectPose, Observations, State, limits};
 use sextant_simulator::{Renderer, Scenario};
 use sextant_site_model::{Camera, CameraId, ObjectId, ObjectModel, ObjectTag, Rig, TagId};
+use sextant_tag_families::Family;
 use sextant_test_needs as needs;
-use sextant_zenoh_bus::Subscription;
+use sextant_zenoh_bus::{DropRule, Profile, Subscription};
 use std::fs;
 use std::io::Write;
+use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Child, Command};
-use std::time::Duration;
-use system_tests::{FusedSite, free_port, send, sextant, workspace_root};
+use std::time::{Duration, Instant};
+use system_tests::{FusedSite, LockedSite, free_port, send, sextant, workspace_root};
 
 const NAME: &str = "pocket";
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -76,7 +79,11 @@ fn a_browser_is_a_camera_of_the_site() {
     if needs::PHONE.is_skipped() {
         return;
     }
-    let scenario = Scenario::demo(1, 1, 1);
+    let mut scenario = Scenario::demo(1, 1, 1);
+    // Browsers learn from the bridge which families to look for.
+    for tag in &mut scenario.objects[0].tags {
+        tag.family = Family::Tag25h9;
+    }
     let (rig, object) = files(&scenario);
     let site = FusedSite::start(&rig, &[object], "");
     let video = site.path("video.y4m");
@@ -133,4 +140,68 @@ fn a_browser_is_a_camera_of_the_site() {
         browser.expect("Node is installed").success(),
         "see the FAIL lines above"
     );
+}
+
+#[test]
+fn a_link_of_a_protected_site_is_for_one_device() {
+    if needs::PHONE.is_skipped() {
+        return;
+    }
+    let mut site = LockedSite::start(Profile::Lab);
+    site.change_members(&["add", NAME, "--role", "phone"]);
+    site.restart();
+    let video = site.path("video.y4m");
+    write_video(&Scenario::demo(1, 1, 1), &video);
+    let config = site.path("viewer.toml");
+    let address = format!("127.0.0.1:{}", free_port());
+    let text = format!(
+        "site = \"lab\"\nnode = \"desk\"\nlisten = \"{address}\"\nfolder = \"kept\"\n[network]\nconnect = [\"{}\"]\n[security]\nprofile = \"lab\"\nkeys = \"authority/desk\"\n",
+        site.connect
+    );
+    fs::write(&config, text).expect("the folder can be written");
+    let shown = || {
+        let mut program = sextant();
+        program.args(["phone", "--json", "--config"]).arg(&config);
+        let output = program.output().expect("sextant runs");
+        let line: Value = serde_json::from_slice(&output.stdout).expect("a line of JSON");
+        line
+    };
+    let link = shown();
+    assert_eq!(link["used"], false);
+    let url = link["url"].as_str().expect("a link");
+    let tokens = site.keys_of("desk").join("page-tokens.toml");
+    let tokens = fs::read_to_string(tokens).expect("tokens");
+    let mut lines = tokens.lines();
+    let operator = lines.find_map(|line| line.strip_prefix("operate = \""));
+    let operator = operator.expect("a token").trim_end_matches('"');
+    let mut bridge = sextant();
+    let bridge = bridge.args(["viewer", "--config"]).arg(&config).spawn();
+    let _bridge = Bridge(bridge.expect("sextant starts"));
+    let deadline = Instant::now() + PATIENCE;
+    while TcpStream::connect(&address).is_err() {
+        assert!(Instant::now() < deadline, "the bridge does not come up");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let screen = site.open("screen");
+    let camera = CameraId::new(NAME).expect("an id");
+    let observations = screen
+        .subscribe(
+            &site.keys.observations(&camera),
+            64,
+            DropRule::Oldest,
+            limits::MAX_PAYLOAD_BYTES,
+        )
+        .expect("a subscription");
+    let browsers = Command::new("node")
+        .args(["e2e/phone-link.mjs", url])
+        .arg(&video)
+        .args([operator, "--timeout", "60"])
+        .current_dir(workspace_root().join("node-viewer-bridge/page"))
+        .status();
+    assert!(
+        browsers.expect("Node is installed").success(),
+        "see the FAIL lines above"
+    );
+    let _: Observations = first(&observations, |_| true);
+    assert_eq!(shown()["used"], true);
 }

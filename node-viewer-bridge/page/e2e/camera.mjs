@@ -8,6 +8,7 @@
 import { mkdir } from "node:fs/promises";
 import { join } from "node:path";
 import { parseArgs } from "node:util";
+import { barriers } from "./axe.mjs";
 import { launch } from "./chromium.mjs";
 
 const { values: options, positionals } = parseArgs({
@@ -65,6 +66,10 @@ await check("tags are outlined", outlined);
 await check("the clocks are compared", () => wait(() => document.querySelector("[data-fact=clock]")?.dataset.good === "true"));
 await check("observations are sent", () => wait(() => Number(document.querySelector("[data-fact=sent] dd")?.textContent) > 10));
 await shoot("live");
+await check("axe finds nothing wrong", async () => {
+  const found = await barriers(page);
+  if (found.length > 0) throw new Error(found.join("; "));
+});
 await check("it rests in the background and comes back by itself", async () => {
   const hide = (hidden) =>
     page.evaluate((value) => {

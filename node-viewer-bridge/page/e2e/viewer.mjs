@@ -10,6 +10,7 @@ import { spawn } from "node:child_process";
 import { mkdir, readFile } from "node:fs/promises";
 import { join } from "node:path";
 import { parseArgs } from "node:util";
+import { barriers } from "./axe.mjs";
 import { launch } from "./chromium.mjs";
 
 const { values: options, positionals } = parseArgs({
@@ -135,6 +136,7 @@ async function checkSettings(page) {
   await card.locator(".enlarge").click();
 }
 
+const TABS = ["objects", "plots", "health", "measure", "zones"];
 const tab = (page, key) => page.click(`[data-testid=tab-${key}]`);
 
 /** Each chart of figures has points, the cursor reads them out, a held chart stands still, and files can be had. */
@@ -179,23 +181,57 @@ async function checkTimeline(page) {
   await changes(page, "the present table", shownPositions);
 }
 
-/** A click on an object follows it: it stays where it is on the screen. */
+/** Arrows turn the view, + and - go nearer and away, whatever is drawn meanwhile. */
+async function checkView(page) {
+  await page.click("[data-testid=timeline] [data-moving]");
+  const where = () => page.evaluate(() => window.sextant.screen(Object.keys(window.sextant.positions())[0]));
+  await page.locator("canvas[data-testid=stage]").focus();
+  await wait(page, () => document.body.dataset.replaying === "true");
+  // What was drawn last of the present gives way.
+  await page.waitForTimeout(500);
+  const far = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1]);
+  const first = await where();
+  for (const key of ["ArrowLeft", "ArrowUp"]) {
+    const before = await where();
+    await page.keyboard.press(key);
+    assert(far(before, await where()) > 1, `${key} does not turn the view`);
+  }
+  for (const key of ["ArrowRight", "ArrowDown"]) await page.keyboard.press(key);
+  assert(far(first, await where()) < 1, "arrows do not turn back");
+  await page.keyboard.press("+");
+  const near = await where();
+  await page.keyboard.press("-");
+  assert(near[2] > 1.05 * first[2] && Math.abs((await where())[2] - first[2]) < 1, "+ and - do not zoom");
+  await page.keyboard.press("r");
+  await page.click("[data-testid=timeline-live]");
+}
+
+/** A click on an object follows it: it fills the stage and stays where it is on the screen; Escape brings the view back. */
 async function checkFollow(page) {
   const place = await page.evaluate(() => window.sextant.screen(Object.keys(window.sextant.positions())[0]));
-  await page.mouse.click(...place);
+  await page.mouse.click(place[0], place[1]);
   await wait(page, () => window.sextant.selection.object !== null);
   const followed = await page.evaluate(() => window.sextant.selection.object);
   const where = () => page.evaluate((id) => window.sextant.screen(id), followed);
-  await page.waitForTimeout(300);
+  const reaches = (least, most) =>
+    wait(page, ([id, least, most]) => {
+      const { width, height } = document.querySelector("canvas[data-testid=stage]").getBoundingClientRect();
+      const share = (2 * window.sextant.screen(id)[2]) / Math.min(width, height);
+      return share > least && share < most;
+    }, [followed, least, most]);
+  await reaches(0.45, 0.65);
+  await page.waitForTimeout(1000);
   const before = await where();
   await changes(page, "the followed object", drawnPositions);
   await page.waitForTimeout(300);
   const after = await where();
   assert(Math.hypot(after[0] - before[0], after[1] - before[1]) < 3, `the followed object moved from ${before} to ${after}`);
+  await page.click("[data-testid=tool-sigma]");
   await screenshot(page, "follow");
+  await page.click("[data-testid=tool-sigma]");
   await page.keyboard.press("Escape");
   assert((await page.evaluate(() => window.sextant.selection.object)) === null, "Escape does not leave the object");
-  await page.keyboard.press("r");
+  await reaches(0, 0.3);
 }
 
 /** Through a camera's eye the tags lie where the poses put them. */
@@ -243,16 +279,44 @@ async function checkZones(page) {
   }
 }
 
+/** A site that works is called healthy; what may be improved opens its wizard with the form filled in; faults can be noted. */
 async function checkHealth(page) {
-  await tab(page, "health");
-  await page.locator("[data-testid=health]").waitFor({ state: "visible", timeout });
+  await page.locator("[data-testid=notices-open][data-condition=healthy]").waitFor({ state: "visible", timeout });
+  await page.click("[data-testid=notices-open]");
+  await page.locator("[data-testid=health-well]").waitFor({ state: "visible", timeout });
   await screenshot(page, "health");
-  const note = page.locator("[data-testid=health-acknowledge]").first();
-  if (!(await note.isVisible())) return;
-  const open = () => page.$$eval("[data-testid=health-acknowledge]", (buttons) => buttons.length);
-  const before = await open();
-  await note.click();
-  assert((await open()) < before, "a noted entry still wants attention");
+  const learn = page.locator("[data-testid=health-learn]").first();
+  await learn.waitFor({ state: "visible", timeout });
+  const object = await learn.locator("xpath=ancestor::section/h3").textContent();
+  await learn.click();
+  const name = await page.inputValue("[data-testid=wizard-field-id]");
+  assert(object === `object ${name}`, `the wizard about ${object} is about ${name}`);
+  assert(/^\d/.test(await page.inputValue("[data-testid=wizard-field-tags]")), "the wizard knows none of the object's tags");
+  await page.click("[data-testid=wizard-close]");
+  const fault = { key: "made-up", severity: "fault", subject: { kind: "node", id: "test" }, cause: "made up", remedy: "", action: null };
+  const open = (fault) => page.evaluate((fault) => (window.sextant.site.health.take([fault], Date.now() / 1000), window.sextant.site.health.open), fault);
+  assert((await open(fault)) === 1, "a fault does not count");
+  await page.locator("[data-testid=health-acknowledge]").first().click();
+  assert((await open(fault)) === 0, "a noted fault still wants attention");
+}
+
+async function checkAxe(page, what) {
+  const found = await barriers(page);
+  assert(found.length === 0, `${what}: ${found.join("; ")}`);
+}
+
+/** Contrast and names of everything, light and dark, by axe. */
+async function checkAccessible(page, keys) {
+  for (const theme of ["light", "dark"]) {
+    await page.evaluate((theme) => document.documentElement.dataset.theme !== theme && document.querySelector("[data-testid=theme]").click(), theme);
+    for (const key of keys) {
+      await tab(page, key);
+      await checkAxe(page, `${key}, ${theme}`);
+    }
+    await page.click("[data-testid=wizard-open]");
+    await checkAxe(page, `wizard, ${theme}`);
+    await page.click("[data-testid=wizard-close]");
+  }
 }
 
 /** Keys, the list of them, and light and dark. */
@@ -282,7 +346,17 @@ async function checkKiosk(browser) {
   await page.close();
 }
 
-/** No label lies over another, however often one looks. */
+/** The stage is as large whatever is shown below it. */
+async function checkTabs(page) {
+  const heights = [];
+  for (const key of TABS) {
+    await tab(page, key);
+    heights.push((await page.locator("canvas[data-testid=stage]").boundingBox()).height);
+  }
+  assert(new Set(heights).size === 1, `the stage's heights are ${heights}`);
+}
+
+/** No label lies over another, and each of an object lies at it, however often one looks. */
 async function checkLabels(page) {
   for (let look = 0; look < 20; look++) {
     const overlaps = await page.evaluate(() => {
@@ -291,6 +365,15 @@ async function checkLabels(page) {
       return boxes.flatMap((a, at) => boxes.slice(at + 1).filter((b) => over(a, b)).map((b) => `${a.text} and ${b.text}`));
     });
     assert(overlaps.length === 0, `labels overlap: ${overlaps.join(", ")}`);
+    const astray = await page.evaluate(() =>
+      [...document.querySelectorAll(".label-object")].filter((label) => !label.hidden).flatMap((label) => {
+        const { left, right, top, bottom } = label.getBoundingClientRect();
+        const [x, y, reach] = window.sextant.screen(label.textContent.split(" ")[0]);
+        const away = Math.hypot(Math.max(left - x, 0, x - right), Math.max(top - y, 0, y - bottom));
+        return away > reach + 30 ? [`${label.textContent} by ${Math.round(away)} px`] : [];
+      }),
+    );
+    assert(astray.length === 0, `labels lie away from their objects: ${astray.join(", ")}`);
     await page.waitForTimeout(100);
   }
 }
@@ -315,7 +398,8 @@ async function checkPhone(browser) {
   await page.goto(url);
   await checkObjects(page);
   await checkPictures(page);
-  for (const key of ["objects", "plots", "health", "measure", "zones"]) {
+  await checkLabels(page);
+  for (const key of TABS) {
     await tab(page, key);
     await page.waitForTimeout(300);
     const wide = await page.evaluate(() => {
@@ -325,6 +409,7 @@ async function checkPhone(browser) {
     assert(wide[0] <= 390 && wide.length === 1, `on a phone of 390 px, ${key} reaches to ${wide.join(", ")}`);
     await screenshot(page, `phone-${key}`);
   }
+  await checkAxe(page, "a phone");
   await page.locator(".enlarge").first().click();
   await page.locator(".settings").first().waitFor({ state: "visible", timeout });
   assert((await page.evaluate(() => document.documentElement.scrollWidth)) <= 390, "on a phone the settings of a camera are too wide");
@@ -354,14 +439,17 @@ try {
   await screenshot(page, "desktop");
   await check("an enlarged picture tells what the detector did", () => checkDetector(page));
   await check("a camera's gain is set, and refused where it cannot be", () => checkSettings(page));
-  await check("labels never overlap", () => checkLabels(page));
+  await check("labels never overlap and lie at their objects", () => checkLabels(page));
+  await check("the stage does not jump between tabs", () => checkTabs(page));
   await check("figures are plotted over time and saved", () => checkPlots(page));
   await check("the time line goes back and forth", () => checkTimeline(page));
+  await check("keys turn the view and go nearer", () => checkView(page));
   await check("a clicked object is followed", () => checkFollow(page));
   await check("a camera can be looked through", () => checkEye(page));
   await check("objects are measured", () => checkMeasure(page));
   await check("zones are set, filled and removed", () => checkZones(page));
-  await check("notices can be noted", () => checkHealth(page));
+  await check("a site that works is called healthy, and its notices open their wizards", () => checkHealth(page));
+  await check("axe finds nothing wrong, light and dark", () => checkAccessible(page, TABS));
   await check("keys do what they say", () => checkKeys(page));
   await check("a kiosk has no buttons", () => checkKiosk(browser));
   if (options.restart) await check("it reconnects after the bridge restarts", () => checkReconnect(page));

@@ -1,26 +1,29 @@
 // What nodes report, in words: faults of the site, imperfections of its files, notices of the nodes themselves. The variants and their fields are
-// those of proto/CONTRACT.md.
+// those of proto/CONTRACT.md, their severities those of the network (proto/golden/severities.json).
 
-import type { CameraNotice, CameraStatus, Fault, FusionStatus, Imperfection, Notice, Refusal, TagId } from "./protocol.ts";
+import type { CameraNotice, CameraStatus, Fault, FusionStatus, Imperfection, Notice, Refusal, TagId, WizardKind } from "./protocol.ts";
 import { story as outcomeOf } from "./settings.ts";
 import { isText } from "./shape.ts";
 
 /** A variant's name, or its name with its fields. */
 type Finding = string | object;
-export type Level = "fault" | "imperfection" | "notice";
+/** Whether somebody has to act, or may. */
+export type Severity = "fault" | "information";
 
 /** What is wrong, and what to do about it. */
 interface Story {
   cause: string;
   /** Empty where there is nothing to do. */
   remedy: string;
+  severity: Severity;
+  /** What the page can do about it: a wizard, or the calibration that the node proposes. */
+  action: WizardKind | "apply" | null;
 }
 
 /** A finding as people read it. */
 export interface Report extends Story {
   /** Stays the same while amounts change. */
   key: string;
-  level: Level;
   subject: Subject;
 }
 
@@ -40,7 +43,8 @@ type Fields<F, N extends PropertyKey> = Extract<F, Record<N, unknown>> extends R
 /** A sentence for each variant. */
 type Stories<F> = { [N in Name<F>]: (fields: Fields<F, N>) => Story };
 
-const story = (cause: string, remedy = ""): Story => ({ cause, remedy });
+const story = (cause: string, remedy = "", action: Story["action"] = null): Story => ({ cause, remedy, severity: "fault", action });
+const information = (cause: string, remedy = "", action: Story["action"] = null): Story => ({ ...story(cause, remedy, action), severity: "information" });
 const fixed = (value: number, digits: number): string => value.toFixed(digits);
 const signed = (value: number, digits: number): string => (value < 0 ? "" : "+") + value.toFixed(digits);
 const percent = (ratio: number, digits: number): string => `${signed((ratio - 1) * 100, digits)} %`;
@@ -74,15 +78,15 @@ function untimely({ camera, age_s: age }: Fields<Fault, "untimely">): Story {
 function tagSize(fields: Fields<Fault, "tag_size">): Story {
   const larger = (fields.ratio - 1) * 100;
   const how = larger > 0 ? "larger" : "smaller";
-  return story(`${tagOf(fields)} is ${Math.abs(larger).toFixed(1)} % ${how} than the model says`, "measure it and correct its size");
+  return story(`${tagOf(fields)} is ${Math.abs(larger).toFixed(1)} % ${how} than the model says`, "measure it and correct its size", "learn");
 }
 
 const FAULTS: Stories<Fault> = {
-  camera_moved: ({ camera }) => story(`camera ${camera} is not where the rig says`, "calibrate it again"),
+  camera_moved: ({ camera }) => story(`camera ${camera} is not where the rig says`, "calibrate it again", "rig"),
   cameras_disagree: ({ a, b }) =>
-    story(`cameras ${a} and ${b} contradict each other, one is not where the rig says`, "calibrate both again, or let a third see the same"),
+    story(`cameras ${a} and ${b} contradict each other, one is not where the rig says`, "calibrate both again, or let a third see the same", "rig"),
   tag_misplaced: (fields) =>
-    story(`${tagOf(fields)} is loose or not where the model says`, "stick it back, or learn the object again"),
+    story(`${tagOf(fields)} is loose or not where the model says`, "stick it back, or learn the object again", "learn"),
   tag_size: tagSize,
   tag_elsewhere: (fields) => {
     const where = fields.on === null ? "" : `, on object ${fields.on}`;
@@ -99,34 +103,36 @@ const FAULTS: Stories<Fault> = {
   camera_frozen: ({ camera, still_s }) =>
     story(`the picture of camera ${camera} has stood still for ${fixed(still_s, 0)} s, corner for corner`, "restart its capture"),
   lens_off: ({ camera }) =>
-    story(`camera ${camera} bends what it sees otherwise than its lens in the rig file says`, "run `sextant calibrate lens`"),
+    story(`camera ${camera} bends what it sees otherwise than its lens in the rig file says`, "run `sextant calibrate lens`", "lens"),
   object_scaled: ({ object, ratio }) =>
     story(`the tags of object ${object} are ${fixed(ratio * 100, 0)} % as large as the model says, all of them`, "measure one and correct the sizes"),
   object_contradicted: ({ object, share }) =>
     story(
       `${fixed(share * 100, 0)} % of the views of object ${object} contradict any pose of it`,
       "check which tags are where, their sizes and the cameras' poses, or learn the object again",
+      "learn",
     ),
   object_unplaced: ({ object }) =>
-    story(`no tag of object ${object} has a place on it, it cannot be tracked`, "run `sextant learn`, or give object_from_tag in its file"),
+    story(`no tag of object ${object} has a place on it, it cannot be tracked`, "run `sextant learn`, or give object_from_tag in its file", "learn"),
   image_size: ({ camera, size, of_rig }) =>
     story(
       `images of camera ${camera} are ${size.join("x")}, its lens in the rig is of ${of_rig.join("x")}, so that they are left out`,
       "let it take images of that size, or calibrate the lens at the other one",
+      "lens",
     ),
 };
 
 const IMPERFECTIONS: Stories<Imperfection> = {
   cameras_disagree: ({ a, b, apart_m }) =>
-    story(`cameras ${a} and ${b} disagree by ${fixed(apart_m * 1e3, 1)} mm`, "run `sextant calibrate rig`; poses allow for it"),
+    information(`cameras ${a} and ${b} disagree by ${fixed(apart_m * 1e3, 1)} mm`, "run `sextant calibrate rig`; poses allow for it", "rig"),
   tag_off: (fields) => {
     const by = `${fixed(fields.position_m * 1e3, 1)} mm and ${fixed((fields.orientation_rad * 180) / Math.PI, 1)} degrees`;
-    return story(`${tagOf(fields)} is ${by} off its place in the file`, "run `sextant learn`; poses allow for it");
+    return information(`${tagOf(fields)} is ${by} off its place in the file`, "run `sextant learn`; poses allow for it", "learn");
   },
   size_off: (fields) =>
-    story(`${tagOf(fields)} is ${percent(fields.ratio, 1)} off its size in the file`, "measure it, or run `sextant learn`; poses allow for it"),
+    information(`${tagOf(fields)} is ${percent(fields.ratio, 1)} off its size in the file`, "measure it, or run `sextant learn`; poses allow for it", "learn"),
   focal_length_off: ({ camera, ratio }) =>
-    story(`the focal length of camera ${camera} is ${percent(ratio, 2)} off that in the rig file`, "run `sextant calibrate lens`; poses allow for it"),
+    information(`the focal length of camera ${camera} is ${percent(ratio, 2)} off that in the rig file`, "run `sextant calibrate lens`; poses allow for it", "lens"),
 };
 
 const detail = (fields: { detail: string }): Story => story(fields.detail);
@@ -156,7 +162,7 @@ const NOTICES: Stories<Notice> = {
   unpublished: (fields) => story(`${fields.total} messages not published since the start; last: ${detail(fields).cause}`),
   clock_stepped: ({ by_s: by }) => {
     const way = by < 0 ? "back" : "forward";
-    return story(`the clock of the fusion node's machine was set ${way} by ${fixed(Math.abs(by), 3)} s: tracking begins anew`);
+    return information(`the clock of the fusion node's machine was set ${way} by ${fixed(Math.abs(by), 3)} s: tracking begins anew`);
   },
   change_refused: ({ key, sender, refusal }) => {
     const by = sender === null ? "" : ` by ${sender}`;
@@ -165,7 +171,7 @@ const NOTICES: Stories<Notice> = {
   },
   name_taken: ({ host }) => story(`another fusion node of this name runs on ${host}`, "stop one of them"),
   refinement_proposed: ({ n_images, before_px, after_px }) =>
-    story(`a refined calibration explains the images better (${fixed(before_px, 2)} px to ${fixed(after_px, 2)} px on ${n_images} held-back images)`, "apply it here, or run `sextant config apply-refinement`"),
+    information(`a refined calibration explains the images better (${fixed(before_px, 2)} px to ${fixed(after_px, 2)} px on ${n_images} held-back images)`, "apply it here, or run `sextant config apply-refinement`", "apply"),
   old_models: ({ node, newer }) =>
     story(
       `fusion node ${node} has an older rig or objects than ${newer} and publishes no poses until it has taken these over`,
@@ -181,7 +187,7 @@ const CAMERA_NOTICES: Stories<CameraNotice> = {
   not_in_rig: () => story("the rig has no camera of this name", "add it to the rig"),
   model_refused: (fields) => story(`${fields.key} cannot be used: ${detail(fields).cause}`),
   too_many_tags: ({ key }) =>
-    story(`too many objects or tags: the tags of ${key} have no poses in the observations; fusion needs none`),
+    information(`too many objects or tags: the tags of ${key} have no poses in the observations; fusion needs none`),
 };
 
 /** Cause and remedy of a finding; an unknown one of a newer node by its name. */
@@ -220,9 +226,9 @@ export function siteReports(statuses: readonly FusionStatus[]): Report[] {
 /** Everything that a fusion node reports. Keys of what it reports about the site are those of other nodes, too. */
 export function reports(node: string, findings: Findings): Report[] {
   const { faults, faults_left_out, imperfections, notices } = findings;
-  const of = <F extends Finding>(level: Level, stories: Stories<F>, list: F[]): Report[] =>
-    list.map((finding) => ({ ...storyOf(stories, finding), key: `${ownerOf(node, finding)}/${level}/${keyOf(finding)}`, level, subject: subjectOf(node, finding) }));
-  const left: Report = { ...story(`and ${faults_left_out} more faults`), key: "site/left-out", level: "fault", subject: subjectOf(node, "") };
+  const of = <F extends Finding>(kind: string, stories: Stories<F>, list: F[]): Report[] =>
+    list.map((finding) => ({ ...storyOf(stories, finding), key: `${ownerOf(node, finding)}/${kind}/${keyOf(finding)}`, subject: subjectOf(node, finding) }));
+  const left: Report = { ...story(`and ${faults_left_out} more faults`), key: "site/left-out", subject: subjectOf(node, "") };
   return [
     ...of("fault", FAULTS, faults),
     ...(faults_left_out > 0 ? [left] : []),
@@ -247,6 +253,11 @@ function subjectOf(node: string, finding: Finding): Subject {
   return a ? { kind: "camera", id: a } : { kind: "node", id: node };
 }
 
+/** What nobody reports: that the site cannot be heard. */
+export function silence(id: string, kind: Subject["kind"], cause: string, remedy: string): Report {
+  return { ...story(cause, remedy), key: `silence/${kind}/${id}`, subject: { kind, id } };
+}
+
 /** Everything that a camera node reports. */
 export function cameraReports(camera: string, { fallbacks, controls, notices }: CameraFindings): Report[] {
   const subject: Subject = { kind: "camera", id: camera };
@@ -254,13 +265,12 @@ export function cameraReports(camera: string, { fallbacks, controls, notices }: 
   const fallback: Report = {
     ...story(`the CPU made ${images} in place of the accelerator`, "see the log of the capturing part"),
     key: `${camera}/status/fallbacks`,
-    level: "notice",
     subject,
   };
   const settings = outcomeOf(controls);
-  const refusal: Report = { ...story(settings.text.replace(/\.$/, "")), key: `${camera}/status/settings`, level: "notice", subject };
+  const refusal: Report = { ...story(settings.text.replace(/\.$/, "")), key: `${camera}/status/settings`, subject };
   const told = notices.map(
-    (notice): Report => ({ ...storyOf(CAMERA_NOTICES, notice), key: `${camera}/status/${keyOf(notice)}`, level: "notice", subject }),
+    (notice): Report => ({ ...storyOf(CAMERA_NOTICES, notice), key: `${camera}/status/${keyOf(notice)}`, subject }),
   );
   return [...(fallbacks > 0 ? [fallback] : []), ...(settings.isComplaint ? [refusal] : []), ...told];
 }

@@ -1,6 +1,6 @@
 // Log of the site's findings: start, end, and whether they were acknowledged. Draws nothing.
 
-import type { Report } from "./findings.ts";
+import type { Report, Severity } from "./findings.ts";
 
 /** Entries that are kept, ended ones included; the longest ended give way. */
 const MAX_ENTRIES = 200;
@@ -36,18 +36,22 @@ export class HealthLog {
     if (entry) entry.acknowledged = true;
   }
 
-  /** What wants attention. */
-  get open(): number {
-    let count = 0;
-    for (const entry of this.entries.values()) if (entry.active && !entry.acknowledged) count++;
-    return count;
+  /** Faults that hold now. */
+  get faults(): HealthEntry[] {
+    return [...this.entries.values()].filter((entry) => entry.active && entry.severity === "fault");
   }
 
-  /** By what they are about, the one with the newest entry first; in each, what is active before what has ended, the newest first. */
-  groups(): HealthEntry[][] {
+  /** Those that want attention. */
+  get open(): number {
+    return this.faults.filter((entry) => !entry.acknowledged).length;
+  }
+
+  /** Of one severity, by what they are about, the one with the newest entry first; in each, what is active before what has ended, the newest first. */
+  groups(severity: Severity): HealthEntry[][] {
     const groups = new Map<string, HealthEntry[]>();
     const newestFirst = [...this.entries.values()].sort((a, b) => Number(b.active) - Number(a.active) || b.since - a.since);
     for (const entry of newestFirst) {
+      if (entry.severity !== severity) continue;
       const name = `${entry.subject.kind} ${entry.subject.id}`;
       groups.set(name, [...(groups.get(name) ?? []), entry]);
     }

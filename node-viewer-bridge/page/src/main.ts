@@ -53,7 +53,7 @@ const cameras = new CamerasPanel(find("[data-testid=cameras]"), site, selection,
   if (selection.camera === camera.id) eye.draw();
 });
 const plots = new PlotsPanel(find("[data-testid=plots]"), site, selection);
-const health = new HealthPanel(find("[data-testid=health]"), site);
+const health = new HealthPanel(find("[data-testid=health]"), site, (kind, subject) => wizard.prepare(kind, subject));
 const distances = new DistancesPanel(find("[data-testid=measure]"), site, selection);
 const zones = new ZonesPanel(find("[data-testid=zones]"), site);
 const timeline = new Timeline(find("[data-testid=timeline]"), site, playback);
@@ -151,7 +151,7 @@ function advance(): void {
 function showFigures(): void {
   if (document.hidden) return;
   const now = seconds();
-  bar.update(now, health.open);
+  bar.update(now);
   objects.update(now);
   cameras.update(now);
   plots.update(now);
@@ -159,7 +159,7 @@ function showFigures(): void {
   distances.update();
   zones.update(now);
   timeline.update();
-  dock.badge("health", health.open);
+  dock.badge("health", site.health.open);
 }
 
 new Shortcuts([
@@ -170,6 +170,12 @@ new Shortcuts([
   { key: "o", about: "Follow the next object", action: () => selection.follow(next([...site.objects.keys()], selection.object)) },
   { key: "c", about: "Look through the next camera", action: () => selection.lookThrough(next([...site.cameras.keys()], selection.camera)) },
   { key: "Escape", label: "Esc", about: "Back to the whole stage", action: () => selection.back() },
+  { key: "ArrowLeft", label: "←", about: "Turn the stage left", onStage: true, action: () => stage?.turn(-1, 0) },
+  { key: "ArrowRight", label: "→", about: "Turn the stage right", onStage: true, action: () => stage?.turn(1, 0) },
+  { key: "ArrowUp", label: "↑", about: "Look from higher up", onStage: true, action: () => stage?.turn(0, 1) },
+  { key: "ArrowDown", label: "↓", about: "Look from lower down", onStage: true, action: () => stage?.turn(0, -1) },
+  { key: "+", about: "Nearer", action: () => stage?.zoom(1) },
+  { key: "-", about: "Farther away", action: () => stage?.zoom(-1) },
   { key: "r", about: "Reset the view", action: () => stage?.resetView() },
   { key: "t", about: "Trails", action: () => tools.toggle("trails") },
   { key: "p", about: "Pictures on the stage", action: () => tools.toggle("pictures") },

@@ -1,6 +1,6 @@
 // What this page knows of the site, built from the bridge's messages. Draws nothing.
 
-import { cameraReports, type Report, siteReports } from "./findings.ts";
+import { cameraReports, type Report, silence, siteReports } from "./findings.ts";
 import { HealthLog } from "./health.ts";
 import { blankPose, Figures, ObjectTrack } from "./history.ts";
 import { sigma } from "./covariance.ts";
@@ -9,7 +9,7 @@ import { RateMeter, Recent } from "./measure.ts";
 import { objectColour } from "./palette.ts";
 import {
   type CameraClock, type CameraStatus, type FusionStatus, type JointValue, type Message, type PrintedTag, type Observations, type Offer, type Pose, type RigCamera, type SiteEvent, STAGES,
-  type State, type Zone,
+  type State, type Truth, type Zone,
 } from "./protocol.ts";
 import { rmsResidual } from "./residuals.ts";
 
@@ -101,6 +101,7 @@ export class Site {
   private clockOffset_s: number | null = null;
   /** Last status of each fusion node. */
   private readonly fusion = new Map<string, FusionStatus>();
+  private fusionAt = -Infinity;
   private readonly tagOwners = new Map<string, ObjectState>();
 
   /** `now` in seconds, of any steady clock. */
@@ -118,7 +119,7 @@ export class Site {
       case "pose":
         return this.pose(message, now);
       case "truth":
-        return this.truth(message.object, message.error_mm, message.error_deg, now);
+        return this.truth(message, now);
       case "observations":
         return this.observations(message, now);
       case "camera_status":
@@ -128,6 +129,7 @@ export class Site {
         return;
       case "fusion_status":
         this.fusion.set(message.node, message);
+        this.fusionAt = now;
         return;
       case "joints":
         this.object(message.object).joints = message.joints;
@@ -209,7 +211,7 @@ export class Site {
     if (!this.figures.begin(time)) return;
     for (const object of this.objects.values()) this.sampleObject(object, now);
     for (const camera of this.cameras.values()) this.sampleCamera(camera, now);
-    this.health.take(this.reports(), time);
+    this.health.take(this.reports(now), time);
   }
 
   private sampleObject({ id, pose, latency, heardAt }: ObjectState, now: number): void {
@@ -253,19 +255,23 @@ export class Site {
     if (this.clockOffset_s === null || Math.abs(offset - this.clockOffset_s) > CLOCK_STEP_S) this.clockOffset_s = offset;
   }
 
-  /** What nodes report. */
-  private reports(): Report[] {
-    const cameras = [...this.cameras.values()].flatMap(({ id, status }) =>
-      status ? cameraReports(id, status) : [],
+  /** How the site is; `unknown` before a fusion node has reported. */
+  get condition(): "unknown" | "healthy" | "faulty" {
+    if (this.health.faults.length > 0) return "faulty";
+    return this.fusion.size > 0 ? "healthy" : "unknown";
+  }
+
+  /** What nodes report, and who is silent. */
+  private reports(now: number): Report[] {
+    if (!this.network) return [silence("bridge", "node", "no connection to the site's network, retrying", "check that the router or fusion node runs")];
+    const cameras = [...this.cameras.values()];
+    const said = cameras.flatMap(({ id, status }) => (status ? cameraReports(id, status) : []));
+    const gone = cameras.filter((camera) => camera.model && camera.up === false).map(({ id }) =>
+      silence(id, "camera", `camera ${id} is in the rig, but its node does not run`, "check its power and network, or take it out of the rig"),
     );
-    const bridge: Report = {
-      key: "bridge/network",
-      level: "fault",
-      subject: { kind: "node", id: "bridge" },
-      cause: "no connection to the site's network, retrying",
-      remedy: "check that the router or fusion node runs",
-    };
-    return [...(this.network ? [] : [bridge]), ...cameras, ...siteReports([...this.fusion.values()])];
+    const isSilent = this.fusion.size > 0 && now - this.fusionAt > STATUS_KEPT_S;
+    const fusion = isSilent ? [silence("fusion", "node", "no fusion node reports any more", "see its log, and the load of its machine")] : siteReports([...this.fusion.values()]);
+    return [...said, ...gone, ...fusion];
   }
 
   /** The first colour that no object has; with more objects than colours they share. */
@@ -348,11 +354,13 @@ export class Site {
     object.latency.add(pose.latency_ms);
   }
 
-  private truth(id: string, errorMm: number, errorDeg: number, now: number): void {
+  /** Scores poses of objects that were tracked at that time: others are predicted, or not settled yet. */
+  private truth({ object: id, t_ns, error_mm, error_deg }: Truth, now: number): void {
     const object = this.object(id);
     object.truthAt = now;
-    object.errorMm.add(errorMm);
-    object.errorDeg.add(errorDeg);
+    if (!object.track.at(t_ns / 1e9, this.scratch) || this.scratch.state !== "tracking") return;
+    object.errorMm.add(error_mm);
+    object.errorDeg.add(error_deg);
   }
 
   private observations(observations: Observations, now: number): void {

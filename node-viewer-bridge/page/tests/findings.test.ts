@@ -26,6 +26,22 @@ test("every finding of the contract has a sentence", () => {
   assert.ok(said.some((text) => text.includes("refused: tag tag25h9:300 is on object cube and on object box")));
 });
 
+test("notices are as severe as nodes say", () => {
+  const golden = (name: string): object => JSON.parse(readFileSync(new URL(`../../../../proto/golden/${name}.json`, import.meta.url), "utf8")) as object;
+  const severities = golden("severities") as Record<"notices" | "camera_notices", Record<string, string>>;
+  const fusion = parseMessage(JSON.stringify({ type: "fusion_status", ...golden("fusion_status") }));
+  const camera = parseMessage(JSON.stringify({ type: "camera_status", ...golden("camera_status") }));
+  assert.ok(fusion?.type === "fusion_status" && camera?.type === "camera_status");
+  const told = [...reports("fusion", fusion), ...cameraReports("north", camera)];
+  for (const [names, marker] of [[severities.notices, "/notice/"], [severities.camera_notices, "north/status/"]] as const)
+    for (const [name, severity] of Object.entries(names)) {
+      const report = told.find(({ key }) => key.includes(`${marker}${name}`));
+      assert.equal(report?.severity, severity, name);
+    }
+  assert.ok(told.filter(({ key }) => key.includes("/fault/")).every(({ severity }) => severity === "fault"));
+  assert.ok(told.filter(({ key }) => key.includes("/imperfection/")).every(({ severity }) => severity === "information"));
+});
+
 test("every notice of a camera has a sentence", () => {
   const golden = readFileSync(new URL("../../../../proto/golden/camera_status.json", import.meta.url), "utf8");
   const message = parseMessage(JSON.stringify({ type: "camera_status", ...(JSON.parse(golden) as object) }));

@@ -1,6 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import type { Fault, Message, PrintedTag, RigCamera } from "../src/protocol.ts";
+import { blankPose } from "../src/history.ts";
 import { Site } from "../src/site.ts";
 
 const NONE_REJECTED = { bad_magic: 0, foreign_version: 0, wrong_kind: 0, damaged: 0, too_long: 0, out_of_range: 0, wrong_camera: 0 };
@@ -52,6 +53,35 @@ test("a camera that leaves the rig leaves the page unless it still sends", () =>
   assert.deepEqual([...site.cameras.keys()], ["north", "east"]);
 });
 
+test("a site is healthy while a fusion node reports no fault, and every camera of the rig runs", () => {
+  const status = (faults: Fault[]): Message => ({
+    type: "fusion_status", node: "fusion", version: "1", uptime_s: 1, epoch: 1, cameras: [], foreign: NONE_REJECTED, objects: [], faults, faults_left_out: 0,
+    imperfections: [{ focal_length_off: { camera: "north", ratio: 1.01 } }], notices: [],
+  });
+  const site = siteOf({ type: "hello", site: "lab", version: "1", protocol: 1, now_ns: 1e18, role: "viewer" }, { type: "rig", cameras: [camera("north")] });
+  const at = (now: number, ...messages: Message[]): string => {
+    for (const message of messages) site.take(message, now);
+    site.sample(now);
+    return site.condition;
+  };
+  assert.equal(at(0), "unknown");
+  assert.equal(at(1, status([])), "healthy");
+  assert.equal(at(2, status([{ camera_moved: { camera: "north" } }])), "faulty");
+  assert.equal(at(9, status([])), "healthy");
+  assert.equal(at(10, status([]), { type: "alive", kind: "camera", id: "north", up: false }), "faulty");
+  assert.equal(at(17, status([]), { type: "alive", kind: "camera", id: "north", up: true }), "healthy");
+  assert.equal(at(27), "faulty");
+});
+
+test("the true error is that of tracked poses", () => {
+  const scored = (t_ns: number, state: "tracking" | "coasting", error_mm: number): Message[] => [
+    { ...blankPose("cube"), type: "pose", t_ns, state },
+    { type: "truth", object: "cube", t_ns, position: [0, 0, 0], orientation: [0, 0, 0, 1], error_mm, error_deg: 0 },
+  ];
+  const site = siteOf(...scored(1e9, "tracking", 3), ...scored(1.1e9, "coasting", 100));
+  assert.equal(site.objects.get("cube")?.errorMm.rootMeanSquare(), 3);
+});
+
 test("what images tell about a clock holds until they tell no more", () => {
   const clock = { camera: "north", offset_s: 0.01, sigma_s: 0.001, drift: null };
   const site = siteOf({ type: "rig", cameras: [camera("north")] }, { type: "clocks", node: "fusion", cameras: [clock] });
@@ -79,7 +109,7 @@ test("what several fusion nodes report about the site is shown once, and what ea
   const loose: Fault = { tag_misplaced: { object: "cube", tag: { family: "tag36h11", id: 3 } } };
   const site = siteOf(status("a", 6, loose), status("b", 7));
   site.sample(1);
-  const entries = site.health.groups().flat();
+  const entries = site.health.groups("fault").flat();
   assert.deepEqual(entries.map((entry) => entry.key).sort(), [
     "a/notice/overload", "b/notice/overload", "site/fault/clock_off north", "site/fault/tag_misplaced cube tag tag36h11:3",
   ]);

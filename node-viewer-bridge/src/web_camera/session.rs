@@ -12,7 +12,8 @@ use sextant_proto::{
     Preview, decode, limits,
 };
 use sextant_site_model::CameraId;
-use std::collections::VecDeque;
+use sextant_tag_families::Family;
+use std::collections::{BTreeSet, VecDeque};
 
 /// Longest message: a picture.
 pub(crate) const MAX_BYTES: usize = Kind::Preview.max_bytes();
@@ -74,6 +75,8 @@ pub(crate) enum BridgeMessage<'a> {
         /// Whether a page of the site is open, which shows pictures.
         watched: bool,
         in_rig: bool,
+        /// Those of the site's tags.
+        families: BTreeSet<Family>,
     },
 }
 
@@ -290,7 +293,13 @@ impl Session {
     }
 
     /// Camera statistics.
-    pub(crate) fn report(&self, now: &Now, watched: bool, in_rig: bool) -> BridgeMessage<'_> {
+    pub(crate) fn report(
+        &self,
+        now: &Now,
+        watched: bool,
+        in_rig: bool,
+        families: BTreeSet<Family>,
+    ) -> BridgeMessage<'_> {
         let time = self.clock.host_time(self.there(now));
         BridgeMessage::Report {
             clock_error_ms: time.map(|time| time.error_ns as f64 / 1e6),
@@ -299,6 +308,7 @@ impl Session {
             cause: self.cause.as_deref(),
             watched,
             in_rig,
+            families,
         }
     }
 }

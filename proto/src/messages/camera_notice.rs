@@ -2,6 +2,7 @@
 
 use crate::check::{self, OutOfRange};
 use serde::{Deserialize, Serialize};
+use sextant_site_report::Severity;
 use std::fmt;
 
 /// Something about a camera node that a person should know; shown while it holds.
@@ -64,6 +65,19 @@ impl fmt::Display for CameraNotice {
 }
 
 impl CameraNotice {
+    /// Whether it calls for action.
+    #[must_use]
+    pub fn severity(&self) -> Severity {
+        match self {
+            Self::TooManyTags { .. } => Severity::Information,
+            Self::NoImage { .. }
+            | Self::NameTaken { .. }
+            | Self::ImageRefused { .. }
+            | Self::NotInRig
+            | Self::ModelRefused { .. } => Severity::Fault,
+        }
+    }
+
     pub(crate) fn check(&self) -> Result<(), OutOfRange> {
         const FIELD: &str = "notices[]";
         match self {

@@ -6,6 +6,7 @@ use crate::limits::MAX_DETAIL_BYTES;
 use crate::messages::refusal::Refusal;
 use serde::{Deserialize, Serialize};
 use sextant_site_model::CameraId;
+use sextant_site_report::Severity;
 use std::fmt;
 
 /// Something that a person should know, and for how long it is shown.
@@ -145,6 +146,22 @@ impl fmt::Display for Notice {
 }
 
 impl Notice {
+    /// Whether it calls for action.
+    #[must_use]
+    pub fn severity(&self) -> Severity {
+        match self {
+            Self::RefinementProposed { .. } | Self::ClockStepped { .. } => Severity::Information,
+            Self::CameraSilent { .. }
+            | Self::LateObservations { .. }
+            | Self::Overload { .. }
+            | Self::Unpublished { .. }
+            | Self::ChangeRefused { .. }
+            | Self::NameTaken { .. }
+            | Self::OldModels { .. }
+            | Self::NotKept { .. } => Severity::Fault,
+        }
+    }
+
     pub(crate) fn check(&self) -> Result<(), OutOfRange> {
         const FIELD: &str = "notices[]";
         match self {

@@ -2,6 +2,7 @@
 
 use sextant_estimator::{Fusion, FusionOptions};
 use sextant_site_model::{CameraId, ObjectModel, Rig};
+use sextant_tag_families::Family;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -24,6 +25,12 @@ impl CrossChecks {
     /// An object was read.
     pub fn object(&mut self, object: ObjectModel) {
         self.objects.push(object);
+    }
+
+    /// Families of the objects' tags.
+    pub fn families(&self) -> BTreeSet<Family> {
+        let tags = self.objects.iter().flat_map(ObjectModel::tags);
+        tags.map(|tag| tag.tag.family).collect()
     }
 
     /// A recording has a camera.

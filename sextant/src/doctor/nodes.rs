@@ -4,10 +4,12 @@ use crate::config::ConfigKind;
 use crate::doctor::Finding;
 use node_camera::CameraNodeConfig;
 use node_fusion::FusionConfig;
-use node_viewer_bridge::ViewerConfig;
+use node_viewer_bridge::{PhonePage, ViewerConfig};
 use sextant_process::host;
 use sextant_proto::{NodeId, NodeKind};
 use sextant_site_files::read_toml;
+use sextant_tag_families::Family;
+use std::collections::BTreeSet;
 use std::fs::OpenOptions;
 use std::io::{ErrorKind, Read, Write};
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener, TcpStream};
@@ -59,7 +61,61 @@ fn viewer(file: &Path) -> Option<NodeFindings> {
     let folder = config.folder.map(|folder| beside(file).join(folder));
     let mut findings = folder.as_deref().map(writable).unwrap_or_default();
     findings.push(page(config.listen));
+    if let Ok(page) = node_viewer_bridge::phone_page(file) {
+        findings.extend(phones(page));
+    }
     Some((findings, None))
+}
+
+/// Whether phones can be cameras by this page.
+fn phones(page: PhonePage) -> Vec<Finding> {
+    const ABOUT: &str = "phones";
+    let mut findings = Vec::new();
+    match page.caution {
+        Some(caution) if page.is_local => return vec![Finding::ok(ABOUT, caution)],
+        Some(caution) => {
+            let words = "phones cannot be cameras by this page";
+            return vec![Finding::warning(ABOUT, words, &caution)];
+        }
+        None => {}
+    }
+    if let Some(name) = page.missing_name {
+        let (words, remedy) = match page.is_self_signed {
+            true => (
+                "its next start makes another one",
+                "restart the viewer".to_owned(),
+            ),
+            false => (
+                "browsers refuse it there",
+                format!(
+                    "`sextant keys renew DIR NODE --host {name}`, copy the keys of the page and restart it; or name the page in host_names of viewer.toml"
+                ),
+            ),
+        };
+        let words =
+            format!("links of phones name {name}, which the page's certificate lacks: {words}");
+        findings.push(Finding::warning(ABOUT, words, &remedy));
+    }
+    findings.push(Finding::ok(ABOUT, match page.is_self_signed {
+        true => "`sextant phone` shows the link; browsers warn once, since the certificate is the page's own: continue to the page",
+        false => "`sextant phone` shows their links",
+    }));
+    findings
+}
+
+/// Families that browsers leave out, for their tens of thousands of codes (clients/web/README.md).
+const NOT_IN_BROWSERS: [Family; 2] = [Family::TagCustom48h12, Family::TagStandard52h13];
+
+/// What phones do not see of tags of these families.
+pub fn unread_by_phones(families: &BTreeSet<Family>) -> impl Iterator<Item = Finding> {
+    let unread = families.iter().filter(|it| NOT_IN_BROWSERS.contains(it));
+    unread.map(|family| {
+        Finding::warning(
+            "phones",
+            format!("browsers do not read tags of {family}"),
+            "print tags of another family where phones are to see them",
+        )
+    })
 }
 
 /// The folder of a file.
@@ -191,5 +247,36 @@ mod tests {
             verdict("{ kind = \"v4l2\", device = \"/dev/null\", resolution = [640, 480] }"),
             Verdict::Fault
         );
+    }
+
+    #[test]
+    fn a_page_says_what_keeps_phones_away() {
+        let folder = tempfile::tempdir().unwrap();
+        let of = |text: &str| {
+            let file = folder.path().join("viewer.toml");
+            std::fs::write(&file, format!("site = \"s\"\n{text}")).unwrap();
+            let (findings, _) = findings(ConfigKind::Viewer.word(), &file);
+            let phones = findings.into_iter().filter(|one| one.about == "phones");
+            phones.collect::<Vec<_>>()
+        };
+        let open = "listen = \"0.0.0.0:0\"\nfolder = \".\"\n";
+        let profile = "[security]\nprofile = \"open\"\n";
+        assert_eq!(of("")[0].verdict, Verdict::Ok);
+        let plain = of(&format!("{open}{profile}"));
+        assert!(plain[0].remedy.as_ref().unwrap().contains("https = true"));
+        let secure = format!("{open}https = true\nhost_names = [\"viewer.lab\"]\n{profile}");
+        assert_eq!(of(&secure).len(), 1, "{:?}", of(&secure));
+        // One that cannot be read has no name at all.
+        std::fs::write(folder.path().join("page.pem"), "none").unwrap();
+        let former = of(&secure);
+        assert!(former[0].words.contains("viewer.lab"), "{former:?}");
+    }
+
+    #[test]
+    fn families_that_browsers_leave_out_are_named() {
+        let families = BTreeSet::from([Family::Tag36h11, Family::TagStandard52h13]);
+        let findings: Vec<_> = unread_by_phones(&families).collect();
+        assert_eq!(findings.len(), 1);
+        assert!(findings[0].words.contains("tagStandard52h13"));
     }
 }

@@ -3,13 +3,14 @@
 use crate::doctor::Finding;
 use crate::doctor::nodes::NamedNode;
 use crate::site::SiteArguments;
-use crate::words;
+use crate::words::{self, NodeFinding};
 use sextant_gateways::site::SiteSession;
 use sextant_process::exit::exit_of;
 use sextant_process::host::host_name;
 use sextant_process::{Exit, now_ns};
 use sextant_proto::{CameraStatus, FusionStatus, NodeKind};
 use sextant_site_mirror::SiteMirror;
+use sextant_site_report::Severity;
 use std::collections::BTreeSet;
 
 /// All findings; `nodes` are those whose files are checked.
@@ -141,17 +142,33 @@ impl<'a> SiteView<'a> {
 
     /// What the nodes report themselves.
     fn reports(&self) -> impl Iterator<Item = Finding> {
-        let faults = self
-            .fusion
-            .iter()
-            .flat_map(|status| words::findings(status));
-        let faults =
-            faults.map(|finding| Finding::warning("site", finding, "`sextant top` shows the rest"));
-        let messages = self.cameras.iter().flat_map(|status| {
-            let findings = words::camera_findings(status).into_iter();
-            findings.map(|finding| format!("{}: {finding}", status.camera))
+        let fusion = self.fusion.iter().flat_map(|status| {
+            let findings = words::findings(status).into_iter();
+            findings.map(|finding| match finding.severity {
+                Severity::Fault => {
+                    Finding::warning("site", finding.words, "`sextant top` shows the rest")
+                }
+                Severity::Information => Finding::ok("site", finding.words),
+            })
         });
-        faults.chain(messages.map(|m| Finding::warning("camera node", m, "see its log")))
+        let cameras = self.cameras.iter().flat_map(|status| {
+            let findings = words::camera_findings(status).into_iter();
+            findings.map(
+                |NodeFinding {
+                     from,
+                     severity,
+                     words,
+                     ..
+                 }| {
+                    let words = format!("{from}: {words}");
+                    match severity {
+                        Severity::Fault => Finding::warning("camera node", words, "see its log"),
+                        Severity::Information => Finding::ok("camera node", words),
+                    }
+                },
+            )
+        });
+        fusion.chain(cameras)
     }
 }
 

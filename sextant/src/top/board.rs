@@ -9,7 +9,7 @@ use sextant_proto::{AnyMessage, FusionStatus, Keys, NodeId, NodeKind};
 use sextant_site_mirror::limits::SILENCE_NS;
 use sextant_site_mirror::{Liveliness, Node, SiteMirror};
 use sextant_site_model::{CameraId, ObjectId};
-use sextant_site_report::State;
+use sextant_site_report::{Severity, State};
 use sextant_zenoh_bus::{Item, Presence};
 use std::collections::BTreeMap;
 
@@ -118,7 +118,7 @@ impl Board {
         statuses.filter(is_there).collect()
     }
 
-    /// Descriptions of faults, with their source.
+    /// What calls for action, with its source.
     pub fn faults(&self, now_ns: u64) -> Vec<(String, String)> {
         let mut faults = match self.disconnected_s {
             // Without the router everything is silent, which says nothing about the nodes.
@@ -129,14 +129,23 @@ impl Board {
             }
             None => self.silences(now_ns),
         };
-        faults.extend(words::merged_findings(self.fusion(now_ns).into_iter()));
-        let cameras = self.cameras(now_ns).into_iter();
-        let cameras = cameras.filter_map(|row| Some((row.id, row.status?)));
-        faults.extend(cameras.flat_map(|(id, status)| {
-            let findings = words::camera_findings(status).into_iter();
-            findings.map(|finding| (id.to_string(), finding))
-        }));
+        faults.extend(self.reports(now_ns, Severity::Fault));
         faults
+    }
+
+    /// What may be improved, with its source.
+    pub fn information(&self, now_ns: u64) -> Vec<(String, String)> {
+        self.reports(now_ns, Severity::Information).collect()
+    }
+
+    /// What nodes report.
+    fn reports(&self, now_ns: u64, severity: Severity) -> impl Iterator<Item = (String, String)> {
+        let fusion = words::merged_findings(self.fusion(now_ns).into_iter());
+        let cameras = self.cameras(now_ns).into_iter();
+        let cameras = cameras.filter_map(|row| Some(words::camera_findings(row.status?)));
+        let all = fusion.into_iter().chain(cameras.flatten());
+        let wanted = all.filter(move |finding| finding.severity == severity);
+        wanted.map(|finding| (finding.from, finding.words))
     }
 
     /// Names of silent nodes.
@@ -175,10 +184,10 @@ pub mod tests {
     use super::*;
     use sextant_proto::{
         CameraClock, CameraIntake, CameraStatus, ClockQuality, ClockReport, ClockSource, Message,
-        ObjectHealth, ObjectPose, Rejections, encode,
+        Notice, ObjectHealth, ObjectPose, Rejections, encode,
     };
     use sextant_site_model::TagId;
-    use sextant_site_report::{Fault, State};
+    use sextant_site_report::{Fault, Imperfection, State};
     use sextant_tag_families::Family;
     use sextant_zenoh_bus::Payload;
 
@@ -350,6 +359,26 @@ pub mod tests {
             said[0],
             "the router has not answered for 5 s; waiting for it"
         );
+    }
+
+    #[test]
+    fn errors_of_files_and_proposals_are_no_faults() {
+        let mut board = board();
+        let key = board.keys.fusion_status(&NodeId::new("fusion").unwrap());
+        let mut status = fusion_status(&["ball"], vec![]);
+        let camera = CameraId::new("north").unwrap();
+        status.imperfections = vec![Imperfection::FocalLengthOff {
+            camera,
+            ratio: 1.003,
+        }];
+        status.notices = vec![Notice::RefinementProposed {
+            n_images: 48,
+            before_px: 2.0,
+            after_px: 0.3,
+        }];
+        board.take(&item(key, &status), NOW_NS);
+        assert_eq!(words(&board, NOW_NS), Vec::<String>::new());
+        assert_eq!(board.information(NOW_NS).len(), 2);
     }
 
     #[test]

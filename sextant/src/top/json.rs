@@ -20,11 +20,14 @@ pub fn line(board: &Board, now_ns: u64) -> String {
     let objects = board.objects(now_ns).into_iter();
     let objects = objects.map(|row| object(&row, now_ns));
     let faults = board.faults(now_ns).into_iter();
-    let faults = faults.map(|(from, words)| json!({"from": from, "words": words}));
+    let finding = |(from, words): (String, String)| json!({"from": from, "words": words});
+    let faults: Vec<_> = faults.map(finding).collect();
+    let information = board.information(now_ns).into_iter();
+    let information: Vec<_> = information.map(finding).collect();
     json!({
         "site": board.keys.site(), "t_ns": now_ns, "connected": board.disconnected_s.is_none(),
         "nodes": nodes.collect::<Vec<_>>(), "cameras": cameras.collect::<Vec<_>>(),
-        "objects": objects.collect::<Vec<_>>(), "faults": faults.collect::<Vec<_>>(),
+        "objects": objects.collect::<Vec<_>>(), "faults": faults, "information": information,
     })
     .to_string()
 }

@@ -50,6 +50,12 @@ pub fn lines(board: &Board, now_ns: u64, width: usize) -> Vec<Line> {
     lines.push(line(objects_heading(), Tone::Heading));
     lines.extend(objects.iter().map(object));
     lines.extend(paragraph(
+        "TO KNOW",
+        Tone::Plain,
+        &board.information(now_ns),
+        width,
+    ));
+    lines.extend(paragraph(
         "NOT TAKEN",
         Tone::Doubtful,
         &refusals(&fusion),

@@ -40,6 +40,8 @@ const fixButton = find<HTMLButtonElement>("button[data-testid=fix]");
 const worker = new Worker(new URL("./worker.ts", import.meta.url), { type: "module" });
 const say = (message: ToWorker, owned: Transferable[] = []) => worker.postMessage(message, owned);
 
+/** The link's token is said before the camera joins. */
+const entered = enter();
 let source: Source | null = null;
 /** Whether a person wants the camera to run; it rests while the page is in the background. */
 let wanted = false;
@@ -48,6 +50,8 @@ let opening = false;
 let fixed = false;
 let retry = 0;
 let report: Report | null = null;
+/** Families of the site's tags that this browser does not find. */
+let unread: string[] = [];
 let wakeLock: WakeLockSentinel | null = null;
 
 /** By which the bridge knows this browser again. */
@@ -97,6 +101,7 @@ async function start(): Promise<void> {
   if (!wanted || source || opening || document.hidden) return;
   opening = true;
   try {
+    await entered;
     const { camera, size, rate, pictures } = settings();
     const [width, height] = size.split(" × ").map(Number) as [number, number];
     const options: Wanted = { width, height, rate: Number(rate) };
@@ -104,7 +109,7 @@ async function start(): Promise<void> {
     if (!wanted || document.hidden) return rest();
     show("live");
     idle = false;
-    say({ type: "begin", url: socketUrl(camera), camera, host: deviceName(), families: ["tag36h11"], pictures });
+    say({ type: "begin", url: socketUrl(camera), camera, host: deviceName(), pictures });
     source.watch(
       () => idle,
       (shot) => {
@@ -216,11 +221,12 @@ function showFacts(seen: DetectionResult): void {
 
 function takeReport(message: Report): void {
   report = message;
-  notice.textContent = message.cause
-    ? `${message.refused} messages refused, the last: ${message.cause}.`
-    : message.in_rig
-      ? ""
-      : "The site's rig has no camera of this name yet: tags are published without poses until it is calibrated.";
+  const notices = [
+    ...(message.cause ? [`${message.refused} messages refused, the last: ${message.cause}.`] : []),
+    ...(unread.length > 0 ? [`Browsers do not read tags of ${unread.join(" and ")}: objects that carry only those need another kind of camera.`] : []),
+    ...(message.in_rig ? [] : ["The site's rig has no camera of this name yet: tags are published without poses until it is calibrated."]),
+  ];
+  notice.textContent = notices.join(" ");
 }
 
 worker.addEventListener("message", ({ data }: MessageEvent<FromWorker>) => {
@@ -234,6 +240,9 @@ worker.addEventListener("message", ({ data }: MessageEvent<FromWorker>) => {
       return showFacts(data);
     case "report":
       return takeReport(data);
+    case "unread":
+      unread = data.families;
+      return;
     case "link":
       showLink(data.condition, data.words);
       if (data.condition === "refused") notice.textContent = data.words;
@@ -268,4 +277,3 @@ const isNew = "requestVideoFrameCallback" in HTMLVideoElement.prototype && "Offs
 find<HTMLElement>("[data-testid=insecure]").hidden = isSecure;
 if (!isNew) trouble.textContent = TOO_OLD;
 find<HTMLButtonElement>("button[data-testid=start]").disabled = !isSecure || !isNew;
-void enter();

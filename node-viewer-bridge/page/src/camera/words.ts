@@ -9,7 +9,6 @@ export interface StartMessage {
   camera: string;
   /** The device's name. */
   host: string;
-  families: string[];
   pictures: boolean;
 }
 
@@ -46,10 +45,18 @@ export interface Report {
   cause: string | null;
   watched: boolean;
   in_rig: boolean;
+  /** Those of the site's tags. */
+  families: string[];
 }
 
 export type Link = { type: "link"; condition: "connecting" | "joined" | "lost" | "refused"; words: string };
-export type FromWorker = DetectionResult | Report | Link | { type: "ready" } | { type: "failed"; cause: string };
+/** Families of the site's tags that this detector does not read. */
+export interface Unread {
+  type: "unread";
+  families: string[];
+}
+
+export type FromWorker = DetectionResult | Report | Link | Unread | { type: "ready" } | { type: "failed"; cause: string };
 
 /** Now, ms since the Unix epoch by a clock that does not step. The page's and a worker's may differ by how the device's was set between their beginnings. */
 export const nowMs = () => performance.timeOrigin + performance.now();

@@ -13,6 +13,9 @@ const PICTURE_QUALITY = 0.6;
 const WINDOW = 128;
 const RATE_SPAN_MS = 3000;
 
+/** Of calibration boards, and of sites without objects. */
+const USUAL_FAMILY = "tag36h11";
+
 const tell = (message: FromWorker) => postMessage(message);
 const nanoseconds = (ms: number) => BigInt(Math.round(ms * 1000)) * 1000n;
 
@@ -27,6 +30,9 @@ class Camera {
   /** How much this worker's clock is ahead of the page's, with the delay of the quickest message. */
   #aheadMs = Infinity;
   #recent: { at: number; ms: number }[] = [];
+  /** Families to look for, and those that the detector was told. */
+  #wanted = [USUAL_FAMILY];
+  #families = USUAL_FAMILY;
   readonly #uplink: Uplink;
 
   constructor(
@@ -34,7 +40,10 @@ class Camera {
     private readonly start: StartMessage,
   ) {
     this.#uplink = new Uplink(start.url, (message) => {
-      if (message.type === "report") this.#watched = message.watched;
+      if (message.type === "report") {
+        this.#watched = message.watched;
+        this.#wanted = [...new Set([USUAL_FAMILY, ...message.families])];
+      }
       tell(message);
     });
   }
@@ -44,6 +53,7 @@ class Camera {
     const received = nowMs();
     this.#aheadMs = Math.min(this.#aheadMs, received - sentMs);
     this.#captured = captured;
+    this.#lookForFamilies();
     const tags = await detect(this.detector, image);
     const detected = nowMs();
     this.#recent.push({ at: detected, ms: detected - received });
@@ -58,6 +68,15 @@ class Camera {
       this.#pictureDue = detected + PICTURE_MS;
       await this.#sendPicture(image, sequence, times.captureNs);
     }
+  }
+
+  /** Looks for tags of the wanted families, as far as the detector reads them. Between images only: it forgets the pixels. */
+  #lookForFamilies(): void {
+    if (this.#wanted.join() === this.#families) return;
+    this.#families = this.#wanted.join();
+    const unread = this.#wanted.filter((family) => !reads(this.detector, family));
+    this.detector.configure({ families: this.#wanted.filter((family) => !unread.includes(family)), tracking: true });
+    tell({ type: "unread", families: unread });
   }
 
   #sendStatus(now: number): void {
@@ -96,6 +115,15 @@ class Camera {
   }
 }
 
+function reads(detector: Detector, family: string): boolean {
+  try {
+    detector.configure({ families: [family] });
+    return true;
+  } catch {
+    return false;
+  }
+}
+
 let camera: Camera | null = null;
 /** Counts beginnings and ends: a detector that was loaded meanwhile is not used. */
 let run = 0;
@@ -106,7 +134,7 @@ async function obey(message: ToWorker): Promise<void> {
       const own = ++run;
       camera?.end();
       camera = null;
-      const detector = await Detector.load({ families: message.families, tracking: true });
+      const detector = await Detector.load({ families: [USUAL_FAMILY], tracking: true });
       if (own !== run) return;
       camera = new Camera(detector, message);
       return tell({ type: "ready" });

@@ -10,13 +10,13 @@ export class Bar {
   private readonly link = new Condition(find("[data-testid=link]"));
   private readonly banner = find<HTMLElement>("[data-testid=connection-banner]");
   private readonly notices = find<HTMLButtonElement>("[data-testid=notices-open]");
-  private readonly count: Text;
+  private readonly health: Text;
 
   constructor(
     private readonly site: Site,
     openHealth: () => void,
   ) {
-    this.count = new Text(this.notices);
+    this.health = new Text(this.notices);
     this.notices.addEventListener("click", openHealth);
   }
 
@@ -26,8 +26,7 @@ export class Bar {
     document.body.classList.toggle("offline", !up);
   }
 
-  /** `open`: how many notices want attention. */
-  update(now: number, open: number): void {
+  update(now: number): void {
     this.name.set(this.site.name);
     let live = 0;
     for (const camera of this.site.cameras.values()) if (camera.condition(now) === "live") live++;
@@ -35,7 +34,10 @@ export class Bar {
     for (const object of this.site.objects.values()) slowest = Math.max(slowest, object.latency.median() ?? -Infinity);
     const latency = slowest > -Infinity ? `  ·  ${magnitude(slowest)} ms` : "";
     this.summary.set(`${plural(live, "camera")}  ·  ${plural(this.site.objects.size, "object")}${latency}`);
-    this.notices.hidden = open === 0;
-    this.count.set(plural(open, "notice"));
+    const { condition, health } = this.site;
+    this.notices.hidden = condition === "unknown";
+    this.notices.dataset["condition"] = condition;
+    const faults = health.open > 0 ? plural(health.open, "fault") : `${plural(health.faults.length, "fault")} noted`;
+    this.health.set(condition === "faulty" ? faults : "healthy");
   }
 }

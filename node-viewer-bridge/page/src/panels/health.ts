@@ -2,50 +2,45 @@
 
 import type { HealthEntry } from "../health.ts";
 import { age } from "../format.ts";
-import type { Offer } from "../protocol.ts";
+import type { Offer, WizardKind } from "../protocol.ts";
 import type { Site } from "../site.ts";
 import { send } from "../wizard/command.ts";
 import { element, pressButton, testId } from "./dom.ts";
 
-/** Something that a person may have done. */
-interface Choice {
-  text: string;
-  label: "Apply" | "Revert";
-  request: { do: "apply_refinement" | "revert"; node: string };
-}
+const WIZARDS: Record<WizardKind, string> = { rig: "Calibrate", lens: "Calibrate", learn: "Learn" };
 
 export class HealthPanel {
+  private readonly well = testId(element("p", "well", "All is well: no node reports a fault."), "health-well");
   private readonly list = testId(element("div", "groups"), "notices");
-  private readonly empty = element("p", "empty", "Nothing is wrong that the site knows of.");
   private shown = "";
   /** Fusion nodes whose proposal was applied from this page. */
   private readonly applied = new Set<string>();
   private complaint: string | null = null;
 
+  /** `openWizard` opens a wizard about a camera or an object. */
   constructor(
     root: HTMLElement,
     private readonly site: Site,
+    private readonly openWizard: (kind: WizardKind, subject: string) => void,
   ) {
-    root.append(this.list, this.empty);
-  }
-
-  /** What wants attention. */
-  get open(): number {
-    return this.site.health.open + this.choices().length;
+    root.append(this.well, this.list);
   }
 
   update(now: number): void {
     const time = this.site.time(now);
-    const groups = this.site.health.groups();
-    const choices = this.choices();
-    const key = JSON.stringify([choices, this.complaint, groups.map((group) => group.map((entry) => line(entry, time)))]);
+    const [faults, information] = [this.site.health.groups("fault"), this.site.health.groups("information")];
+    const formers = [...this.site.formers.values()].filter((offer) => this.applied.has(offer.node));
+    const { condition } = this.site;
+    const lines = [...faults, ...information].map((group) => group.map((entry) => line(entry, time)));
+    const key = JSON.stringify([condition, formers, [...this.site.proposals.keys()], this.complaint, lines]);
     if (key === this.shown) return;
     this.shown = key;
-    const sections = groups.map((group) => this.group(group, time));
-    const offers = element("ul", "", ...choices.map((choice) => this.item(choice)));
+    this.well.hidden = condition !== "healthy";
     const complaint = this.complaint === null ? [] : [element("p", "complaint", this.complaint)];
-    this.list.replaceChildren(...complaint, ...(choices.length > 0 ? [offers] : []), ...sections);
-    this.empty.hidden = groups.length + choices.length > 0;
+    const offers = formers.length > 0 ? [element("ul", "", ...formers.map((offer) => this.former(offer)))] : [];
+    const known = information.length > 0 ? [testId(element("h2", "", "Good to know"), "health-information")] : [];
+    const sections = (groups: HealthEntry[][]): HTMLElement[] => groups.map((group) => this.group(group, time));
+    this.list.replaceChildren(...complaint, ...offers, ...sections(faults), ...known, ...sections(information));
   }
 
   private group(entries: HealthEntry[], time: number): HTMLElement {
@@ -59,48 +54,54 @@ export class HealthPanel {
     if (entry.remedy) item.append(" ", element("span", "remedy", ...withCode(entry.remedy)));
     const life = entry.active ? `for ${age(time - entry.since)}` : `ended ${age(time - entry.lastAt)} ago`;
     item.append(element("span", "life", life));
-    item.dataset["level"] = entry.level;
+    item.dataset["severity"] = entry.severity;
     item.dataset["active"] = String(entry.active);
     item.dataset["acknowledged"] = String(entry.acknowledged);
-    if (entry.active && !entry.acknowledged) {
+    if (entry.active) item.append(element("span", "acts", ...this.acts(entry)));
+    return item;
+  }
+
+  private acts(entry: HealthEntry): HTMLButtonElement[] {
+    const acts: HTMLButtonElement[] = [];
+    const { action, subject } = entry;
+    if (action === "apply" && this.site.proposals.has(subject.id)) acts.push(this.request("Apply", { do: "apply_refinement", node: subject.id }));
+    else if (action && action !== "apply") acts.push(change(WIZARDS[action], `health-${action}`, () => this.openWizard(action, subject.id)));
+    if (entry.severity === "fault" && !entry.acknowledged) {
       const note = pressButton("Noted", "health-acknowledge", () => {
         this.site.health.acknowledge(entry.key);
         this.update(performance.now() / 1000);
       });
       note.title = "Goes on being listed, but wants no attention";
-      item.append(note);
+      acts.push(note);
     }
-    return item;
+    return acts;
   }
 
-  private choices(): Choice[] {
-    const apply = [...this.site.proposals.values()].map((offer): Choice => ({
-      text: `${offer.node}: a refined calibration of ${models(offer)} is proposed`,
-      label: "Apply",
-      request: { do: "apply_refinement", node: offer.node },
-    }));
-    const applied = [...this.site.formers.values()].filter((offer) => this.applied.has(offer.node));
-    const revert = applied.map((offer): Choice => ({
-      text: `${offer.node}: the last change of ${models(offer)} can be taken back`,
-      label: "Revert",
-      request: { do: "revert", node: offer.node },
-    }));
-    return [...apply, ...revert];
+  private former(offer: Offer): HTMLElement {
+    const revert = this.request("Revert", { do: "revert", node: offer.node });
+    return element("li", "choice", element("span", "", `${offer.node}: the last change of ${models(offer)} can be taken back`), revert);
   }
 
-  private async choose(choice: Choice): Promise<void> {
-    const complaint = await send("api/wizard", choice.request);
-    this.complaint = complaint?.cause ?? null;
-    if (complaint === null) this.applied.add(choice.request.node);
-  }
-
-  private item(choice: Choice): HTMLElement {
-    const button = pressButton(choice.label, choice.label === "Apply" ? "apply-refinement" : "revert", () => {
+  private request(label: string, request: { do: "apply_refinement" | "revert"; node: string }): HTMLButtonElement {
+    const button = change(label, request.do === "revert" ? "revert" : "apply-refinement", () => {
       button.disabled = true;
-      void this.choose(choice).finally(() => (button.disabled = false));
+      void this.ask(request).finally(() => (button.disabled = false));
     });
-    return element("li", "choice", element("span", "", choice.text), button);
+    return button;
   }
+
+  private async ask(request: { do: string; node: string }): Promise<void> {
+    const complaint = await send("api/wizard", request);
+    this.complaint = complaint?.cause ?? null;
+    if (complaint === null) this.applied.add(request.node);
+  }
+}
+
+/** A button that changes the site: not for those who only look. */
+function change(label: string, id: string, action: () => void): HTMLButtonElement {
+  const button = pressButton(label, id, action);
+  button.classList.add("act");
+  return button;
 }
 
 /** A text whose parts between backticks are commands. */

@@ -7,6 +7,8 @@ export interface Shortcut {
   /** As it stands on the keyboard, where that differs. */
   label?: string;
   about: string;
+  /** Only where nothing else takes it: arrows also scroll, and move sliders. */
+  onStage?: boolean;
   action(): void;
 }
 
@@ -31,7 +33,7 @@ export class Shortcuts {
     if (event.key === "?") return this.toggle();
     if (this.dialog.open) return;
     const shortcut = this.shortcuts.find(({ key }) => key === event.key);
-    if (!shortcut) return;
+    if (!shortcut || (shortcut.onStage && !isStage(target))) return;
     event.preventDefault();
     shortcut.action();
   }
@@ -40,4 +42,10 @@ export class Shortcuts {
     if (this.dialog.open) this.dialog.close();
     else this.dialog.showModal();
   }
+}
+
+/** Whether keys go to the stage: it has the focus, or nothing has and the page does not scroll. */
+function isStage(target: HTMLElement): boolean {
+  const { scrollHeight, clientHeight } = document.documentElement;
+  return target.matches(scrollHeight > clientHeight ? ".stage canvas" : "body, .stage canvas");
 }

@@ -30,7 +30,7 @@ const COLUMNS: Column[] = [
     key: "error",
     title: "True error",
     unit: "",
-    about: "Distance from the simulator's truth, root mean square of the last poses",
+    about: "Distance from the simulator's truth, root mean square of the last poses while tracking",
     parts: ["mm", "°"],
   },
   { key: "rate", title: "Rate", unit: "", about: "Poses a second", parts: ["Hz"] },

@@ -1,13 +1,14 @@
 // Links by which phones and laptops become cameras of the site, as QR codes.
 
-import { element, find, testId } from "./dom.ts";
+import { send } from "../wizard/command.ts";
+import { element, find, pressButton, testId } from "./dom.ts";
 
 const PATH = "api/phones";
 /** Light modules around a code, which readers need. */
 const QUIET = 4;
 
 interface Links {
-  links: { camera: string | null; url: string; qr: string[] }[];
+  links: { camera: string | null; used: boolean; url: string; qr: string[] }[];
   caution: string | null;
 }
 
@@ -29,15 +30,24 @@ export class PhonesDialog {
       element("h2", "", "Use a phone or laptop as a camera"),
       element("p", "", "Scan the code, or open the link. The device finds tags itself and sends their corners; pictures only if its user switches them on."),
       ...(caution ? [testId(element("p", "caution", caution), "phones-caution")] : []),
-      ...links.map(({ camera, url, qr }) => {
+      ...links.map(({ camera, used, url, qr }) => {
+        const caption = camera ? [element("figcaption", "", camera)] : [];
+        if (camera && used) return element("figure", "", ...caption, element("p", "", "A device uses this link; it is for no other one."), this.free(camera));
         const link = element("a", "", url.replace(/#token=.*/, ""));
         link.href = url;
         link.target = "_blank";
-        return element("figure", "", ...(camera ? [element("figcaption", "", camera)] : []), code(qr), link);
+        return element("figure", "", ...caption, code(qr), link);
       }),
       close,
     );
-    this.dialog.showModal();
+    if (!this.dialog.open) this.dialog.showModal();
+  }
+
+  /** Lets another device use the link of a camera. */
+  private free(camera: string): HTMLButtonElement {
+    return pressButton("Let another device use it", `phone-free-${camera}`, () => {
+      void send(PATH, { do: "free", camera }).then(() => this.open());
+    });
   }
 }
 

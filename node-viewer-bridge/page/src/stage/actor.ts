@@ -1,6 +1,6 @@
 // One object on the stage: its body, label, trail and uncertainty move together.
 
-import type { Group, Scene } from "three";
+import { type Group, type Scene, Sphere } from "three";
 import type { PrintedTag, Pose, Vec3 } from "../protocol.ts";
 import type { ObjectState } from "../site.ts";
 import { Body } from "./body.ts";
@@ -26,6 +26,7 @@ export class Actor {
   private readonly trail: Trail;
   private readonly ellipsoid: Ellipsoid;
   private readonly label: Label;
+  private readonly space = new Sphere();
   private options: StageOptions | null = null;
   private seen = false;
   private shown: ReturnType<ObjectState["condition"]> | null = null;
@@ -42,7 +43,7 @@ export class Actor {
     this.label = labels.create("object", object.id);
     this.label.element.style.setProperty("--object", object.colour);
     this.label.visible = this.body.group.visible = this.plumb.line.visible = false;
-    scene.add(this.body.group, this.plumb.line, this.trail.line, this.ellipsoid.mesh);
+    scene.add(this.body.group, this.plumb.line, this.trail.line, this.ellipsoid.group);
   }
 
   tags(tags: PrintedTag[]): void {
@@ -54,7 +55,9 @@ export class Actor {
     this.seen = true;
     this.body.move(pose);
     this.plumb.move(pose.position);
-    this.body.top(this.label.at);
+    const { center, radius } = this.bounds(this.space);
+    this.label.at.copy(center);
+    this.label.radius = radius;
     if (pose.state !== "lost") this.trail.add(now, pose.position);
     if (this.options?.sigma) this.ellipsoid.show(pose);
     this.condition(pose.state);
@@ -96,11 +99,16 @@ export class Actor {
 
   recolour(): void {
     this.trail.recolour();
+    this.ellipsoid.recolour();
   }
 
   /** What can be clicked at. */
   get group(): Group {
     return this.body.group;
+  }
+
+  bounds(target: Sphere): Sphere {
+    return this.body.bounds(target);
   }
 
   get visible(): boolean {
@@ -126,6 +134,6 @@ export class Actor {
 
   private applyOptions(): void {
     this.trail.line.visible = this.options?.trails ?? false;
-    this.ellipsoid.mesh.visible = this.seen && (this.options?.sigma ?? false);
+    this.ellipsoid.group.visible = this.seen && (this.options?.sigma ?? false);
   }
 }

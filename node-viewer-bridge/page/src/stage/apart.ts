@@ -22,28 +22,28 @@ export class Places {
     let lift = 0;
     // Each round passes at least one box that is there.
     for (let round = 0; round <= this.count; round++) {
-      const other = this.over(box, lift);
+      const other = this.over(box, box.bottom - lift);
       if (!other) break;
       lift = box.bottom - (other.bottom - other.height);
     }
     return lift;
   }
 
-  isFree(box: LabelBox, lift: number): boolean {
-    return this.over(box, lift) === null;
+  isFree(box: LabelBox): boolean {
+    return this.over(box, box.bottom) === null;
   }
 
-  take({ x, bottom, width, height }: LabelBox, lift: number): void {
+  take({ x, bottom, width, height }: LabelBox): void {
     const place = (this.boxes[this.count] ??= { x: 0, bottom: 0, width: 0, height: 0 });
     place.x = x;
-    place.bottom = bottom - lift;
+    place.bottom = bottom;
     place.width = width;
     place.height = height;
     this.count++;
   }
 
-  private over(box: LabelBox, lift: number): LabelBox | null {
-    const bottom = box.bottom - lift;
+  /** One that the box would lie over with its bottom there. */
+  private over(box: LabelBox, bottom: number): LabelBox | null {
     for (let k = 0; k < this.count; k++) {
       const other = this.boxes[k] as LabelBox;
       const beside = Math.abs(other.x - box.x) >= (other.width + box.width) / 2;

@@ -68,10 +68,9 @@ export class Body {
     place(this.group, pose);
   }
 
-  /** Just above the object, in the world. */
-  top(target: Vector3): Vector3 {
-    target.copy(this.extent.center).applyQuaternion(this.group.quaternion).add(this.group.position);
-    return target.setZ(target.z + this.extent.radius * 1.05);
+  /** A sphere in the world that holds the object, about its origin. */
+  bounds(target: Sphere): Sphere {
+    return target.set(this.group.position, this.extent.center.length() + this.extent.radius);
   }
 
   remove(): void {

@@ -1,6 +1,6 @@
 // The stage in 3-D: floor, cameras, objects with trails and uncertainty. Draws what the site says, when it changes.
 
-import { AmbientLight, Color, DirectionalLight, Scene, Vector3, type WebGLRenderer } from "three";
+import { AmbientLight, Color, DirectionalLight, Scene, Sphere, Vector3, type WebGLRenderer } from "three";
 import { STAGE } from "../palette.ts";
 import type { Pose, RigCamera, Vec3, Zone } from "../protocol.ts";
 import type { Selection } from "../selection.ts";
@@ -26,7 +26,8 @@ export class Stage {
   private readonly view: View;
   private readonly ruler: Ruler;
   private readonly zoneWires: ZoneWires;
-  private readonly shift = new Vector3();
+  private readonly followed = new Sphere();
+  private readonly projected = new Vector3();
   private readonly frusta = new Map<string, Frustum>();
   private readonly actors = new Map<string, Actor>();
   private size: [number, number] = [1, 1];
@@ -65,6 +66,16 @@ export class Stage {
     this.selection.follow(null);
     this.view.reset();
     this.frames.request();
+  }
+
+  /** Turns the view to the right and up, by steps. */
+  turn(right: number, up: number): void {
+    this.view.turn(right, up);
+  }
+
+  /** Goes nearer by so many steps. */
+  zoom(steps: number): void {
+    this.view.approachBy(steps);
   }
 
   rig(cameras: RigCamera[]): void {
@@ -145,16 +156,17 @@ export class Stage {
     return Object.fromEntries([...this.actors].map(([id, actor]) => [id, actor.position()]));
   }
 
-  /** Where an object is on the page, pixels; for tests. */
-  screen(id: string): [number, number] | null {
+  /** Where an object is on the page and how far it reaches from there, pixels; for tests. */
+  screen(id: string): [number, number, number] | null {
     const actor = this.actors.get(id);
     if (!actor) return null;
     // As the next frame will have it.
     this.track();
     this.view.camera.updateMatrixWorld();
-    const point = this.shift.copy(actor.group.position).project(this.view.camera);
+    const point = this.projected.copy(actor.group.position).project(this.view.camera);
     const { left, top } = this.renderer.domElement.getBoundingClientRect();
-    return [left + ((point.x + 1) / 2) * this.size[0], top + ((1 - point.y) / 2) * this.size[1]];
+    const reach = (actor.bounds(this.followed).radius * this.view.pixelsAtOne(this.size[1])) / actor.group.position.distanceTo(this.view.camera.position);
+    return [left + ((point.x + 1) / 2) * this.size[0], top + ((1 - point.y) / 2) * this.size[1], reach];
   }
 
   private frustum(id: string): Frustum {
@@ -190,7 +202,8 @@ export class Stage {
   private track(): void {
     const { object, pair } = this.selection;
     const followed = object === null ? undefined : this.actors.get(object);
-    this.view.follow(followed?.visible ? this.shift.copy(followed.group.position) : null);
+    if (object === null) this.view.leave();
+    else if (followed?.visible) this.view.follow(object, followed.bounds(this.followed));
     const from = pair ? this.actors.get(pair[0]) : undefined;
     const to = pair ? this.actors.get(pair[1]) : undefined;
     if (from?.visible && to?.visible) this.ruler.show(from.group.position, to.group.position);
@@ -211,7 +224,7 @@ export class Stage {
     let fading = false;
     for (const actor of this.actors.values()) fading = actor.update(now) || fading;
     this.renderer.render(this.scene, this.view.camera);
-    this.labels.update(this.view.camera, this.size[0], this.size[1]);
+    this.labels.update(this.view.camera, this.view.pixelsAtOne(this.size[1]), ...this.size);
     return fading && this.options.trails;
   }
 }

@@ -82,7 +82,7 @@ export function readName(text: string, field: string): string {
 }
 
 /** Sends a request; a complaint where the bridge does not obey, nothing where it does. */
-export async function send(path: "api/wizard" | "api/zones", request: object, ask: typeof fetch = fetch): Promise<Complaint | null> {
+export async function send(path: "api/wizard" | "api/zones" | "api/phones", request: object, ask: typeof fetch = fetch): Promise<Complaint | null> {
   let answer: Response;
   try {
     const headers = { "content-type": "application/json" };

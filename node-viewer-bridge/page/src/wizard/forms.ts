@@ -13,6 +13,8 @@ export interface Form {
   root: HTMLElement;
   /** The site may have changed. */
   refresh(): void;
+  /** Fills in what is known of this camera or object. */
+  about(subject: string): void;
   /** @throws Wrong where something entered cannot be right. */
   request(): Promise<object>;
   fields: Field[];
@@ -55,6 +57,7 @@ function lensForm(site: Site): Form {
     fields,
     root: element("div", "fields", camera.root, source.root, grid, board.root, model.root),
     refresh: () => offerNames(camera, [...site.cameras.keys()]),
+    about: (subject) => (camera.control.value = subject),
     request: async () => {
       const begin = { do: "start", wizard: "lens", camera: camera.text, model: model.text || null };
       if (source.value === "board") return { ...begin, board: { file: await textOf(board, "board's file") } };
@@ -99,6 +102,7 @@ function rigForm(site: Site): Form {
       offer(origin.control as HTMLSelectElement, [["as_it_is", "stays as it is"], ["tag", "is a tag on the floor"], ...cameras]);
       show();
     },
+    about: () => undefined,
     request: async () => {
       const carried = object.text === "" ? { file: await textOf(file, "object's file") } : { known: object.text };
       return { do: "start", wizard: "rig", object: carried, origin: world(origin.text, tag, size) };
@@ -127,6 +131,15 @@ function learnForm(site: Site): Form {
       offerNames(camera, [...site.cameras.keys()], [["", "every camera"]]);
       others.root.hidden = !site.objects.has(id.text.trim());
       showSeen(seen, tags, site);
+    },
+    about: (subject) => {
+      const known = (site.objects.get(subject)?.tags ?? []).filter(({ family }) => family === FAMILY);
+      const [first] = known;
+      id.control.value = subject;
+      if (!first) return;
+      size.control.value = String(round(first.size_m * 1000));
+      const words = known.map((tag) => (tag.size_m === first.size_m ? String(tag.id) : `${tag.id}:${round(tag.size_m * 1000)}`));
+      tags.control.value = words.join(", ");
     },
     request: async () => {
       const wanted = readTags(tags.text, readSize(size.text));
@@ -187,3 +200,6 @@ function seenTag(root: HTMLElement, tags: Field, site: Site, id: number, isChose
   });
   return chip;
 }
+
+/** To a hundredth, as people measure millimetres. */
+const round = (value: number): number => Math.round(value * 100) / 100;

@@ -80,6 +80,17 @@ export class WizardPanel {
     if (!this.root.hidden) this.view.view.preview(preview);
   }
 
+  /** Opens with the form of a wizard about a camera or an object, unless one is at work. */
+  prepare(kind: WizardKind, subject: string): void {
+    if (this.account.wizard === null) {
+      this.tabs.choose(kind);
+      this.choose(kind);
+      this.forms[kind].refresh();
+      this.forms[kind].about(subject);
+    }
+    this.open(true);
+  }
+
   private build(): void {
     const close = button("Close", "wizard-close", "quiet");
     close.addEventListener("click", () => this.open(false));
