@@ -1,5 +1,6 @@
 //! Columns of the kept parameters in the reduced system.
 
+use super::arm::ArmColumns;
 use super::state::{Bundle, Freedom};
 use sextant_geometry::Lens;
 use sextant_geometry::lens::MAX_PARAMETERS;
@@ -57,6 +58,31 @@ pub enum KeptParameter {
         /// Index of the tag.
         tag: usize,
     },
+    /// A position of the robot.
+    ArmPosition {
+        /// Which of the robot's two poses.
+        pose: ArmPose,
+        /// 0, 1, 2: x, y, z of the outer frame.
+        axis: usize,
+    },
+    /// An attitude of the robot.
+    ArmRotation {
+        /// Which of the robot's two poses.
+        pose: ArmPose,
+        /// 0, 1, 2: x, y, z of the outer frame.
+        axis: usize,
+    },
+    /// The delay between images and the robot's poses.
+    ArmDelay,
+}
+
+/// One of the two transforms of a robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum ArmPose {
+    /// [`Arm::base_from_site`](super::Arm::base_from_site).
+    Base,
+    /// [`Arm::hand_from_carried`](super::Arm::hand_from_carried).
+    Hand,
 }
 
 /// Columns of one tag: six of the pose, one of the size (a step of its logarithm), if free, without gaps.
@@ -102,6 +128,8 @@ pub(super) struct CameraColumns {
 pub(super) struct Layout {
     pub cameras: Vec<CameraColumns>,
     pub tags: Vec<TagColumns>,
+    /// Those of the robot, the last ones.
+    pub arm: ArmColumns,
     /// Total number of columns.
     pub n: usize,
 }
@@ -160,6 +188,10 @@ impl Layout {
             let size = layout.take(tag.size, 1);
             layout.tags.push(TagColumns { pose, size });
         }
+        if let Some(arm) = &bundle.arm {
+            layout.arm.pose = layout.take(Freedom::Free, 12);
+            layout.arm.delay = layout.take(arm.delay, 1);
+        }
         layout
     }
 
@@ -194,6 +226,13 @@ impl Layout {
                 names.extend((0..3).map(|axis| KeptParameter::TagRotation { tag, axis }));
             }
             names.extend(columns.size.map(|_| KeptParameter::TagSize { tag }));
+        }
+        if self.arm.pose.is_some() {
+            for pose in [ArmPose::Base, ArmPose::Hand] {
+                names.extend((0..3).map(|axis| KeptParameter::ArmPosition { pose, axis }));
+                names.extend((0..3).map(|axis| KeptParameter::ArmRotation { pose, axis }));
+            }
+            names.extend(self.arm.delay.map(|_| KeptParameter::ArmDelay));
         }
         names
     }

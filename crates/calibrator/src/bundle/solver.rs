@@ -1,6 +1,7 @@
 //! Levenberg-Marquardt over cameras, tags and instants with a robust kernel (iteratively reweighted).
 
 use super::anchors;
+use super::arm::{Arm, ArmResidual};
 use super::clusters::clusters;
 use super::covariance::KeptCovariance;
 use super::elimination::{ReducedSystem, Step};
@@ -58,6 +59,8 @@ pub struct BundleSolution {
     pub rms_px: f64,
     /// The variance of the corners' errors in units of what was stated: 1 if the stated noise is right.
     pub variance_factor: f64,
+    /// Errors of the robot's poses, by instant; empty without a robot.
+    pub arm: Vec<ArmResidual>,
     /// Sum of the robust squares.
     pub cost: f64,
     /// Logarithm of the evidence for the model (Laplace's approximation), up to what models of the same images have in common. `None` where
@@ -104,6 +107,7 @@ pub(super) struct Estimates {
     pub(super) cameras: Vec<BundleCamera>,
     pub(super) tags: Vec<BundleTag>,
     pub(super) instants: Vec<Instant>,
+    arm: Option<Arm>,
     /// Errors of the stamps, by image.
     stamp_errors_s: Vec<f64>,
 }
@@ -201,6 +205,11 @@ impl<'a, const D: usize> Descent<'a, D> {
             cameras: cameras.collect::<Option<_>>()?,
             tags: tags.collect(),
             instants: instants.map(|(at, step)| at.moved(step)).collect(),
+            arm: self
+                .bundle
+                .arm
+                .as_ref()
+                .map(|arm| arm.stepped(&self.layout, kept)),
             stamp_errors_s: stamps
                 .map(|(image, step)| image.stamp_error_s + step)
                 .collect(),
@@ -237,6 +246,12 @@ impl<'a, const D: usize> Descent<'a, D> {
         Ok(BundleSolution {
             weak: weak_directions(&covariance, &self.options.prior),
             covariance,
+            arm: self
+                .bundle
+                .arm
+                .as_ref()
+                .map(|arm| arm.residuals(&self.bundle, equations))
+                .unwrap_or_default(),
             bundle: self.bundle,
             rms_px: fit.rms_px(),
             variance_factor,
@@ -303,6 +318,7 @@ impl Estimates {
         std::mem::swap(&mut self.cameras, &mut bundle.cameras);
         std::mem::swap(&mut self.tags, &mut bundle.tags);
         std::mem::swap(&mut self.instants, &mut bundle.instants);
+        std::mem::swap(&mut self.arm, &mut bundle.arm);
         for (own, image) in self.stamp_errors_s.iter_mut().zip(&mut bundle.images) {
             std::mem::swap(own, &mut image.stamp_error_s);
         }
@@ -310,7 +326,7 @@ impl Estimates {
 }
 
 /// A kept pose after its step, a twist of the outer frame.
-fn moved(pose: &Pose, columns: Option<usize>, kept: &[f64]) -> Pose {
+pub(super) fn moved(pose: &Pose, columns: Option<usize>, kept: &[f64]) -> Pose {
     columns.map_or(*pose, |at| {
         let twist = Vector6::from_column_slice(&kept[at..at + 6]);
         let mut moved = se3::exp(&twist) * pose;
