@@ -208,9 +208,8 @@ impl Arm {
             ArmResidual {
                 instant,
                 error: found.error,
-                covariance: of_object.map_or_else(Matrix6::zeros, |c| {
-                    by_object * c * by_object.transpose()
-                }),
+                covariance: of_object
+                    .map_or_else(Matrix6::zeros, |c| by_object * c * by_object.transpose()),
                 chi_square: found.error.dot(&(information * found.error)),
             }
         });
