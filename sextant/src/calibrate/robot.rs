@@ -36,7 +36,7 @@ with --on-hand it is the frame of the object. Where the motions leave something 
 
 With --json, the result is one line on standard output: {\"images\",\"poses\",\"outliers\",\"base_from_world\":{\"position\",\"orientation\"},
 \"hand_from_carried\":{...},\"base_sigma_mm\",\"base_sigma_deg\",\"hand_sigma_mm\",\"hand_sigma_deg\",\"robot_sigma_mm\",\"robot_sigma_deg\",
-\"held_out\":{\"poses\",\"rms_mm\",\"rms_deg\",\"median_mm\",\"median_deg\"},\"clock_offset_ms\",\"clock_sigma_ms\",\"rms_px\",\"undetermined\",
+\"held_out\":{\"poses\",\"rms_mm\",\"rms_deg\",\"rms_px\",\"median_mm\",\"median_deg\"},\"clock_offset_ms\",\"clock_sigma_ms\",\"rms_px\",\"undetermined\",
 \"verdict\":{\"grade\",\"because\"}}. Covariances are in the file."
 )]
 pub struct RobotArguments {
@@ -185,8 +185,12 @@ fn text(report: &RobotReport, arguments: &RobotArguments) -> String {
     ];
     if let Some(held_out) = &report.held_out {
         lines.push(format!(
-            "Held-out poses are predicted to {:.2} mm and {:.3} degrees (rms; median {:.2} mm, {:.3} degrees).",
-            held_out.rms_mm, held_out.rms_deg, held_out.median_mm, held_out.median_deg
+            "Held-out poses are predicted to {:.2} mm, {:.3} degrees and {:.2} px (rms; median {:.2} mm, {:.3} degrees).",
+            held_out.rms_mm,
+            held_out.rms_deg,
+            held_out.rms_px,
+            held_out.median_mm,
+            held_out.median_deg
         ));
     }
     lines.push(format!(

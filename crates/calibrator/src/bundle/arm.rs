@@ -12,7 +12,7 @@ use super::solver::moved;
 use super::state::{Bundle, Freedom};
 use nalgebra::{Matrix6, SMatrix, SVector, Vector6};
 use sextant_geometry::least_squares::Kernel;
-use sextant_geometry::{Pose, se3};
+use sextant_geometry::{Pose, se3, so3};
 use sextant_site_model::PoseSigma;
 
 /// What the hand carries.
@@ -41,6 +41,9 @@ pub struct Arm {
     pub hands: Vec<Option<Hand>>,
     /// Standard deviation of the robot's poses, per axis.
     pub sigma: PoseSigma,
+    /// Standard deviation of the position of what is carried about the hand's origin, m, before any image: it decides what the motions leave
+    /// open. Infinite for none.
+    pub reach_m: f64,
 }
 
 /// The hand at an instant, by the robot.
@@ -133,7 +136,8 @@ impl Arm {
     /// Whether there is an entry an instant and every number is usable.
     pub(super) fn is_sound(&self, bundle: &Bundle) -> bool {
         let sigmas = [self.sigma.position_m, self.sigma.orientation_rad];
-        let are_usable = sigmas.iter().all(|s| *s > 0.0 && s.powi(-2).is_finite());
+        let are_usable =
+            sigmas.iter().all(|s| *s > 0.0 && s.powi(-2).is_finite()) && self.reach_m > 0.0;
         let hands = self.hands.iter().flatten();
         let are_finite = hands.clone().all(|hand| {
             let pose = hand.base_from_hand.to_homogeneous();
@@ -146,6 +150,7 @@ impl Arm {
     pub(super) fn part(&self, instants: std::ops::Range<usize>) -> Self {
         Self {
             hands: self.hands[instants].to_vec(),
+            reach_m: f64::INFINITY,
             ..self.clone()
         }
     }
@@ -165,6 +170,10 @@ impl Arm {
                 .collect(),
             ..self.clone()
         }
+    }
+
+    fn reach_square(&self) -> f64 {
+        self.hand_from_carried.translation.vector.norm_squared() / self.reach_m.powi(2)
     }
 
     fn information(&self) -> Matrix6<f64> {
@@ -254,7 +263,17 @@ pub(super) fn add<const D: usize>(
     };
     let columns: Vec<usize> = layout.arm.all().collect();
     let information = arm.information();
-    let mut sum = 0.0;
+    let mut sum = arm.reach_square();
+    let shift = arm.hand_from_carried.translation.vector;
+    let mut by_hand = SMatrix::<f64, 3, 6>::identity();
+    by_hand
+        .fixed_columns_mut::<3>(3)
+        .copy_from(&-so3::hat(&shift));
+    let weighted = by_hand.transpose() / arm.reach_m.powi(2);
+    let mut own = equations.kept.fixed_view_mut::<6, 6>(first + 6, first + 6);
+    own += weighted * by_hand;
+    let mut gradient = equations.gradient.fixed_rows_mut::<6>(first + 6);
+    gradient += weighted * shift;
     for (at, hand, found) in arm.errors(bundle) {
         let square = found.error.dot(&(information * found.error));
         sum += KERNEL.rho(square);
@@ -294,7 +313,8 @@ pub(super) fn rho(bundle: &Bundle) -> f64 {
     let squares = arm.errors(bundle);
     squares
         .map(|(_, _, found)| KERNEL.rho(found.error.dot(&(information * found.error))))
-        .sum()
+        .sum::<f64>()
+        + arm.reach_square()
 }
 
 /// Standard deviations below these are those of rounding, m and rad.

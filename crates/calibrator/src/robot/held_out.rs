@@ -5,7 +5,7 @@ use super::report::HeldOut;
 use super::solving::RobotSolution;
 use crate::adjustment::Adjustment;
 use crate::bundle::{Arm, BundleOptions};
-use crate::resection::{TagPlacement, resected};
+use crate::resection::{TagPlacement, resected, tag_error_px};
 use std::ops::Range;
 
 /// Groups of poses that follow one another, each of which is left out once.
@@ -22,13 +22,13 @@ impl RobotSession {
         }
         let folds = FOLDS.min(n);
         let errors = (0..folds).filter_map(|k| fold(solution, k * n / folds..(k + 1) * n / folds));
-        let errors: Vec<[f64; 2]> = errors.flatten().collect();
+        let errors: Vec<[f64; 3]> = errors.flatten().collect();
         HeldOut::of(&errors)
     }
 }
 
-/// Distance (m) and angle (rad) of each pose of a fold.
-fn fold(solution: &RobotSolution, out: Range<usize>) -> Option<Vec<[f64; 2]>> {
+/// Distance (m), angle (rad) and corners (px) of each pose of a fold.
+fn fold(solution: &RobotSolution, out: Range<usize>) -> Option<Vec<[f64; 3]>> {
     let whole = &solution.adjusted.adjustment;
     let mut rest = whole.clone();
     rest.images.retain(|image| !out.contains(&image.instant));
@@ -60,7 +60,7 @@ fn error(
     (found, arm): (&Adjustment, &Arm),
     tags: &[TagPlacement],
     (instant, base_from_hand): (usize, &sextant_geometry::Pose),
-) -> Option<[f64; 2]> {
+) -> Option<[f64; 3]> {
     let images = solution.adjusted.adjustment.images.iter();
     let own = images.filter(|image| image.instant == instant);
     let image = own.max_by_key(|image| image.tags.len())?;
@@ -68,5 +68,17 @@ fn error(
     let predicted = camera.world_from_camera.inverse() * arm.predicted(base_from_hand);
     let seen = resected(&camera.lens, view, tags, &image.tags, predicted);
     let off = predicted.inverse() * seen;
-    Some([off.translation.vector.norm(), off.rotation.angle()])
+    let corners_px = image.tags.iter().filter_map(|&at| {
+        let (object_from_tag, size_m) = tags[view.tags[at].tag]?;
+        let camera_from_tag = predicted * object_from_tag;
+        let corners = &view.tags[at].corners.corners;
+        tag_error_px(&camera.lens, &camera_from_tag, size_m, corners)
+    });
+    let squares: Vec<f64> = corners_px.map(|px| px * px).collect();
+    let mean = squares.iter().sum::<f64>() / squares.len().max(1) as f64;
+    Some([
+        off.translation.vector.norm(),
+        off.rotation.angle(),
+        mean.sqrt(),
+    ])
 }

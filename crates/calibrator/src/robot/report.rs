@@ -71,6 +71,8 @@ pub struct HeldOut {
     pub rms_mm: f64,
     /// Angle, degrees.
     pub rms_deg: f64,
+    /// Distance of the corners in the image, px.
+    pub rms_px: f64,
     /// Median distance, millimetres, which no single wrong pose moves.
     pub median_mm: f64,
     /// Median angle, degrees.
@@ -78,8 +80,8 @@ pub struct HeldOut {
 }
 
 impl HeldOut {
-    /// From distances (m) and angles (rad).
-    pub(super) fn of(errors: &[[f64; 2]]) -> Option<Self> {
+    /// From distances (m), angles (rad) and corners (px).
+    pub(super) fn of(errors: &[[f64; 3]]) -> Option<Self> {
         let n = errors.len();
         let of = |part: usize| {
             let mut values: Vec<f64> = errors.iter().map(|error| error[part]).collect();
@@ -87,11 +89,12 @@ impl HeldOut {
             let squares: f64 = values.iter().map(|value| value * value).sum();
             Some(((squares / n as f64).sqrt(), *values.get(n / 2)?))
         };
-        let (distance, angle) = (of(0)?, of(1)?);
+        let (distance, angle, corners) = (of(0)?, of(1)?, of(2)?);
         Some(Self {
             poses: n,
             rms_mm: 1e3 * distance.0,
             rms_deg: angle.0.to_degrees(),
+            rms_px: corners.0,
             median_mm: 1e3 * distance.1,
             median_deg: angle.1.to_degrees(),
         })

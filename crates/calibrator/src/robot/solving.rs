@@ -19,6 +19,8 @@ const FIRST_SIGMA: PoseSigma = PoseSigma {
     position_m: 1e-3,
     orientation_rad: 2e-3,
 };
+/// Standard deviation of the distance of what a hand carries from the frame that the robot's poses are of, per axis, m.
+const REACH_M: f64 = 0.5;
 /// Most poses of an adjustment; of more, every second is used, or every third.
 const MOST_POSES: usize = 600;
 /// Least poses.
@@ -210,6 +212,7 @@ impl RobotSession {
             delay: Freedom::Fixed,
             hands: Vec::new(),
             sigma: FIRST_SIGMA,
+            reach_m: REACH_M,
         };
         let is_moving = |hand: &Hand| {
             let [v, w] = [0, 3].map(|at| hand.twist.fixed_rows::<3>(at).norm());
