@@ -1,4 +1,5 @@
 //! Robots calibrated on simulated corners and poses that are off.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use nalgebra::{Matrix2, Point2, Vector2, Vector3, Vector6};
 use sextant_calibrator::bundle::Mount;

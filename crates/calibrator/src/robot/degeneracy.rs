@@ -10,8 +10,8 @@ use sextant_geometry::so3;
 pub(super) enum Turns {
     /// Hardly at all; the largest angle, rad.
     None(f64),
-    /// About one axis of the hand only; the axis, and the angle of the tilts beside it, rad.
-    OneAxis(Vector3<f64>, f64),
+    /// About one axis of the hand only.
+    OneAxis(Vector3<f64>),
     /// About two axes or more.
     Enough,
 }
@@ -45,7 +45,7 @@ pub(super) fn turns<'a>(hands: impl Iterator<Item = &'a Hand> + Clone) -> Turns 
     let [largest, second] = [axes[0], axes[1]].map(|k| eigen.eigenvalues[k].max(0.0).sqrt());
     match (largest > LITTLE, second > LITTLE) {
         (false, _) => Turns::None(largest),
-        (true, false) => Turns::OneAxis(eigen.eigenvectors.column(axes[0]).into(), second),
+        (true, false) => Turns::OneAxis(eigen.eigenvectors.column(axes[0]).into()),
         (true, true) => Turns::Enough,
     }
 }
