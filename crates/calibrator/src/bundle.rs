@@ -9,6 +9,7 @@
 
 mod anchors;
 mod arm;
+mod arm_equations;
 mod clusters;
 mod covariance;
 mod elimination;

@@ -10,6 +10,7 @@ mod held_out;
 mod judgement;
 mod poses;
 mod report;
+mod solution;
 mod solving;
 mod start;
 

@@ -6,13 +6,9 @@
 //! the hand, and P maps points of the object into the base. Both hand-eye problems, `A X = X B` and `A X = Y B` (F. Dornaika, R. Horaud,
 //! Simultaneous robot-world and hand-eye calibration, 1998), are this one residual.
 
-use super::equations::Equations;
-use super::layout::Layout;
-use super::solver::moved;
-use super::state::{Bundle, Freedom};
-use nalgebra::{Matrix6, SMatrix, SVector, Vector6};
+use nalgebra::{Matrix6, Vector6};
 use sextant_geometry::least_squares::Kernel;
-use sextant_geometry::{Pose, se3, so3};
+use sextant_geometry::{Pose, se3};
 use sextant_site_model::PoseSigma;
 
 /// What the hand carries.
@@ -36,7 +32,7 @@ pub struct Arm {
     /// Added to the time of an image to get the robot's, seconds.
     pub delay_s: f64,
     /// Whether that is sought.
-    pub delay: Freedom,
+    pub seeks_delay: bool,
     /// The hand at each instant; `None` where the robot says nothing.
     pub hands: Vec<Option<Hand>>,
     /// Standard deviation of the robot's poses, per axis.
@@ -58,7 +54,7 @@ pub struct Hand {
 /// The error of the robot's pose at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArmResidual {
-    /// Index into [`Bundle::instants`].
+    /// Index into [`Bundle::instants`](super::Bundle::instants).
     pub instant: usize,
     /// From the robot's pose to that of the images, a twist of the hand's axes.
     pub error: Vector6<f64>,
@@ -69,7 +65,7 @@ pub struct ArmResidual {
 }
 
 /// A pose with a larger error counts less; one of 20 sigma hardly.
-const KERNEL: Kernel = Kernel::Cauchy { width: 5.0 };
+pub(super) const KERNEL: Kernel = Kernel::Cauchy { width: 5.0 };
 
 /// A residual with its derivatives.
 pub(crate) struct HandError {
@@ -134,7 +130,7 @@ impl Arm {
     }
 
     /// Whether there is an entry an instant and every number is usable.
-    pub(super) fn is_sound(&self, bundle: &Bundle) -> bool {
+    pub(super) fn is_sound(&self, n_instants: usize) -> bool {
         let sigmas = [self.sigma.position_m, self.sigma.orientation_rad];
         let are_usable =
             sigmas.iter().all(|s| *s > 0.0 && s.powi(-2).is_finite()) && self.reach_m > 0.0;
@@ -143,7 +139,7 @@ impl Arm {
             let pose = hand.base_from_hand.to_homogeneous();
             pose.iter().chain(&hand.twist).all(|x| x.is_finite())
         });
-        are_usable && are_finite && self.hands.len() == bundle.instants.len()
+        are_usable && are_finite && self.hands.len() == n_instants
     }
 
     /// The hands of some of the instants.
@@ -155,166 +151,33 @@ impl Arm {
         }
     }
 
-    /// After a step of the kept parameters.
-    pub(super) fn stepped(&self, layout: &Layout, kept: &[f64]) -> Self {
-        let pose = layout.arm.pose;
-        let delay_step = layout.arm.delay.map_or(0.0, |at| kept[at]);
-        Self {
-            base_from_site: moved(&self.base_from_site, pose, kept),
-            hand_from_carried: moved(&self.hand_from_carried, pose.map(|at| at + 6), kept),
-            delay_s: self.delay_s + delay_step,
-            hands: self
-                .hands
-                .iter()
-                .map(|hand| hand.map(|hand| hand.after(delay_step)))
-                .collect(),
-            ..self.clone()
-        }
-    }
-
-    fn reach_square(&self) -> f64 {
+    pub(super) fn reach_square(&self) -> f64 {
         self.hand_from_carried.translation.vector.norm_squared() / self.reach_m.powi(2)
     }
 
-    fn information(&self) -> Matrix6<f64> {
+    /// Inverse covariance of the robot's poses.
+    pub(super) fn information(&self) -> Matrix6<f64> {
         let [p, r] = [self.sigma.position_m, self.sigma.orientation_rad].map(|s| s.powi(-2));
         Matrix6::from_diagonal(&Vector6::new(p, p, p, r, r, r))
     }
 
-    /// Each instant with a pose of the hand, and its error.
-    fn errors<'a>(
-        &'a self,
-        bundle: &'a Bundle,
-    ) -> impl Iterator<Item = (usize, &'a Hand, HandError)> {
-        let hands = self.hands.iter().zip(&bundle.instants).enumerate();
-        hands.filter_map(|(at, (hand, instant))| {
-            let hand = hand.as_ref()?;
-            let error = self.error(&hand.base_from_hand, &instant.world_from_object);
-            Some((at, hand, error))
-        })
-    }
-
     /// Derivative of an error with respect to a twist of the object's own frame.
-    fn by_object(&self, found: &HandError) -> Matrix6<f64> {
+    pub(super) fn by_object(&self, found: &HandError) -> Matrix6<f64> {
         match self.mount {
             Mount::Object => found.by_right * se3::adjoint(&self.hand_from_carried),
             // M becomes exp(-d) M, which is P exp(-d) P^-1 from the left.
             Mount::Camera => -found.by_base * se3::adjoint(&self.base_from_site),
         }
     }
-
-    /// The errors at the solution, whose equations are given.
-    pub(super) fn residuals<const D: usize>(
-        &self,
-        bundle: &Bundle,
-        equations: &Equations<D>,
-    ) -> Vec<ArmResidual> {
-        let information = self.information();
-        let residuals = self.errors(bundle).map(|(instant, _, found)| {
-            let own = equations.nodes[instant].own.fixed_view::<6, 6>(0, 0);
-            let of_object = own.into_owned().cholesky().map(|factor| factor.inverse());
-            let by_object = self.by_object(&found);
-            ArmResidual {
-                instant,
-                error: found.error,
-                covariance: of_object
-                    .map_or_else(Matrix6::zeros, |c| by_object * c * by_object.transpose()),
-                chi_square: found.error.dot(&(information * found.error)),
-            }
-        });
-        residuals.collect()
-    }
 }
 
 impl Hand {
-    fn after(&self, seconds: f64) -> Self {
+    pub(super) fn after(&self, seconds: f64) -> Self {
         let mut later = *self;
         later.base_from_hand *= se3::exp(&(self.twist * seconds));
         later.base_from_hand.rotation.renormalize();
         later
     }
-}
-
-/// Kept columns of an arm: base and hand, and the delay.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct ArmColumns {
-    /// First of twelve columns.
-    pub pose: Option<usize>,
-    /// Column of the delay, after them.
-    pub delay: Option<usize>,
-}
-
-impl ArmColumns {
-    /// All of them, ascending.
-    pub(super) fn all(&self) -> impl Iterator<Item = usize> {
-        let pose = self.pose.map_or(0..0, |at| at..at + 12);
-        pose.chain(self.delay)
-    }
-}
-
-/// Adds the residuals of the robot's poses; returns the sum of their robust squares.
-pub(super) fn add<const D: usize>(
-    bundle: &Bundle,
-    layout: &Layout,
-    equations: &mut Equations<D>,
-) -> f64 {
-    let (Some(arm), Some(first)) = (&bundle.arm, layout.arm.pose) else {
-        return 0.0;
-    };
-    let columns: Vec<usize> = layout.arm.all().collect();
-    let information = arm.information();
-    let mut sum = arm.reach_square();
-    let shift = arm.hand_from_carried.translation.vector;
-    let mut by_hand = SMatrix::<f64, 3, 6>::identity();
-    by_hand
-        .fixed_columns_mut::<3>(3)
-        .copy_from(&-so3::hat(&shift));
-    let weighted = by_hand.transpose() / arm.reach_m.powi(2);
-    let mut own = equations.kept.fixed_view_mut::<6, 6>(first + 6, first + 6);
-    own += weighted * by_hand;
-    let mut gradient = equations.gradient.fixed_rows_mut::<6>(first + 6);
-    gradient += weighted * shift;
-    for (at, hand, found) in arm.errors(bundle) {
-        let square = found.error.dot(&(information * found.error));
-        sum += KERNEL.rho(square);
-        let weights = information * KERNEL.weight(square);
-        let mut by_kept = SMatrix::<f64, 6, 13>::zeros();
-        by_kept.fixed_columns_mut::<6>(0).copy_from(&found.by_base);
-        by_kept.fixed_columns_mut::<6>(6).copy_from(&found.by_hand);
-        // A later robot pose is B exp(x ds): the error becomes log(exp(-x ds) E).
-        let by_delay = -se3::left_jacobian_inverse(&found.error) * hand.twist;
-        by_kept.column_mut(12).copy_from(&by_delay);
-        let by_object = arm.by_object(&found);
-        let by_instant = SMatrix::<f64, 6, D>::from_fn(|row, column| match column {
-            0..6 => by_object[(row, column)],
-            _ => 0.0,
-        });
-        let by_kept = by_kept.columns(0, columns.len());
-        let weighted = weights * by_kept;
-        let node = &mut equations.nodes[at];
-        node.own += by_instant.transpose() * weights * by_instant;
-        node.gradient += by_instant.transpose() * (weights * found.error);
-        let start = node.local(first);
-        let mut coupling = node.coupling.columns_mut(start, columns.len());
-        coupling += by_instant.transpose() * &weighted;
-        let n = columns.len();
-        let mut own = equations.kept.view_mut((first, first), (n, n));
-        own += by_kept.transpose() * &weighted;
-        let mut gradient = equations.gradient.rows_mut(first, n);
-        gradient += weighted.transpose() * SVector::from(found.error);
-    }
-    sum
-}
-
-/// The sum of the robust squares alone.
-pub(super) fn rho(bundle: &Bundle) -> f64 {
-    let Some(arm) = &bundle.arm else { return 0.0 };
-    let information = arm.information();
-    let squares = arm.errors(bundle);
-    squares
-        .map(|(_, _, found)| KERNEL.rho(found.error.dot(&(information * found.error))))
-        .sum::<f64>()
-        + arm.reach_square()
 }
 
 /// Standard deviations below these are those of rounding, m and rad.

@@ -4,7 +4,7 @@
 //! `D` is 6 for independent instants and 12 (pose, twist) if the motion of the object is modelled.
 
 use super::anchors;
-use super::arm;
+use super::arm_equations;
 use super::image_sums::ImageSums;
 use super::layout::Layout;
 use super::motion;
@@ -43,8 +43,9 @@ impl<const D: usize> Equations<D> {
             images = later;
         }
         equations.rho += motion::tie(bundle, &mut equations.nodes);
-        equations.rho += arm::add(bundle, layout, &mut equations);
         let (kept, gradient) = (&mut equations.kept, &mut equations.gradient);
+        let sums = (&mut *kept, &mut *gradient);
+        equations.rho += arm_equations::add(bundle, layout, sums, &mut equations.nodes);
         equations.rho += anchors::add(bundle, layout, kept, gradient) + stamps::rho(bundle);
         equations
     }
@@ -134,7 +135,7 @@ pub(super) fn rho(bundle: &Bundle, kernel: &Kernel) -> f64 {
     });
     images.sum::<f64>()
         + motion::rho(bundle)
-        + arm::rho(bundle)
+        + arm_equations::rho(bundle)
         + anchors::rho(bundle)
         + stamps::rho(bundle)
 }

@@ -1,9 +1,9 @@
 //! Columns of the kept parameters in the reduced system.
 
-use super::arm::ArmColumns;
 use super::state::{Bundle, Freedom};
-use sextant_geometry::Lens;
+use nalgebra::Vector6;
 use sextant_geometry::lens::MAX_PARAMETERS;
+use sextant_geometry::{Lens, Pose, se3};
 
 /// A free parameter that remains when the instants are eliminated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -123,6 +123,23 @@ pub(super) struct CameraColumns {
     pub lens_parameters: Vec<usize>,
 }
 
+/// Kept columns of an arm: base and hand, and the delay.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct ArmColumns {
+    /// First of twelve columns.
+    pub pose: Option<usize>,
+    /// Column of the delay, after them.
+    pub delay: Option<usize>,
+}
+
+impl ArmColumns {
+    /// All of them, ascending.
+    pub(super) fn all(&self) -> impl Iterator<Item = usize> {
+        let pose = self.pose.map_or(0..0, |at| at..at + 12);
+        pose.chain(self.delay)
+    }
+}
+
 /// Columns of every block.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Layout {
@@ -190,7 +207,11 @@ impl Layout {
         }
         if let Some(arm) = &bundle.arm {
             layout.arm.pose = layout.take(Freedom::Free, 12);
-            layout.arm.delay = layout.take(arm.delay, 1);
+            let delay = match arm.seeks_delay {
+                true => Freedom::Free,
+                false => Freedom::Fixed,
+            };
+            layout.arm.delay = layout.take(delay, 1);
         }
         layout
     }
@@ -248,4 +269,14 @@ pub(super) fn stepped_lens(lens: &Lens, columns: &CameraColumns, step: &[f64]) -
         parameters[parameter] += step[columns.lens + at];
     }
     lens.with_parameters(&parameters).ok()
+}
+
+/// A kept pose after its step, a twist of the outer frame.
+pub(super) fn stepped_pose(pose: &Pose, columns: Option<usize>, kept: &[f64]) -> Pose {
+    columns.map_or(*pose, |at| {
+        let twist = Vector6::from_column_slice(&kept[at..at + 6]);
+        let mut moved = se3::exp(&twist) * pose;
+        moved.rotation.renormalize();
+        moved
+    })
 }

@@ -6,7 +6,7 @@ use super::clusters::clusters;
 use super::covariance::KeptCovariance;
 use super::elimination::{ReducedSystem, Step};
 use super::equations::{self, Equations};
-use super::layout::{Layout, stepped_lens};
+use super::layout::{Layout, stepped_lens, stepped_pose};
 use super::motion;
 use super::observability::{WeakDirection, weak_directions};
 use super::prior_knowledge::PriorKnowledge;
@@ -14,7 +14,7 @@ use super::stamps;
 use super::state::{Bundle, BundleCamera, BundleError, BundleTag, Instant};
 use nalgebra::{SVector, Vector6};
 use sextant_geometry::least_squares::Kernel;
-use sextant_geometry::{Pose, se3};
+use sextant_geometry::se3;
 
 /// Options of the solver.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -185,14 +185,14 @@ impl<'a, const D: usize> Descent<'a, D> {
         let cameras = cameras.map(|(camera, columns)| {
             let mut camera = camera.clone();
             camera.lens = stepped_lens(&camera.lens, columns, kept)?;
-            camera.world_from_camera = moved(&camera.world_from_camera, columns.pose, kept);
+            camera.world_from_camera = stepped_pose(&camera.world_from_camera, columns.pose, kept);
             camera.clock_offset_s += columns.clock.map_or(0.0, |at| kept[at]);
             camera.line_delay_s += columns.line_delay.map_or(0.0, |at| kept[at]);
             Some(camera)
         });
         let tags = self.bundle.tags.iter().zip(&self.layout.tags);
         let tags = tags.map(|(tag, columns)| BundleTag {
-            object_from_tag: moved(&tag.object_from_tag, columns.pose, kept),
+            object_from_tag: stepped_pose(&tag.object_from_tag, columns.pose, kept),
             size_m: tag.size_m
                 * columns
                     .size
@@ -250,7 +250,7 @@ impl<'a, const D: usize> Descent<'a, D> {
                 .bundle
                 .arm
                 .as_ref()
-                .map(|arm| arm.residuals(&self.bundle, equations))
+                .map(|arm| arm.residuals(&self.bundle, &equations.nodes))
                 .unwrap_or_default(),
             bundle: self.bundle,
             rms_px: fit.rms_px(),
@@ -323,16 +323,6 @@ impl Estimates {
             std::mem::swap(own, &mut image.stamp_error_s);
         }
     }
-}
-
-/// A kept pose after its step, a twist of the outer frame.
-pub(super) fn moved(pose: &Pose, columns: Option<usize>, kept: &[f64]) -> Pose {
-    columns.map_or(*pose, |at| {
-        let twist = Vector6::from_column_slice(&kept[at..at + 6]);
-        let mut moved = se3::exp(&twist) * pose;
-        moved.rotation.renormalize();
-        moved
-    })
 }
 
 impl Instant {

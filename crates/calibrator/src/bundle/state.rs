@@ -308,7 +308,11 @@ impl Bundle {
         if let Some(index) = unsound {
             return Err(BundleError::Anchor(index));
         }
-        if self.arm.as_ref().is_some_and(|arm| !arm.is_sound(self)) {
+        if self
+            .arm
+            .as_ref()
+            .is_some_and(|arm| !arm.is_sound(self.instants.len()))
+        {
             return Err(BundleError::Arm);
         }
         self.check_time()

@@ -2,7 +2,7 @@
 
 use super::RobotSession;
 use super::report::HeldOut;
-use super::solving::RobotSolution;
+use super::solution::RobotSolution;
 use crate::adjustment::Adjustment;
 use crate::bundle::{Arm, BundleOptions};
 use crate::resection::{TagPlacement, resected, tag_error_px};

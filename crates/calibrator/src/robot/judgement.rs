@@ -3,7 +3,7 @@
 use super::RobotSession;
 use super::degeneracy::{Turns, axis_in_words, turns};
 use super::report::RobotReport;
-use super::solving::RobotSolution;
+use super::solution::RobotSolution;
 use crate::bundle::{Arm, Mount};
 use crate::verdict::{Finding, Grade};
 

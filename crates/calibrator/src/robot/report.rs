@@ -1,8 +1,8 @@
 //! The report on a calibrated robot.
 
-use super::solving::RobotSolution;
+use super::solution::RobotSolution;
 use super::{RobotError, RobotSession};
-use crate::bundle::{Arm, ArmPose, Freedom, KeptParameter, Mount};
+use crate::bundle::{Arm, ArmPose, KeptParameter, Mount};
 use crate::verdict::Verdict;
 use nalgebra::Matrix6;
 use serde::Serialize;
@@ -116,7 +116,7 @@ impl RobotSession {
         let (hand_sigma_mm, hand_sigma_deg) = sigmas(&hand);
         let delay_sigma_s = covariance.sigma(KeptParameter::ArmDelay);
         let delay = delay_sigma_s
-            .filter(|sigma| *sigma < UNKNOWN_DELAY_S && arm.delay == Freedom::Free)
+            .filter(|sigma| *sigma < UNKNOWN_DELAY_S && arm.seeks_delay)
             .map(|sigma| (1e3 * arm.delay_s, 1e3 * sigma));
         let outliers = solution.adjusted.solution.arm.iter();
         let outliers = outliers.filter(|residual| residual.chi_square > OUTLIER);

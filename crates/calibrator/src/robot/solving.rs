@@ -3,9 +3,10 @@
 use super::clock;
 use super::poses::RobotPoses;
 use super::report::CalibratedRobot;
+use super::solution::RobotSolution;
 use super::start::{PosePair, Transforms, start};
 use super::{NumberedView, RobotError, RobotSession};
-use crate::adjustment::{Adjustment, AdjustmentResult, UsedImage};
+use crate::adjustment::{Adjustment, UsedImage};
 use crate::bundle::{Arm, BundleCamera, BundleOptions, BundleTag, Freedom, Hand, Instant, Mount};
 use crate::image_store::ImageView;
 use crate::priors::Priors;
@@ -38,22 +39,6 @@ struct Match {
     seen: Vec<ObjectView>,
 }
 
-/// A solved robot before its report.
-pub(super) struct RobotSolution {
-    pub views: Vec<ImageView>,
-    /// Number of the image in its camera, and capture time, by instant.
-    pub keys: Vec<(usize, u64)>,
-    pub adjusted: AdjustmentResult,
-}
-
-impl RobotSolution {
-    /// The robot, which every solution has.
-    pub(super) fn arm(&self) -> Result<&Arm, RobotError> {
-        let arm = self.adjusted.solution.bundle.arm.as_ref();
-        arm.ok_or(RobotError::NoStart)
-    }
-}
-
 impl RobotSession {
     /// Solves for base and hand. What the motions do not determine is named in the report.
     ///
@@ -79,7 +64,7 @@ impl RobotSession {
         let mut adjusted = adjustment.solve(&views, &BundleOptions::default())?;
         for _ in 0..DELAY_ROUNDS {
             let arm = adjusted.adjustment.arm.as_ref();
-            if arm.is_none_or(|arm| arm.delay == Freedom::Fixed) {
+            if arm.is_none_or(|arm| !arm.seeks_delay) {
                 break;
             }
             let again = interpolated_anew(adjusted.adjustment, &keys, poses);
@@ -209,7 +194,7 @@ impl RobotSession {
             base_from_site: first.base_from_site,
             hand_from_carried: first.hand_from_carried,
             delay_s,
-            delay: Freedom::Fixed,
+            seeks_delay: false,
             hands: Vec::new(),
             sigma: FIRST_SIGMA,
             reach_m: REACH_M,
@@ -219,7 +204,7 @@ impl RobotSession {
             v > MOVING[0] || w > MOVING[1]
         };
         if matches.iter().filter(|m| is_moving(&m.hand)).count() > matches.len() / 2 {
-            arm.delay = Freedom::Free;
+            arm.seeks_delay = true;
         }
         let (mut instants, mut images, mut keys) = (Vec::new(), Vec::new(), Vec::new());
         let placements = self.placements();
