@@ -115,6 +115,9 @@ fn replayed_poses_are_in_the_frame_of_the_robot() {
         "{}",
         String::from_utf8_lossy(&output.stderr)
     );
+    let checked = sextant(&["check", robot_file.to_str().unwrap()], &[]);
+    let words = String::from_utf8(checked.stdout).unwrap();
+    assert!(words.contains("object board on its hand: right"), "{words}");
     let robot = read_robot(&robot_file).unwrap();
     let hands = hands();
     let text = fs::read_to_string(&poses_file).unwrap();

@@ -214,3 +214,66 @@ impl Arm {
         changes.fold(0.0, |most: f64, (is, was)| most.max((is / was).ln().abs()))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+
+    #[test]
+    fn derivatives_are_those_of_small_steps() {
+        let pose = |x: f64| Pose::new(Vector3::new(x, 0.3, -x), Vector3::new(0.4, x, -0.7));
+        for mount in [Mount::Object, Mount::Camera] {
+            let arm = Arm {
+                mount,
+                base_from_site: pose(0.9),
+                hand_from_carried: pose(-0.2),
+                delay_s: 0.0,
+                seeks_delay: false,
+                hands: Vec::new(),
+                sigma: PoseSigma::OF_TAG,
+                reach_m: 1.0,
+            };
+            let object = pose(0.5);
+            let carried = arm.site_from_carried(&object);
+            let hand = arm.base_from_site * carried * arm.hand_from_carried.inverse() * pose(0.1);
+            let found = arm.error(&hand, &object);
+            for k in 0..6 {
+                let slope = |error: &dyn Fn(&Pose) -> Vector6<f64>| {
+                    let step =
+                        |h: f64| se3::exp(&Vector6::from_fn(|row, _| h * f64::from(row == k)));
+                    (error(&step(1e-6)) - error(&step(-1e-6))) / 2e-6
+                };
+                let with = |arm: Arm| move |object: &Pose| arm.error(&hand, object).error;
+                let by_base = slope(&|step| {
+                    let base_from_site = step * arm.base_from_site;
+                    with(Arm {
+                        base_from_site,
+                        ..arm.clone()
+                    })(&object)
+                });
+                let by_hand = slope(&|step| {
+                    let hand_from_carried = step * arm.hand_from_carried;
+                    with(Arm {
+                        hand_from_carried,
+                        ..arm.clone()
+                    })(&object)
+                });
+                let by_object = slope(&|step| with(arm.clone())(&(object * step)));
+                for (numeric, exact) in [
+                    (by_base, found.by_base.column(k)),
+                    (by_hand, found.by_hand.column(k)),
+                    (by_object, arm.by_object(&found).column(k)),
+                ] {
+                    assert!(
+                        (numeric - exact).amax() < 1e-8,
+                        "{mount:?} {k}: {numeric} {exact}"
+                    );
+                }
+            }
+            let predicted =
+                arm.predicted(&(arm.base_from_site * carried * arm.hand_from_carried.inverse()));
+            assert!(se3::difference(&predicted, &object).amax() < 1e-12);
+        }
+    }
+}

@@ -73,17 +73,7 @@ pub(super) fn add<const D: usize>(
     };
     let columns: Vec<usize> = layout.arm.all().collect();
     let information = arm.information();
-    let mut sum = arm.reach_square();
-    let shift = arm.hand_from_carried.translation.vector;
-    let mut by_hand = SMatrix::<f64, 3, 6>::identity();
-    by_hand
-        .fixed_columns_mut::<3>(3)
-        .copy_from(&-so3::hat(&shift));
-    let weighted = by_hand.transpose() / arm.reach_m.powi(2);
-    let mut own = kept.fixed_view_mut::<6, 6>(first + 6, first + 6);
-    own += weighted * by_hand;
-    let mut pull = gradient.fixed_rows_mut::<6>(first + 6);
-    pull += weighted * shift;
+    let mut sum = add_reach(arm, first + 6, (&mut *kept, &mut *gradient));
     for (at, hand, found) in arm.errors(bundle) {
         let square = found.error.dot(&(information * found.error));
         sum += KERNEL.rho(square);
@@ -114,6 +104,24 @@ pub(super) fn add<const D: usize>(
         pull += weighted.transpose() * found.error;
     }
     sum
+}
+
+/// Adds the prior of the hand's reach at the columns of the hand; returns its square.
+fn add_reach(
+    arm: &Arm,
+    at: usize,
+    (kept, gradient): (&mut DMatrix<f64>, &mut DVector<f64>),
+) -> f64 {
+    let shift = arm.hand_from_carried.translation.vector;
+    let mut by_hand = SMatrix::<f64, 3, 6>::identity();
+    let mut by_turn = by_hand.fixed_columns_mut::<3>(3);
+    by_turn.copy_from(&-so3::hat(&shift));
+    let weighted = by_hand.transpose() / arm.reach_m.powi(2);
+    let mut own = kept.fixed_view_mut::<6, 6>(at, at);
+    own += weighted * by_hand;
+    let mut pull = gradient.fixed_rows_mut::<6>(at);
+    pull += weighted * shift;
+    arm.reach_square()
 }
 
 /// The sum of the robust squares alone.
