@@ -2,6 +2,7 @@
 
 mod lens;
 mod rig;
+mod robot;
 mod site;
 
 use crate::output::Format;
@@ -20,6 +21,8 @@ enum What {
     Lens(lens::LensArguments),
     /// Find where every camera is, from an object carried through what they see.
     Rig(rig::RigArguments),
+    /// Find where a robot's base is and what its hand carries, from its poses and images.
+    Robot(robot::RobotArguments),
     /// Find lenses, camera poses, objects and clocks at once, from tagged things carried about; nothing but sizes is known before.
     Site(site::SiteArguments),
 }
@@ -50,6 +53,7 @@ pub fn run(arguments: &CalibrateArguments, format: Format) -> anyhow::Result<()>
     match &arguments.what {
         What::Lens(arguments) => lens::run(arguments, format),
         What::Rig(arguments) => rig::run(arguments, format),
+        What::Robot(arguments) => robot::run(arguments, format),
         What::Site(arguments) => site::run(arguments, format),
     }
 }

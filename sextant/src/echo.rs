@@ -48,6 +48,9 @@ pub struct EchoArguments {
     /// Replace the file if it exists.
     #[arg(long, requires = "out")]
     force: bool,
+    /// Give poses in the base of this robot, a file of `sextant calibrate robot`, instead of the world.
+    #[arg(long, value_name = "FILE", requires = "format")]
+    frame: Option<PathBuf>,
     /// End after this number of messages.
     #[arg(long, value_name = "N")]
     count: Option<u64>,

@@ -41,6 +41,7 @@ mod psn;
 mod record;
 mod recorded;
 mod replay;
+mod robot_frame;
 mod ros2;
 mod router;
 mod seconds;

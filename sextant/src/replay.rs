@@ -7,6 +7,7 @@ mod table;
 
 use crate::model_files::{read_rig, say_assumptions};
 use crate::output::{Format, print_line};
+use crate::robot_frame::OutputFrame;
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use delivery::Delivery;
@@ -61,6 +62,10 @@ pub struct ReplayArguments {
     /// File for the poses, FILE.jsonl, FILE.tum or FILE.c3d, written atomically. By default JSON lines go to standard output.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// Give poses in the base of this robot, a file of `sextant calibrate robot`, instead of the world; those of --against are then in the
+    /// base, too.
+    #[arg(long, value_name = "FILE")]
+    frame: Option<PathBuf>,
     /// Compare with the poses of this file: another recording (its truth where it is simulated, else its poses), JSON lines of poses, TUM text, or
     /// EuRoC's ground truth CSV; may be repeated. A file of one trajectory is of the object after which it is named, or of the only one.
     #[arg(long, value_name = "FILE")]
@@ -104,6 +109,7 @@ impl From<AlignmentName> for Alignment {
 pub fn run(arguments: &ReplayArguments, format: Format) -> anyhow::Result<()> {
     let file = arguments.out.as_deref().map(PosesFile::named).transpose()?;
     let delivery = Delivery {
+        frame: OutputFrame::read(arguments.frame.as_deref())?,
         is_realtime: arguments.realtime,
         prints: file.is_none(),
     };

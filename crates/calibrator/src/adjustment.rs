@@ -1,7 +1,7 @@
 //! Robust adjustment of a session's images: builds the bundle, solves it, and solves it again without outliers.
 
 use crate::bundle::{
-    Bundle, BundleCamera, BundleError, BundleImage, BundleOptions, BundleSolution, BundleTag,
+    Arm, Bundle, BundleCamera, BundleError, BundleImage, BundleOptions, BundleSolution, BundleTag,
     Instant, Motion, solve,
 };
 use crate::image_store::ImageView;
@@ -58,6 +58,8 @@ pub(crate) struct Adjustment {
     pub images: Vec<UsedImage>,
     pub motion: Option<Motion>,
     pub priors: Priors,
+    /// The robot that moves the object or the camera.
+    pub arm: Option<Arm>,
     /// Corner noise of each camera as a multiple of the detector's; empty before the first solution.
     pub noise: Vec<f64>,
 }
@@ -161,6 +163,9 @@ impl Adjustment {
             let mut wrong = Vec::new();
             if round >= FIRST {
                 change = change.max(self.priors.learn(&solution));
+                if let Some(arm) = &mut self.arm {
+                    change = change.max(arm.learn_sigma(&solution.arm));
+                }
                 wrong = wrong_tags(&solution, &self.images, views);
             }
             let settled = round > FIRST && wrong.is_empty() && change < SETTLED;
@@ -186,6 +191,7 @@ impl Adjustment {
         self.cameras.clone_from(&solved.cameras);
         self.tags.clone_from(&solved.tags);
         self.instants.clone_from(&solved.instants);
+        self.arm.clone_from(&solved.arm);
         for (image, solved) in self.images.iter_mut().zip(&solved.images) {
             image.stamp_error_s = solved.stamp_error_s;
         }
@@ -305,6 +311,9 @@ impl Adjustment {
             image.instant = kept.len() - 1;
         }
         self.instants = kept.iter().map(|&at| self.instants[at].clone()).collect();
+        if let Some(arm) = &mut self.arm {
+            arm.hands = kept.iter().map(|&at| arm.hands[at]).collect();
+        }
     }
 
     pub(crate) fn bundle(&self, views: &[ImageView]) -> Bundle {
@@ -331,6 +340,7 @@ impl Adjustment {
             images: images.collect(),
             motion: self.motion,
             anchors: self.priors.anchors(),
+            arm: self.arm.clone(),
         }
     }
 }
@@ -368,6 +378,7 @@ mod tests {
             images: Vec::new(),
             motion: None,
             priors: Priors::default(),
+            arm: None,
             noise: Vec::new(),
         }
     }

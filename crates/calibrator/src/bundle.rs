@@ -8,6 +8,8 @@
 //! At least one camera or tag should be fixed (the gauge); undetermined parameters keep their start and are reported.
 
 mod anchors;
+mod arm;
+mod arm_equations;
 mod clusters;
 mod covariance;
 mod elimination;
@@ -23,8 +25,10 @@ mod solver;
 mod stamps;
 mod state;
 
+pub(crate) use arm::HandError;
+pub use arm::{Arm, ArmResidual, Hand, Mount};
 pub use covariance::KeptCovariance;
-pub use layout::KeptParameter;
+pub use layout::{ArmPose, KeptParameter};
 pub use observability::WeakDirection;
 pub use prior_knowledge::PriorKnowledge;
 pub use residuals::TagResidual;

@@ -8,6 +8,7 @@
 //! - [`LearnSession`]: where each tag of an object sits, from images of the object being turned.
 //! - [`DiscoverySession`]: the same where nobody said which tags the object has.
 //! - [`SiteSession`]: lenses, rig, objects and clocks at once, from nothing but sizes.
+//! - [`RobotSession`]: where a robot's base is, and what its hand carries, from its poses and images.
 //! - [`Verdict`]: grade and findings of every procedure.
 //! - [`PrintedGrid`]: a flat board as it is printed.
 //! - [`lens`]: the calibration of a lens with a board of tags.
@@ -28,6 +29,7 @@ mod priors;
 pub mod procedure;
 mod resection;
 mod rig;
+mod robot;
 mod site;
 mod verdict;
 
@@ -42,6 +44,9 @@ pub use printed_grid::{GridError, PrintedGrid, STRIP_MM};
 pub use rig::{
     CalibratedCamera, CalibratedRig, CameraProgress, Origin, RigError, RigPlan, RigProgress,
     RigReport, RigSession, Up,
+};
+pub use robot::{
+    CalibratedRobot, HeldOut, RobotError, RobotPlan, RobotPoses, RobotReport, RobotSession,
 };
 pub use site::{
     CalibratedSite, MeasuredDistance, SiteCameraReport, SiteError, SiteObjectReport, SitePlan,

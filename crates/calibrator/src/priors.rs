@@ -48,6 +48,7 @@ enum Kind {
     CameraRotation,
     Clock,
     LineDelay,
+    Arm,
 }
 
 impl Kind {
@@ -63,6 +64,9 @@ impl Kind {
             KeptParameter::Clock { .. } => Self::Clock,
             KeptParameter::LineDelay { .. } => Self::LineDelay,
             KeptParameter::CameraRotation { .. } => Self::CameraRotation,
+            KeptParameter::ArmPosition { .. }
+            | KeptParameter::ArmRotation { .. }
+            | KeptParameter::ArmDelay => Self::Arm,
         }
     }
 }

@@ -9,6 +9,8 @@ use std::borrow::Cow;
 /// Where a pose stands in a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PoseColumns {
+    /// Whether the time is the number of an image in its stead.
+    is_by_image: bool,
     /// Column, and power of ten from its unit to nanoseconds; unknown where the header leaves it out.
     time: (usize, Option<i32>),
     /// Columns of x, y, z, and metres in their unit.
@@ -29,10 +31,16 @@ impl PoseColumns {
 
     const fn of_order(time_unit: i32, quaternion: [usize; 4]) -> Self {
         Self {
+            is_by_image: false,
             time: (0, Some(time_unit)),
             position: [(1, 1.0), (2, 1.0), (3, 1.0)],
             quaternion,
         }
+    }
+
+    /// Whether rows have the number of an image in place of a time.
+    pub(crate) fn is_by_image(&self) -> bool {
+        self.is_by_image
     }
 
     /// Why a row is not of this format, which has no header; nothing where it may be.
@@ -80,8 +88,8 @@ impl PoseColumns {
             .collect();
         let has = |role: Role| found.iter().any(|(_, found, _)| *found == role);
         let n_named = Role::POSE.iter().filter(|role| has(**role)).count();
-        let is_timed = has(Role::Time) || has(Role::Stamp);
-        (is_timed && n_named >= 3).then(|| Self::of_roles(&found))
+        let has_key = has(Role::Time) || has(Role::Stamp) || has(Role::Image);
+        (has_key && n_named >= 3).then(|| Self::of_roles(&found))
     }
 
     fn of_roles(found: &[(usize, Role, Option<&str>)]) -> Result<Self, String> {
@@ -104,9 +112,17 @@ impl PoseColumns {
             Ok::<_, String>((index, metres_in(unit)?))
         };
         let quaternion = |axis| Ok::<_, String>(column(Role::Quaternion(axis))?.0);
-        let (time, unit) = column(Role::Time)?;
+        let is_by_image = !has(Role::Time) && !has(Role::Stamp);
+        let time = match is_by_image {
+            true => (column(Role::Image)?.0, Some(NANOSECONDS)),
+            false => {
+                let (time, unit) = column(Role::Time)?;
+                (time, unit.map(digits_to_ns).transpose()?)
+            }
+        };
         Ok(Self {
-            time: (time, unit.map(digits_to_ns).transpose()?),
+            is_by_image,
+            time,
             position: [position(0)?, position(1)?, position(2)?],
             quaternion: [
                 quaternion(0)?,
@@ -172,6 +188,8 @@ enum Role {
     Time,
     /// The time of a message, beside that at which it was recorded.
     Stamp,
+    /// The number of an image, from 0.
+    Image,
     /// x, y, z.
     Position(usize),
     /// x, y, z, w.
@@ -192,6 +210,7 @@ impl Role {
     fn word(self) -> String {
         match self {
             Self::Time | Self::Stamp => "timestamp".to_owned(),
+            Self::Image => "image".to_owned(),
             Self::Position(axis) => ["x", "y", "z"][axis].to_owned(),
             Self::Quaternion(axis) => ["qx", "qy", "qz", "qw"][axis].to_owned(),
         }
@@ -207,6 +226,9 @@ fn role_of(name: &str) -> Option<Role> {
     }
     if matches!(name, "t" | "time" | "timestamp" | "stamp" | "time_stamp") {
         return Some(Role::Time);
+    }
+    if name == "image" {
+        return Some(Role::Image);
     }
     let axis = "xyzw".find(name.chars().next_back()?)?;
     let stem = &name[..name.len() - 1];

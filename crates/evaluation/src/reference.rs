@@ -60,6 +60,18 @@ pub enum ReferenceError {
         .0.display()
     )]
     UnknownFormat(PathBuf),
+    /// The extension is that of no table of one body.
+    #[error("{}: the name says no table of poses; let it end with .csv, .tum or .txt", .0.display())]
+    UnknownTable(PathBuf),
+    /// A CSV file without a header, where it has to say the order of the quaternion.
+    #[error(
+        "{}:1: no header says which column is what; write one first, such as t [ns],x,y,z,qx,qy,qz,qw, or image,x,y,z,qx,qy,qz,qw with the number of each pose's image from 0",
+        .0.display()
+    )]
+    NoHeader(PathBuf),
+    /// A table by the numbers of images where times are needed.
+    #[error("{}:1: the header names images and no time; write t [s] in place of image", .0.display())]
+    NoTimes(PathBuf),
     /// A file of one trajectory is named after none of several objects.
     #[error("{}: which of the {objects} objects is it of? Name the file after it", path.display())]
     UnknownObject {
@@ -190,57 +202,115 @@ fn of_lines(file: &Path) -> Result<References, ReferenceError> {
 
 /// A table of poses: the columns that its header names, or those of the format.
 fn of_table(file: &Path, format: PoseColumns) -> Result<Trajectory, ReferenceError> {
-    let mut trajectory = Trajectory::default();
-    let mut columns = format;
-    let mut has_header = false;
-    let mut unit = None;
-    each_line(file, |line| {
-        let is_data =
-            line.starts_with(|first: char| first.is_ascii_digit() || "+-.".contains(first));
-        if !is_data && trajectory.0.is_empty() {
-            match PoseColumns::of_header(line) {
-                Some(named) => {
-                    columns = named?;
-                    has_header = true;
-                    return Ok(());
+    let table = Table::read(file, format)?;
+    if table.columns.is_by_image() {
+        return Err(ReferenceError::NoTimes(file.to_owned()));
+    }
+    Ok(table.poses)
+}
+
+/// A table as it was read.
+struct Table {
+    columns: PoseColumns,
+    has_header: bool,
+    /// By time or the number of an image.
+    poses: Trajectory,
+}
+
+impl Table {
+    fn read(file: &Path, format: PoseColumns) -> Result<Self, ReferenceError> {
+        let mut trajectory = Trajectory::default();
+        let mut columns = format;
+        let mut has_header = false;
+        let mut unit = None;
+        each_line(file, |line| {
+            let is_data =
+                line.starts_with(|first: char| first.is_ascii_digit() || "+-.".contains(first));
+            if !is_data && trajectory.0.is_empty() {
+                match PoseColumns::of_header(line) {
+                    Some(named) => {
+                        columns = named?;
+                        has_header = true;
+                        return Ok(());
+                    }
+                    None if line.starts_with('#') || line.starts_with("sep=") => return Ok(()),
+                    None => {}
                 }
-                None if line.starts_with('#') || line.starts_with("sep=") => return Ok(()),
-                None => {}
+                if let Some(cause) = mocap_export(line) {
+                    return Err(cause.to_owned());
+                }
             }
-            if let Some(cause) = mocap_export(line) {
-                return Err(cause.to_owned());
+            if line.starts_with('#') {
+                return Ok(());
             }
-        }
-        if line.starts_with('#') {
-            return Ok(());
-        }
-        if !has_header && let Some(cause) = columns.complaint_without_header(line) {
-            return Err(format!(
-                "{cause}; write {}, or a header that names the columns",
-                format.form()
-            ));
-        }
-        if columns.is_empty(line) {
-            return Ok(());
-        }
-        let guessed = columns.guessed_unit(line);
-        if *unit.get_or_insert(guessed) != guessed {
-            return Err(
+            if !has_header && let Some(cause) = columns.complaint_without_header(line) {
+                return Err(format!(
+                    "{cause}; write {}, or a header that names the columns",
+                    format.form()
+                ));
+            }
+            if columns.is_empty(line) {
+                return Ok(());
+            }
+            let guessed = columns.guessed_unit(line);
+            if *unit.get_or_insert(guessed) != guessed {
+                return Err(
                 "the times of some rows seem to be in another unit: name it in the header, such as t [s]"
                     .to_owned(),
             );
-        }
-        let (t_ns, pose) = columns.row(line).map_err(|cause| match has_header {
-            true => cause,
-            false => format!(
-                "{cause}; write {}, or a header that names the columns",
-                format.form()
-            ),
+            }
+            let (t_ns, pose) = columns.row(line).map_err(|cause| match has_header {
+                true => cause,
+                false => format!(
+                    "{cause}; write {}, or a header that names the columns",
+                    format.form()
+                ),
+            })?;
+            let former = trajectory.0.insert(t_ns, pose);
+            if former.is_some() && columns.is_by_image() {
+                return Err(format!(
+                    "image {t_ns} has a pose already; write one row an image"
+                ));
+            }
+            Ok(())
         })?;
-        trajectory.0.insert(t_ns, pose);
-        Ok(())
-    })?;
-    Ok(trajectory)
+        Ok(Self {
+            columns,
+            has_header,
+            poses: trajectory,
+        })
+    }
+}
+
+/// Poses of one body, by what their table has.
+#[derive(Debug, Clone, PartialEq)]
+pub enum KeyedPoses {
+    /// By time, ns.
+    ByTime(BTreeMap<u64, Pose>),
+    /// By the number of an image, from 0.
+    ByImage(BTreeMap<u64, Pose>),
+}
+
+/// A table of the poses of one body: CSV with a header, by time or by the number of an image (a column `image`), or TUM text.
+///
+/// # Errors
+/// See [`ReferenceError`]; CSV without a header, since the order of a quaternion's numbers is not known then.
+pub fn read_poses(file: &Path) -> Result<KeyedPoses, ReferenceError> {
+    let extension = file.extension().and_then(|extension| extension.to_str());
+    let needs_header = extension == Some("csv");
+    let format = match extension {
+        Some("csv") => PoseColumns::EUROC,
+        Some("tum" | "txt") => PoseColumns::TUM,
+        _ => return Err(ReferenceError::UnknownTable(file.to_owned())),
+    };
+    let table = Table::read(file, format)?;
+    if needs_header && !table.has_header {
+        return Err(ReferenceError::NoHeader(file.to_owned()));
+    }
+    Ok(match table.columns.is_by_image() {
+        true => KeyedPoses::ByImage(table.poses.0),
+        false => KeyedPoses::ByTime(table.poses.0),
+    })
 }
 
 /// What a table of a motion capture system is, by its first line. These have several header lines, bodies side by side, frames in place of
@@ -304,6 +374,34 @@ fn pose_of(position: [f64; 3], [x, y, z, w]: [f64; 4]) -> Pose {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn poses_of_a_robot_have_a_header_and_times_or_numbers_of_images() {
+        let folder = tempfile::tempdir().unwrap();
+        let read_text = |name: &str, text: &str| {
+            let file = folder.path().join(name);
+            std::fs::write(&file, text).unwrap();
+            read_poses(&file).map_err(|error| error.to_string())
+        };
+        let poses: BTreeMap<u64, Pose> = [(7, Pose::translation(1.0, 2.0, 3.0))].into();
+        let by_image = read_text("a.csv", "image,x,y,z,qx,qy,qz,qw\n7,1,2,3,0,0,0,1\n");
+        assert_eq!(by_image, Ok(KeyedPoses::ByImage(poses.clone())));
+        let euroc = "t [ns],x,y,z,qw,qx,qy,qz\n7,1,2,3,1,0,0,0\n";
+        assert_eq!(read_text("a.csv", euroc), Ok(KeyedPoses::ByTime(poses)));
+        let bare = read_text("a.csv", "7,1,2,3,0,0,0,1\n").unwrap_err();
+        assert!(bare.contains("a.csv:1: no header"), "{bare}");
+        let twice = "image,x,y,z,qx,qy,qz,qw\n7,1,2,3,0,0,0,1\n7,1,2,3,0,0,0,1\n";
+        let twice = read_text("a.csv", twice).unwrap_err();
+        assert!(
+            twice.contains("a.csv:3: image 7 has a pose already"),
+            "{twice}"
+        );
+        assert!(
+            read_text("a.xyz", "")
+                .unwrap_err()
+                .contains(".csv, .tum or .txt")
+        );
+    }
 
     #[test]
     fn a_pose_lies_between_its_neighbours_unless_they_are_far_apart() {

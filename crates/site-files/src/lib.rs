@@ -2,6 +2,7 @@
 //!
 //! - [`read_rig`], [`read_object`]: checked models from files.
 //! - [`write_rig`], [`write_object`]: models to files; numbers keep every digit.
+//! - [`read_robot`], [`write_robot`]: a robot of the site.
 //! - [`AprilGrid`], [`CharucoBoard`], [`MarkerGrid`], [`Chessboard`]: calibration boards; [`read_object`] reads their files as well.
 //! - [`read_foreign`], [`foreign_text`]: calibrations of other tools; [`read_rig`] reads them as well.
 //! - [`assumptions`]: what such a file leaves open, and what is assumed.
@@ -27,6 +28,7 @@ mod object;
 mod pose;
 mod read;
 mod rig;
+mod robot;
 mod values;
 
 pub use assumptions::assumptions;
@@ -45,3 +47,4 @@ pub use keep::{keep_object, keep_rig, object_file, retire_object};
 pub use object::{object_toml, parse_object, read_object, write_object};
 pub use read::{parse_toml, read_text, read_toml, read_toml_checked, write_toml};
 pub use rig::{parse_rig, read_rig, rig_toml, write_rig};
+pub use robot::{Carried, RobotModel, UncertainPose, read_robot, write_robot};

@@ -16,7 +16,8 @@ use sextant_recordings::DetectionsLine;
 use sextant_recordings::mcap::is_mcap_file;
 use sextant_sheets::length_text;
 use sextant_site_files::{
-    assumptions, is_foreign, read_board, read_object, read_rig, read_text, read_toml,
+    Carried, assumptions, is_foreign, read_board, read_object, read_rig, read_robot, read_text,
+    read_toml,
 };
 use sextant_site_model::{ObjectId, ObjectModel};
 use sextant_zenoh_bus::{Profile, Security};
@@ -47,6 +48,9 @@ pub fn check(path: &Path, stated: Option<ConfigKind>, together: &mut CrossChecks
             if content.get("seed").is_some() {
                 return Ok(("scenario", scenario(path)?));
             }
+            if content.get("base_from_world").is_some() {
+                return Ok(("robot", robot(path)?));
+            }
             recognised(path, &content)?
         }
     };
@@ -61,6 +65,17 @@ pub fn check(path: &Path, stated: Option<ConfigKind>, together: &mut CrossChecks
     let assumed = assumptions(path)?;
     let all: Vec<String> = std::iter::once(summary).chain(assumed).collect();
     Ok((kind.word(), all.join("; ")))
+}
+
+fn robot(path: &Path) -> anyhow::Result<String> {
+    let robot = read_robot(path)?;
+    let carried = match &robot.carried {
+        None => "nothing on its hand".to_owned(),
+        Some(Carried::Object(id, _)) => format!("object {id} on its hand"),
+        Some(Carried::Camera(id, _)) => format!("camera {id} on its hand"),
+    };
+    let metres = robot.base_from_world.pose.translation.vector.norm();
+    Ok(format!("the world {metres:.3} m from its base, {carried}"))
 }
 
 fn recognised(path: &Path, content: &Value) -> anyhow::Result<ConfigKind> {

@@ -4,6 +4,7 @@ use super::EchoArguments;
 use crate::output::print_line;
 use crate::output_file::OutputFile;
 use crate::pose_feed;
+use crate::robot_frame::OutputFrame;
 use anyhow::{Context, anyhow, bail};
 use clap::ValueEnum;
 use sextant_gateways::pose_feed::{Next, PoseReceiver};
@@ -42,6 +43,7 @@ pub fn run(arguments: &EchoArguments, format: PoseFormat) -> anyhow::Result<()> 
     }
     let mut lines = PoseLines {
         format,
+        frame: OutputFrame::read(arguments.frame.as_deref())?,
         output: Output::open(arguments)?,
         left: arguments.count.unwrap_or(u64::MAX),
     };
@@ -60,6 +62,7 @@ pub fn run(arguments: &EchoArguments, format: PoseFormat) -> anyhow::Result<()> 
 
 struct PoseLines {
     format: PoseFormat,
+    frame: OutputFrame,
     output: Output,
     left: u64,
 }
@@ -69,7 +72,7 @@ impl PoseReceiver for PoseLines {
 
     fn take(&mut self, pose: &ObjectPose) -> anyhow::Result<Next> {
         if self.left > 0 {
-            let estimate = ObjectEstimate::from(pose);
+            let estimate = self.frame.of(ObjectEstimate::from(pose));
             let line = match self.format {
                 PoseFormat::Json => pose_json(&estimate),
                 PoseFormat::Csv => pose_csv(&estimate),

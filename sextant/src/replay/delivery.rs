@@ -2,6 +2,7 @@
 
 use crate::output::print_line;
 use crate::progress::Progress;
+use crate::robot_frame::OutputFrame;
 use anyhow::{Context, bail};
 use sextant_process::{Exit, Failure, Shutdown};
 use sextant_recordings::pose_json;
@@ -10,8 +11,9 @@ use sextant_site_report::ObjectEstimate;
 use std::time::{Duration, Instant};
 
 /// How a replay gives its poses.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Delivery {
+    /// In which frame.
+    pub frame: OutputFrame,
     /// At the recorded speed.
     pub is_realtime: bool,
     /// On standard output.
@@ -26,14 +28,15 @@ impl Delivery {
     pub fn of(
         self,
         images: Option<u64>,
-        replay: impl FnOnce(&mut Deliverer) -> anyhow::Result<Replayed>,
+        replay: impl FnOnce(&mut Deliverer<'_>) -> anyhow::Result<Replayed>,
     ) -> anyhow::Result<Replayed> {
         let mut deliverer = Deliverer {
             pace: self.is_realtime.then(Pace::start).transpose()?,
             prints_at_once: self.is_realtime && self.prints,
+            frame: &self.frame,
             progress: images.map(|images| Progress::new(images, "images")),
         };
-        let replayed = replay(&mut deliverer).map_err(|error| {
+        let mut replayed = replay(&mut deliverer).map_err(|error| {
             if error.is::<ReplayError>() {
                 Failure::new(Exit::Input, error).into()
             } else {
@@ -41,6 +44,11 @@ impl Delivery {
             }
         })?;
         drop(deliverer);
+        replayed.poses = replayed
+            .poses
+            .into_iter()
+            .map(|pose| self.frame.of(pose))
+            .collect();
         if self.prints && !self.is_realtime {
             print(&replayed.poses)?;
         }
@@ -49,13 +57,14 @@ impl Delivery {
 }
 
 /// Gives poses while they come.
-pub struct Deliverer {
+pub struct Deliverer<'a> {
+    frame: &'a OutputFrame,
     pace: Option<Pace>,
     prints_at_once: bool,
     progress: Option<Progress>,
 }
 
-impl ReplayObserver for Deliverer {
+impl ReplayObserver for Deliverer<'_> {
     type Error = anyhow::Error;
 
     fn before(&mut self, now_ns: u64) -> anyhow::Result<()> {
@@ -70,7 +79,8 @@ impl ReplayObserver for Deliverer {
 
     fn take(&mut self, poses: &[ObjectEstimate]) -> anyhow::Result<()> {
         if self.prints_at_once {
-            print(poses)?;
+            let poses = poses.iter().map(|pose| self.frame.of(pose.clone()));
+            print(&poses.collect::<Vec<_>>())?;
         }
         Ok(())
     }

@@ -73,11 +73,12 @@ fn part(bundle: &Bundle, instants: &Range<usize>) -> Bundle {
         images,
         motion: bundle.motion,
         anchors: Vec::new(),
+        arm: bundle.arm.as_ref().map(|arm| arm.part(instants.clone())),
     }
 }
 
 /// Factors on the variances, at least 1: the ratio of the jackknife's variances to those due to corner noise, summed over a class. One class
-/// holds all camera poses, one all tag poses and one all tag sizes, since each is known relative to the others; every lens, every
+/// holds all camera poses, one all tag poses, one all tag sizes and one the robot, since each is known relative to the others; every lens, every
 /// clock and every line delay is a class of its own. `variances` are those due to corner noise, `sigmas` the standard deviations that make parameters of
 /// different units comparable, and `displacements` the steps of the estimates without one cluster each.
 pub(super) fn factors(
@@ -133,6 +134,7 @@ enum Class {
     Lens(usize),
     Clock(usize),
     LineDelay(usize),
+    Arm,
 }
 
 impl Class {
@@ -146,6 +148,9 @@ impl Class {
             KeptParameter::Lens { camera, .. } => Self::Lens(camera),
             KeptParameter::Clock { camera } => Self::Clock(camera),
             KeptParameter::LineDelay { camera } => Self::LineDelay(camera),
+            KeptParameter::ArmPosition { .. }
+            | KeptParameter::ArmRotation { .. }
+            | KeptParameter::ArmDelay => Self::Arm,
         }
     }
 }

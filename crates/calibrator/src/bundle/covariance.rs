@@ -1,7 +1,7 @@
 //! Covariance of the kept parameters.
 
 use super::clusters::{Cluster, displacement, factors};
-use super::layout::{KeptParameter, Layout};
+use super::layout::{ArmPose, KeptParameter, Layout};
 use super::prior_knowledge::PriorKnowledge;
 use super::state::Bundle;
 use nalgebra::{DMatrix, DVector, Matrix6};
@@ -115,6 +115,11 @@ impl KeptCovariance {
         self.block(KeptParameter::TagPosition { tag, axis: 0 })
     }
 
+    /// Covariance of a pose of the robot; `None` without one.
+    pub fn arm(&self, pose: ArmPose) -> Option<Matrix6<f64>> {
+        self.block(KeptParameter::ArmPosition { pose, axis: 0 })
+    }
+
     /// Covariance of the free parameters of a lens, in the order of `Lens::parameters`; empty if none was free.
     pub fn lens(&self, camera: usize) -> DMatrix<f64> {
         let of_lens =
@@ -169,6 +174,10 @@ fn steps_from_framed(bundle: &Bundle, layout: &Layout) -> DMatrix<f64> {
     }
     for (tag, columns) in bundle.tags.iter().zip(&layout.tags) {
         put(columns.pose, &tag.object_from_tag);
+    }
+    if let Some(arm) = &bundle.arm {
+        put(layout.arm.pose, &arm.base_from_site);
+        put(layout.arm.pose.map(|at| at + 6), &arm.hand_from_carried);
     }
     steps
 }

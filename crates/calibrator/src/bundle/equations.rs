@@ -4,6 +4,7 @@
 //! `D` is 6 for independent instants and 12 (pose, twist) if the motion of the object is modelled.
 
 use super::anchors;
+use super::arm_equations;
 use super::image_sums::ImageSums;
 use super::layout::Layout;
 use super::motion;
@@ -43,6 +44,8 @@ impl<const D: usize> Equations<D> {
         }
         equations.rho += motion::tie(bundle, &mut equations.nodes);
         let (kept, gradient) = (&mut equations.kept, &mut equations.gradient);
+        let sums = (&mut *kept, &mut *gradient);
+        equations.rho += arm_equations::add(bundle, layout, sums, &mut equations.nodes);
         equations.rho += anchors::add(bundle, layout, kept, gradient) + stamps::rho(bundle);
         equations
     }
@@ -114,6 +117,7 @@ fn columns_of(layout: &Layout, images: &[BundleImage]) -> Vec<usize> {
             columns.extend(start..start + width);
         }
     }
+    columns.extend(layout.arm.all());
     columns.sort_unstable();
     columns.dedup();
     columns
@@ -129,5 +133,9 @@ pub(super) fn rho(bundle: &Bundle, kernel: &Kernel) -> f64 {
         });
         seen.sum::<f64>()
     });
-    images.sum::<f64>() + motion::rho(bundle) + anchors::rho(bundle) + stamps::rho(bundle)
+    images.sum::<f64>()
+        + motion::rho(bundle)
+        + arm_equations::rho(bundle)
+        + anchors::rho(bundle)
+        + stamps::rho(bundle)
 }

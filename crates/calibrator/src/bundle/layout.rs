@@ -1,8 +1,9 @@
 //! Columns of the kept parameters in the reduced system.
 
 use super::state::{Bundle, Freedom};
-use sextant_geometry::Lens;
+use nalgebra::Vector6;
 use sextant_geometry::lens::MAX_PARAMETERS;
+use sextant_geometry::{Lens, Pose, se3};
 
 /// A free parameter that remains when the instants are eliminated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -57,6 +58,31 @@ pub enum KeptParameter {
         /// Index of the tag.
         tag: usize,
     },
+    /// A position of the robot.
+    ArmPosition {
+        /// Which of the robot's two poses.
+        pose: ArmPose,
+        /// 0, 1, 2: x, y, z of the outer frame.
+        axis: usize,
+    },
+    /// An attitude of the robot.
+    ArmRotation {
+        /// Which of the robot's two poses.
+        pose: ArmPose,
+        /// 0, 1, 2: x, y, z of the outer frame.
+        axis: usize,
+    },
+    /// The delay between images and the robot's poses.
+    ArmDelay,
+}
+
+/// One of the two transforms of a robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum ArmPose {
+    /// [`Arm::base_from_site`](super::Arm::base_from_site).
+    Base,
+    /// [`Arm::hand_from_carried`](super::Arm::hand_from_carried).
+    Hand,
 }
 
 /// Columns of one tag: six of the pose, one of the size (a step of its logarithm), if free, without gaps.
@@ -97,11 +123,30 @@ pub(super) struct CameraColumns {
     pub lens_parameters: Vec<usize>,
 }
 
+/// Kept columns of an arm: base and hand, and the delay.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct ArmColumns {
+    /// First of twelve columns.
+    pub pose: Option<usize>,
+    /// Column of the delay, after them.
+    pub delay: Option<usize>,
+}
+
+impl ArmColumns {
+    /// All of them, ascending.
+    pub(super) fn all(&self) -> impl Iterator<Item = usize> {
+        let pose = self.pose.map_or(0..0, |at| at..at + 12);
+        pose.chain(self.delay)
+    }
+}
+
 /// Columns of every block.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Layout {
     pub cameras: Vec<CameraColumns>,
     pub tags: Vec<TagColumns>,
+    /// Those of the robot, the last ones.
+    pub arm: ArmColumns,
     /// Total number of columns.
     pub n: usize,
 }
@@ -160,6 +205,14 @@ impl Layout {
             let size = layout.take(tag.size, 1);
             layout.tags.push(TagColumns { pose, size });
         }
+        if let Some(arm) = &bundle.arm {
+            layout.arm.pose = layout.take(Freedom::Free, 12);
+            let delay = match arm.seeks_delay {
+                true => Freedom::Free,
+                false => Freedom::Fixed,
+            };
+            layout.arm.delay = layout.take(delay, 1);
+        }
         layout
     }
 
@@ -195,6 +248,13 @@ impl Layout {
             }
             names.extend(columns.size.map(|_| KeptParameter::TagSize { tag }));
         }
+        if self.arm.pose.is_some() {
+            for pose in [ArmPose::Base, ArmPose::Hand] {
+                names.extend((0..3).map(|axis| KeptParameter::ArmPosition { pose, axis }));
+                names.extend((0..3).map(|axis| KeptParameter::ArmRotation { pose, axis }));
+            }
+            names.extend(self.arm.delay.map(|_| KeptParameter::ArmDelay));
+        }
         names
     }
 }
@@ -209,4 +269,14 @@ pub(super) fn stepped_lens(lens: &Lens, columns: &CameraColumns, step: &[f64]) -
         parameters[parameter] += step[columns.lens + at];
     }
     lens.with_parameters(&parameters).ok()
+}
+
+/// A kept pose after its step, a twist of the outer frame.
+pub(super) fn stepped_pose(pose: &Pose, columns: Option<usize>, kept: &[f64]) -> Pose {
+    columns.map_or(*pose, |at| {
+        let twist = Vector6::from_column_slice(&kept[at..at + 6]);
+        let mut moved = se3::exp(&twist) * pose;
+        moved.rotation.renormalize();
+        moved
+    })
 }

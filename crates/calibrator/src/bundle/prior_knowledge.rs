@@ -6,15 +6,15 @@ use super::state::Bundle;
 /// Prior standard deviations: the units in which directions are compared.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PriorKnowledge {
-    /// A camera's position, metres. Default 3.
+    /// The position of a camera or of a robot, metres. Default 3.
     pub camera_position_m: f64,
-    /// A camera's or a tag's attitude, radians. Default 1.
+    /// An attitude, radians. Default 1.
     pub rotation: f64,
     /// A focal length or principal point, relative to the focal length. Default 0.3.
     pub lens: f64,
     /// A distortion coefficient. Default 1.
     pub distortion: f64,
-    /// A clock, seconds. Default 1.
+    /// A clock or a robot's delay, seconds. Default 1.
     pub clock_s: f64,
     /// A line delay, seconds. Default 1e-3.
     pub line_delay_s: f64,
@@ -45,15 +45,17 @@ impl Default for PriorKnowledge {
 impl PriorKnowledge {
     pub(super) fn sigma(&self, bundle: &Bundle, parameter: &KeptParameter) -> f64 {
         match *parameter {
-            KeptParameter::CameraPosition { .. } => self.camera_position_m,
-            KeptParameter::CameraRotation { .. } | KeptParameter::TagRotation { .. } => {
-                self.rotation
+            KeptParameter::CameraPosition { .. } | KeptParameter::ArmPosition { .. } => {
+                self.camera_position_m
             }
+            KeptParameter::CameraRotation { .. }
+            | KeptParameter::TagRotation { .. }
+            | KeptParameter::ArmRotation { .. } => self.rotation,
             KeptParameter::Lens { camera, parameter } if parameter < 4 => {
                 self.lens * bundle.cameras[camera].lens.intrinsics().fx
             }
             KeptParameter::Lens { .. } => self.distortion,
-            KeptParameter::Clock { .. } => self.clock_s,
+            KeptParameter::Clock { .. } | KeptParameter::ArmDelay => self.clock_s,
             KeptParameter::LineDelay { .. } => self.line_delay_s,
             KeptParameter::TagPosition { .. } => self.tag_position_m,
             KeptParameter::TagSize { .. } => self.tag_size,
@@ -62,14 +64,16 @@ impl PriorKnowledge {
 
     pub(super) fn unit(&self, parameter: &KeptParameter) -> f64 {
         match *parameter {
-            KeptParameter::CameraPosition { .. } => self.camera_position_m,
-            KeptParameter::CameraRotation { .. } | KeptParameter::TagRotation { .. } => {
-                self.rotation
+            KeptParameter::CameraPosition { .. } | KeptParameter::ArmPosition { .. } => {
+                self.camera_position_m
             }
+            KeptParameter::CameraRotation { .. }
+            | KeptParameter::TagRotation { .. }
+            | KeptParameter::ArmRotation { .. } => self.rotation,
             // A focal length of 1000 pixels stands for all lenses: only the order of magnitude matters for comparing directions.
             KeptParameter::Lens { parameter, .. } if parameter < 4 => self.lens * 1000.0,
             KeptParameter::Lens { .. } => self.distortion,
-            KeptParameter::Clock { .. } => self.clock_s,
+            KeptParameter::Clock { .. } | KeptParameter::ArmDelay => self.clock_s,
             KeptParameter::LineDelay { .. } => self.line_delay_s,
             KeptParameter::TagPosition { .. } => self.tag_position_m,
             KeptParameter::TagSize { .. } => self.tag_size,

@@ -1,11 +1,12 @@
 //! Levenberg-Marquardt over cameras, tags and instants with a robust kernel (iteratively reweighted).
 
 use super::anchors;
+use super::arm::{Arm, ArmResidual};
 use super::clusters::clusters;
 use super::covariance::KeptCovariance;
 use super::elimination::{ReducedSystem, Step};
 use super::equations::{self, Equations};
-use super::layout::{Layout, stepped_lens};
+use super::layout::{Layout, stepped_lens, stepped_pose};
 use super::motion;
 use super::observability::{WeakDirection, weak_directions};
 use super::prior_knowledge::PriorKnowledge;
@@ -13,7 +14,7 @@ use super::stamps;
 use super::state::{Bundle, BundleCamera, BundleError, BundleTag, Instant};
 use nalgebra::{SVector, Vector6};
 use sextant_geometry::least_squares::Kernel;
-use sextant_geometry::{Pose, se3};
+use sextant_geometry::se3;
 
 /// Options of the solver.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,6 +59,8 @@ pub struct BundleSolution {
     pub rms_px: f64,
     /// The variance of the corners' errors in units of what was stated: 1 if the stated noise is right.
     pub variance_factor: f64,
+    /// Errors of the robot's poses, by instant; empty without a robot.
+    pub arm: Vec<ArmResidual>,
     /// Sum of the robust squares.
     pub cost: f64,
     /// Logarithm of the evidence for the model (Laplace's approximation), up to what models of the same images have in common. `None` where
@@ -104,6 +107,7 @@ pub(super) struct Estimates {
     pub(super) cameras: Vec<BundleCamera>,
     pub(super) tags: Vec<BundleTag>,
     pub(super) instants: Vec<Instant>,
+    arm: Option<Arm>,
     /// Errors of the stamps, by image.
     stamp_errors_s: Vec<f64>,
 }
@@ -181,14 +185,14 @@ impl<'a, const D: usize> Descent<'a, D> {
         let cameras = cameras.map(|(camera, columns)| {
             let mut camera = camera.clone();
             camera.lens = stepped_lens(&camera.lens, columns, kept)?;
-            camera.world_from_camera = moved(&camera.world_from_camera, columns.pose, kept);
+            camera.world_from_camera = stepped_pose(&camera.world_from_camera, columns.pose, kept);
             camera.clock_offset_s += columns.clock.map_or(0.0, |at| kept[at]);
             camera.line_delay_s += columns.line_delay.map_or(0.0, |at| kept[at]);
             Some(camera)
         });
         let tags = self.bundle.tags.iter().zip(&self.layout.tags);
         let tags = tags.map(|(tag, columns)| BundleTag {
-            object_from_tag: moved(&tag.object_from_tag, columns.pose, kept),
+            object_from_tag: stepped_pose(&tag.object_from_tag, columns.pose, kept),
             size_m: tag.size_m
                 * columns
                     .size
@@ -201,6 +205,11 @@ impl<'a, const D: usize> Descent<'a, D> {
             cameras: cameras.collect::<Option<_>>()?,
             tags: tags.collect(),
             instants: instants.map(|(at, step)| at.moved(step)).collect(),
+            arm: self
+                .bundle
+                .arm
+                .as_ref()
+                .map(|arm| arm.stepped(&self.layout, kept)),
             stamp_errors_s: stamps
                 .map(|(image, step)| image.stamp_error_s + step)
                 .collect(),
@@ -237,6 +246,12 @@ impl<'a, const D: usize> Descent<'a, D> {
         Ok(BundleSolution {
             weak: weak_directions(&covariance, &self.options.prior),
             covariance,
+            arm: self
+                .bundle
+                .arm
+                .as_ref()
+                .map(|arm| arm.residuals(&self.bundle, &equations.nodes))
+                .unwrap_or_default(),
             bundle: self.bundle,
             rms_px: fit.rms_px(),
             variance_factor,
@@ -303,20 +318,11 @@ impl Estimates {
         std::mem::swap(&mut self.cameras, &mut bundle.cameras);
         std::mem::swap(&mut self.tags, &mut bundle.tags);
         std::mem::swap(&mut self.instants, &mut bundle.instants);
+        std::mem::swap(&mut self.arm, &mut bundle.arm);
         for (own, image) in self.stamp_errors_s.iter_mut().zip(&mut bundle.images) {
             std::mem::swap(own, &mut image.stamp_error_s);
         }
     }
-}
-
-/// A kept pose after its step, a twist of the outer frame.
-fn moved(pose: &Pose, columns: Option<usize>, kept: &[f64]) -> Pose {
-    columns.map_or(*pose, |at| {
-        let twist = Vector6::from_column_slice(&kept[at..at + 6]);
-        let mut moved = se3::exp(&twist) * pose;
-        moved.rotation.renormalize();
-        moved
-    })
 }
 
 impl Instant {

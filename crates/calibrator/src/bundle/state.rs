@@ -1,5 +1,6 @@
 //! Parameters and observations of a bundle adjustment: cameras, tags, instants, and the detected corners.
 
+use super::arm::Arm;
 use nalgebra::{Matrix2, Point2, Vector6};
 use sextant_geometry::lens::MAX_PARAMETERS;
 use sextant_geometry::{Lens, Pose};
@@ -194,6 +195,8 @@ pub struct Bundle {
     pub motion: Option<Motion>,
     /// Priors of cameras and tags.
     pub anchors: Vec<Anchor>,
+    /// The robot that moves the object or the camera, with a pose for each instant.
+    pub arm: Option<Arm>,
 }
 
 /// Why a bundle cannot be adjusted.
@@ -211,6 +214,9 @@ pub enum BundleError {
     /// A number of the image is not finite.
     #[error("image {0} has a corner or a weight that is not finite")]
     NotFinite(usize),
+    /// The robot's poses are not one an instant, or a number of the robot is not finite or no deviation.
+    #[error("the robot's poses are not one an instant, or its deviations are not above zero")]
+    Arm,
     /// A clock or line delay is sought although no motion is modelled, or instants of a motion do not ascend in time.
     #[error(
         "clocks or line delays are sought but the object's motion is not modelled, or its instants do not ascend in time"
@@ -301,6 +307,13 @@ impl Bundle {
         let unsound = self.anchors.iter().position(|a| !a.is_sound(self));
         if let Some(index) = unsound {
             return Err(BundleError::Anchor(index));
+        }
+        if self
+            .arm
+            .as_ref()
+            .is_some_and(|arm| !arm.is_sound(self.instants.len()))
+        {
+            return Err(BundleError::Arm);
         }
         self.check_time()
     }

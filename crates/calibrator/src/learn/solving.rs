@@ -285,6 +285,7 @@ impl LearnSession {
             images,
             motion: None,
             priors,
+            arm: None,
             noise: Vec::new(),
         };
         Ok(adjustment.solve(views, &BundleOptions::default())?)

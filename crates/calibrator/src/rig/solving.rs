@@ -323,6 +323,7 @@ impl RigSession {
             images,
             motion: None,
             priors,
+            arm: None,
             noise: Vec::new(),
         }
     }

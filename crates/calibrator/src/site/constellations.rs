@@ -65,6 +65,7 @@ pub(super) fn constellations(
         images,
         motion: None,
         priors,
+        arm: None,
         noise: Vec::new(),
     };
     let options = BundleOptions {

@@ -285,6 +285,7 @@ fn adjustment(
         images,
         motion: None,
         priors,
+        arm: None,
         noise: Vec::new(),
     }
 }

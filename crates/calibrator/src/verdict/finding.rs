@@ -168,6 +168,33 @@ pub enum Finding {
         /// Those of the images that are used, px.
         expected: [u32; 2],
     },
+    /// A robot whose base or hand is uncertain.
+    UncertainRobot,
+    /// Few poses of a robot.
+    FewRobotPoses(usize),
+    /// Poses of a robot that contradict the others, by the numbers of their images.
+    RobotOutliers(Vec<usize>),
+    /// Images and a robot that disagree by more than noise.
+    RobotDisagrees {
+        /// Standard deviation per axis, millimetres.
+        mm: f64,
+        /// Standard deviation per axis, degrees.
+        deg: f64,
+    },
+    /// A robot's clock that is off, which was corrected.
+    RobotClock {
+        /// The robot's clock minus that of the images, milliseconds.
+        ms: f64,
+        /// Its standard deviation, milliseconds.
+        sigma_ms: f64,
+    },
+    /// A lens whose focal length is not that of the rig file, which was corrected.
+    LensDiffers {
+        /// The camera.
+        camera: CameraId,
+        /// Change of the focal length, per cent.
+        percent: f64,
+    },
 }
 
 /// A motion of a camera that images hardly determine.
@@ -340,6 +367,33 @@ impl fmt::Display for Finding {
             } => write!(
                 f,
                 "{images} images of {camera} were left out, since they have {width} x {height} pixels and not {expected_width} x {expected_height}: set the camera back, or calibrate its lens for images of that size"
+            ),
+            Self::UncertainRobot => f.write_str(
+                "base and hand are uncertain: add poses, with the object near and all over the image, the hand turned by 30 degrees or more about each axis",
+            ),
+            Self::FewRobotPoses(poses) => {
+                write!(f, "only {poses} poses of the robot; use 15 or more")
+            }
+            Self::RobotOutliers(images) => write!(
+                f,
+                "{} of the robot at image {} contradict{} the others: did the hand stand still, and is each pose that of its image?",
+                if images.len() == 1 { "the pose" } else { "the poses" },
+                listed(images),
+                if images.len() == 1 { "s" } else { "" }
+            ),
+            Self::RobotDisagrees { mm, deg } => write!(
+                f,
+                "robot and images disagree by {mm:.1} mm and {deg:.2} degrees: check the tool that the robot's poses are of, its own calibration, the lens and the size of the tags"
+            ),
+            Self::RobotClock { ms, sigma_ms } => write!(
+                f,
+                "the clock of the robot is {:.1} ms (one sigma {sigma_ms:.1}) {} that of the images, which was corrected",
+                ms.abs(),
+                if *ms > 0.0 { "ahead of" } else { "behind" }
+            ),
+            Self::LensDiffers { camera, percent } => write!(
+                f,
+                "by the robot's poses the focal length of {camera} is {percent:+.1} % that of the rig file, which was corrected here only: calibrate its lens (`sextant calibrate lens`)"
             ),
         }
     }

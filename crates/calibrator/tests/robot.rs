@@ -1,0 +1,330 @@
+//! Robots calibrated on simulated corners and poses that are off.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+use nalgebra::{Matrix2, Point2, Vector2, Vector3, Vector6};
+use sextant_calibrator::bundle::Mount;
+use sextant_calibrator::{
+    CalibratedRobot, Finding, Grade, RobotError, RobotPlan, RobotPoses, RobotSession,
+};
+use sextant_geometry::{Intrinsics, Lens, Pose, se3, so3, tag_corners_in_tag};
+use sextant_simulator::Random;
+use sextant_site_model::{
+    Camera, CameraId, ImageObservation, ObjectId, ObjectModel, ObjectTag, Rig, TagCorners, TagId,
+};
+use sextant_tag_families::Family;
+use std::collections::BTreeMap;
+
+/// Standard deviations of the robot's poses: 0.3 mm and 0.05 degrees.
+const ROBOT: [f64; 2] = [0.3e-3, 0.87e-3];
+const CORNER_PX: f64 = 0.1;
+const START_NS: u64 = 1_700_000_000_000_000_000;
+
+fn lens(focal_px: f64) -> Lens {
+    let intrinsics = Intrinsics {
+        fx: focal_px,
+        fy: focal_px,
+        cx: 640.0,
+        cy: 480.0,
+    };
+    Lens::brown_conrady(intrinsics, [-0.1, 0.05, 0.0, 0.0, 0.0]).unwrap()
+}
+
+fn camera(focal_px: f64) -> Camera {
+    let id = CameraId::new("north").unwrap();
+    Camera::new(id, [1280, 960], lens(focal_px), None)
+}
+
+/// Twelve tags on a plate.
+fn plate() -> ObjectModel {
+    let tags = (0..12).map(|at| {
+        let tag = TagId {
+            family: Family::Tag36h11,
+            id: at,
+        };
+        let place = [f64::from(at % 4) - 1.5, f64::from(at / 4) - 1.0];
+        let pose = Pose::translation(0.05 * place[0], 0.05 * place[1], 0.0);
+        ObjectTag::new(tag, 0.04, Some(pose))
+    });
+    ObjectModel::new(ObjectId::new("plate").unwrap(), tags.collect()).unwrap()
+}
+
+/// A robot and its camera: the truth.
+struct Cell {
+    mount: Mount,
+    base_from_site: Pose,
+    hand_from_carried: Pose,
+    random: Random,
+}
+
+impl Cell {
+    fn new(mount: Mount, seed: u64) -> Self {
+        Self {
+            mount,
+            base_from_site: Pose::new(Vector3::new(0.9, -0.4, 0.3), Vector3::new(0.3, 2.0, -1.1)),
+            hand_from_carried: Pose::new(
+                Vector3::new(0.04, -0.07, 0.12),
+                Vector3::new(-1.5, 0.4, 0.8),
+            ),
+            random: Random::new(seed),
+        }
+    }
+
+    fn noise(&mut self, sigmas: [f64; 2]) -> Vector6<f64> {
+        Vector6::from_fn(|k, _| self.random.normal() * sigmas[k / 3])
+    }
+
+    /// `base_from_hand` where the camera sees the object there.
+    fn hand(&self, camera_from_object: &Pose) -> Pose {
+        let site_from_carried = match self.mount {
+            Mount::Object => *camera_from_object,
+            Mount::Camera => camera_from_object.inverse(),
+        };
+        self.base_from_site * site_from_carried * self.hand_from_carried.inverse()
+    }
+
+    fn noisy_hand(&mut self, camera_from_object: &Pose) -> Pose {
+        self.hand(camera_from_object) * se3::exp(&self.noise(ROBOT))
+    }
+
+    fn image(&mut self, capture_ns: u64, camera_from_object: &Pose) -> ImageObservation {
+        let lens = lens(1100.0);
+        let object = plate();
+        let tags = object.tags().iter().map(|tag| {
+            let camera_from_tag = camera_from_object * tag.object_from_tag.unwrap();
+            let corners = tag_corners_in_tag(tag.size_m).map(|corner| {
+                let noise = Vector2::from_fn(|_, _| CORNER_PX * self.random.normal());
+                lens.project(&(camera_from_tag * corner)).unwrap() + noise
+            });
+            TagCorners {
+                tag: tag.tag,
+                corners: corners.map(|c: Point2<f64>| c),
+                corner_covariance: [Matrix2::from_diagonal_element(CORNER_PX * CORNER_PX); 4],
+                corner_cross_covariance: [Matrix2::zeros(); 6],
+            }
+        });
+        ImageObservation {
+            camera: CameraId::new("north").unwrap(),
+            capture_ns,
+            clock_error_ns: 0,
+            exposure_ns: 0,
+            resolution: None,
+            tags: tags.collect(),
+        }
+    }
+
+    /// A pose before the camera, tilted by up to so many radians about x, y and z.
+    fn view(&mut self, tilts: [f64; 3]) -> Pose {
+        let mut within = |most: f64| self.random.between(-most, most);
+        let shift = Vector3::new(within(0.12), within(0.08), 0.55 + within(0.12));
+        let turn = Vector3::new(within(tilts[0]), within(tilts[1]), within(tilts[2]));
+        // Facing the camera: its z points out of the plate, and the camera's into the scene.
+        Pose::from_parts(
+            shift.into(),
+            so3::exp(&Vector3::new(std::f64::consts::PI, 0.0, 0.0)) * so3::exp(&turn),
+        )
+    }
+
+    /// Images of a robot that stands still for each.
+    fn standing(
+        &mut self,
+        n: u64,
+        tilts: [f64; 3],
+    ) -> (Vec<ImageObservation>, BTreeMap<u64, Pose>) {
+        let mut poses = BTreeMap::new();
+        let images = (0..n).map(|at| {
+            let view = self.view(tilts);
+            poses.insert(at, self.noisy_hand(&view));
+            self.image(START_NS + at * 3_000_000_000, &view)
+        });
+        (images.collect(), poses)
+    }
+
+    fn solve(
+        &self,
+        focal_px: f64,
+        images: &[ImageObservation],
+        poses: &RobotPoses,
+    ) -> Result<CalibratedRobot, RobotError> {
+        let rig = Rig::new(vec![camera(focal_px)]).unwrap();
+        let plan = RobotPlan {
+            object: plate(),
+            mount: self.mount,
+        };
+        let mut session = RobotSession::new(&rig, plan)?;
+        images.iter().for_each(|image| session.handle(image));
+        session.solve(poses)
+    }
+
+    /// Normalised squared errors of base and hand, six degrees of freedom each.
+    fn nees(&self, found: &CalibratedRobot) -> [f64; 2] {
+        let nees = |estimate: &Pose, truth: &Pose, covariance: &nalgebra::Matrix6<f64>| {
+            let off = se3::difference(estimate, truth);
+            off.dot(&(covariance.try_inverse().unwrap() * off))
+        };
+        [
+            nees(
+                &found.base_from_world,
+                &self.base_from_site,
+                &found.base_covariance,
+            ),
+            nees(
+                &found.hand_from_carried,
+                &self.hand_from_carried,
+                &found.hand_covariance,
+            ),
+        ]
+    }
+}
+
+const ALL_AXES: [f64; 3] = [0.6, 0.6, 1.5];
+
+#[test]
+fn base_and_hand_are_found_and_as_certain_as_stated() {
+    for mount in [Mount::Object, Mount::Camera] {
+        let mut nees = [0.0; 2];
+        const SEEDS: u64 = 12;
+        for seed in 0..SEEDS {
+            let mut cell = Cell::new(mount, seed);
+            let (images, poses) = cell.standing(24, ALL_AXES);
+            let found = cell
+                .solve(1100.0, &images, &RobotPoses::ByImage(poses))
+                .unwrap();
+            let report = &found.report;
+            assert_eq!(report.poses, 24);
+            assert!(report.outliers.is_empty(), "{report:?}");
+            assert!((0.15..0.5).contains(&report.robot_sigma_mm), "{report:?}");
+            assert!(
+                (0.025..0.08).contains(&report.robot_sigma_deg),
+                "{report:?}"
+            );
+            let held_out = report.held_out.unwrap();
+            assert!(held_out.rms_mm < 1.5, "{held_out:?}");
+            for (sum, nees) in nees.iter_mut().zip(cell.nees(&found)) {
+                *sum += nees / SEEDS as f64;
+            }
+        }
+        assert!(
+            nees.iter().all(|nees| (2.5..12.0).contains(nees)),
+            "{mount:?} {nees:?}"
+        );
+    }
+}
+
+#[test]
+fn a_lens_that_is_off_and_a_wrong_pose_are_found() {
+    let mut cell = Cell::new(Mount::Object, 3);
+    let (images, mut poses) = cell.standing(24, ALL_AXES);
+    let wrong = poses.get_mut(&5).unwrap();
+    wrong.translation.vector.x += 0.03;
+    let found = cell
+        .solve(1106.0, &images, &RobotPoses::ByImage(poses))
+        .unwrap();
+    assert_eq!(found.report.outliers, [5]);
+    let off = se3::difference(&found.hand_from_carried, &cell.hand_from_carried);
+    assert!(off.fixed_rows::<3>(0).norm() < 1e-3, "{off}");
+    let because = &found.report.verdict.because;
+    let finds = |wanted: fn(&Finding) -> bool| because.iter().any(wanted);
+    assert!(
+        finds(|f| matches!(f, Finding::RobotOutliers(_))),
+        "{because:?}"
+    );
+    assert!(
+        finds(|f| matches!(f, Finding::LensDiffers { .. })),
+        "{because:?}"
+    );
+}
+
+#[test]
+fn turns_about_one_axis_or_none_leave_a_named_part_open() {
+    for (tilts, words) in [
+        (
+            [0.0, 0.0, 1.5],
+            "only: the position of the object along that axis",
+        ),
+        ([0.0; 3], "the hand hardly turned"),
+    ] {
+        let mut cell = Cell::new(Mount::Object, 5);
+        let (images, poses) = cell.standing(24, tilts);
+        let found = cell
+            .solve(1100.0, &images, &RobotPoses::ByImage(poses))
+            .unwrap();
+        let report = &found.report;
+        assert!(report.undetermined[0].contains(words), "{report:?}");
+        assert_eq!(report.verdict.grade, Grade::Poor);
+        assert!(report.hand_sigma_mm > 20.0, "{report:?}");
+        // Together they still tell where the object is.
+        assert!(report.held_out.unwrap().rms_mm < 1.5, "{report:?}");
+        let pose = found.hand_from_carried.to_homogeneous();
+        assert!(pose.iter().all(|x| x.is_finite()));
+    }
+}
+
+#[test]
+fn the_offset_of_a_robots_clock_is_found_while_it_moves() {
+    const OFFSET_S: f64 = 0.137;
+    for mount in [Mount::Object, Mount::Camera] {
+        let mut cell = Cell::new(mount, 9);
+        let view = |s: f64| {
+            let shift = Vector3::new(
+                0.1 * (0.9 * s).sin(),
+                0.07 * (0.7 * s).cos(),
+                0.55 + 0.1 * (0.5 * s).sin(),
+            );
+            let turn = Vector3::new(
+                0.5 * (0.8 * s).sin(),
+                0.5 * (1.1 * s).cos(),
+                0.9 * (0.6 * s).sin(),
+            );
+            Pose::from_parts(
+                shift.into(),
+                so3::exp(&Vector3::new(std::f64::consts::PI, 0.0, 0.0)) * so3::exp(&turn),
+            )
+        };
+        let images = (0..300).map(|at| {
+            let s = f64::from(at) / 30.0;
+            cell.image(START_NS + (s * 1e9) as u64, &view(s))
+        });
+        let images: Vec<ImageObservation> = images.collect();
+        let poses = (0..1300).map(|at| {
+            let s = f64::from(at) / 125.0;
+            let by_its_clock = START_NS + ((s + OFFSET_S) * 1e9) as u64;
+            (by_its_clock, cell.noisy_hand(&view(s)))
+        });
+        let poses = RobotPoses::ByTime(poses.collect());
+        let found = cell.solve(1100.0, &images, &poses).unwrap();
+        let offset_ms = found.report.clock_offset_ms.unwrap();
+        assert!(
+            (offset_ms - 1e3 * OFFSET_S).abs() < 1.0,
+            "{:?}",
+            found.report
+        );
+        let off = se3::difference(&found.hand_from_carried, &cell.hand_from_carried);
+        assert!(off.fixed_rows::<3>(0).norm() < 0.5e-3, "{off}");
+    }
+}
+
+#[test]
+fn what_cannot_be_solved_is_refused_with_a_remedy() {
+    let mut cell = Cell::new(Mount::Object, 1);
+    let (images, poses) = cell.standing(6, ALL_AXES);
+    let refused = |images: &[ImageObservation], poses: RobotPoses, words: &str| {
+        let error = cell.solve(1100.0, images, &poses).unwrap_err().to_string();
+        assert!(error.contains(words), "{error}");
+    };
+    refused(
+        &[],
+        RobotPoses::ByImage(poses.clone()),
+        "0 images, and none shows a tag",
+    );
+    refused(
+        &images[..2],
+        RobotPoses::ByImage(poses.clone()),
+        "2 of 2 images",
+    );
+    refused(&images, RobotPoses::ByTime(poses), "column `image`");
+    refused(&images, RobotPoses::ByTime(BTreeMap::new()), "has no pose");
+    let one = Pose::translation(f64::NAN, 0.0, 0.0);
+    let broken = (0..6).map(|at| (at, one)).collect();
+    let error = cell.solve(1100.0, &images, &RobotPoses::ByImage(broken));
+    assert!(error.is_err());
+}
