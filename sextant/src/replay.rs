@@ -40,7 +40,7 @@ JSON lines: {\"t_ns\",\"object\",\"position\":[3],\"orientation\":[x,y,z,w],\"co
 For an articulated object, whose pose is that of its base, also \"links\":[{\"link\",\"position\",\"orientation\",\"covariance\"}] and
 \"joints\":[{\"joint\",\"value\",\"sigma\",\"velocity\"}], in radians or metres.
 With --json and --out, one line on standard output: {\"images\",\"cameras\":[{\"id\",\"images\",\"late\",\"ahead\",\"unknown_tags\"}],\"objects\":[{\"id\",\"poses\"}],
-\"notices\"}, of an MCAP file \"live\":{\"identical\",\"different\",\"after_last_input\"}, with --against \"against\":[\"none\"|\"rigid\",[{\"object\",\"compared\",
+\"notices\"}, of an MCAP file \"live\":{\"identical\",\"different\",\"without_inputs\"}, with --against \"against\":[\"none\"|\"rigid\",[{\"object\",\"compared\",
 \"without_reference\",\"position_mm\":{\"rms\",\"median\",\"p95\",\"max\"},\"attitude_deg\":{...},\"nees\",\"within_95\"}]]
 TUM: timestamp tx ty tz qx qy qz qw, as `evo` reads it; one object only. C3D: a point (its origin, mm) and a rotation of each object, at a
 constant rate; docs/formats.md has more."

@@ -5,6 +5,7 @@ use sextant_proto::ObjectPose;
 use sextant_site_model::ObjectId;
 use sextant_site_report::ObjectEstimate;
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 
 /// The live poses of a recording that are not given yet.
 #[derive(Debug)]
@@ -20,8 +21,9 @@ pub struct LiveComparison {
     pub identical: usize,
     /// Not given by the replay, or not with these bits.
     pub different: usize,
-    /// Published after the last recorded input: the replay cannot know them.
-    pub after_last_input: usize,
+    /// Published while no inputs are recorded, which the replay cannot know: before the first ones, and after the last ones of a process of the
+    /// node, which has them for a tenth of a second before it publishes them.
+    pub without_inputs: usize,
 }
 
 impl LiveComparison {
@@ -62,14 +64,14 @@ impl LivePoses {
         }
     }
 
-    /// The counts; the last recorded input is of `end_ns`.
-    pub fn comparison(self, end_ns: u64) -> LiveComparison {
+    /// The counts; inputs are recorded in these spans of time, ns.
+    pub fn comparison(self, spans_ns: &[RangeInclusive<u64>]) -> LiveComparison {
         let mut comparison = self.comparison;
         for live in self.waiting.values().flatten() {
-            if live.published_ns > end_ns {
-                comparison.after_last_input += 1;
-            } else {
-                comparison.different += 1;
+            let has_inputs = |span: &RangeInclusive<u64>| span.contains(&live.published_ns);
+            match spans_ns.iter().any(has_inputs) {
+                true => comparison.different += 1,
+                false => comparison.without_inputs += 1,
             }
         }
         comparison

@@ -5,6 +5,7 @@ use sextant_proto::{FusionInputs, InputSource, NodeId, ObjectConfig, Observation
 use sextant_recordings::mcap::site_recording::{Model, SiteRecording};
 use sextant_site_model::{CameraId, ImageObservation, ObjectModel, Rig};
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 
 /// Why a recording cannot be replayed.
 #[derive(Debug, thiserror::Error)]
@@ -146,10 +147,13 @@ impl Plan {
         images
     }
 
-    /// Time of the last input, ns.
-    pub fn end_ns(&self) -> u64 {
-        let steps = self.runs.iter().flat_map(|run| &run.steps);
-        steps.map(|(now_ns, _)| *now_ns).max().unwrap_or(0)
+    /// From when until when the inputs of each run are, ns.
+    pub fn spans_ns(&self) -> Vec<RangeInclusive<u64>> {
+        let span = |run: &Run| {
+            let times_ns = run.steps.iter().map(|(now_ns, _)| *now_ns);
+            Some(times_ns.clone().min()?..=times_ns.max()?)
+        };
+        self.runs.iter().filter_map(span).collect()
     }
 }
 

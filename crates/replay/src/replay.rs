@@ -110,7 +110,7 @@ pub fn replay_plan<O: ReplayObserver>(
 where
     O::Error: From<ReplayError>,
 {
-    let (images, end_ns) = (plan.images(), plan.end_ns());
+    let (images, spans_ns) = (plan.images(), plan.spans_ns());
     let times_ns: Vec<u64> = plan.capture_times_ns().collect();
     let mut objects: BTreeSet<_> = live.iter().map(|pose| pose.object.clone()).collect();
     let mut live = LivePoses::new(live);
@@ -138,7 +138,7 @@ where
         }
     }
     let mut replayed = Replayed::of(pass, images.into_iter(), objects.into_iter());
-    replayed.live = Some(live.comparison(end_ns));
+    replayed.live = Some(live.comparison(&spans_ns));
     Ok(replayed)
 }
 
