@@ -83,6 +83,9 @@ async fn claim(shared: &Arc<Shared>, camera: &CameraId, key: &str) -> Result<(),
     let Some(token) = phones.and_then(|phones| phones.get(camera)) else {
         return Ok(());
     };
+    if shared.phone_claims.knows(camera, token, key) {
+        return Ok(());
+    }
     let (token, camera, key) = (token.clone(), camera.clone(), key.to_owned());
     let shared = Arc::clone(shared);
     let claim = move || shared.phone_claims.claim(&camera, &token, &key);
@@ -225,6 +228,10 @@ impl Conversation {
             JoinState::Replaced => Err(End::Because(
                 REPLACED,
                 "this device has connected again, perhaps in another tab".into(),
+            )),
+            JoinState::Freed => Err(End::Because(
+                INVALID_LINK,
+                "this link was freed for another device: open it again to use it here".into(),
             )),
             JoinState::Joined => {
                 let joined = BridgeMessage::Joined {

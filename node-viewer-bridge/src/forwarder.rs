@@ -57,8 +57,11 @@ impl Forwarder {
 
     /// The kept messages that were asked for.
     pub(crate) fn answered(&self, items: &[Item]) {
-        let later = self.renewal().answered();
-        items.iter().chain(&later).for_each(|item| self.take(item));
+        items.iter().for_each(|item| self.take(item));
+        let next_held = || self.renewal().next_held();
+        while let Some(item) = next_held() {
+            self.take(&item);
+        }
     }
 
     /// A message of the network. Keys below the site that mean nothing to us belong to others and are passed over.

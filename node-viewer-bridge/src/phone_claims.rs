@@ -21,12 +21,23 @@ struct Claim {
     device: String,
 }
 
+impl Claim {
+    fn of(token: &str, key: &str) -> Self {
+        Self {
+            link: digest(&[token]),
+            device: digest(&[token, key]),
+        }
+    }
+}
+
 /// The claims of all phones, by their cameras' names.
 #[derive(Debug, Default)]
 pub(crate) struct PhoneClaims {
     /// Where they are kept; without it they last as long as the bridge.
     file: Option<PathBuf>,
     claims: Mutex<BTreeMap<CameraId, Claim>>,
+    /// Held by the one that writes the file.
+    writing: Mutex<()>,
 }
 
 impl PhoneClaims {
@@ -43,19 +54,23 @@ impl PhoneClaims {
         Ok(Self {
             file,
             claims: Mutex::new(claims),
+            writing: Mutex::default(),
         })
     }
 
-    /// Lets a device be a camera by a link with this token. `key` is what its browser shows each time.
+    /// Whether the link with this token belongs to the device whose browser shows this key.
+    pub(crate) fn knows(&self, camera: &CameraId, token: &str, key: &str) -> bool {
+        self.claims().get(camera) == Some(&Claim::of(token, key))
+    }
+
+    /// Lets a device be a camera by a link with this token. `key` is what its browser shows each time. Waits for the disk.
     ///
     /// # Errors
     /// Why not, in words for the person who holds it.
     pub(crate) fn claim(&self, camera: &CameraId, token: &str, key: &str) -> Result<(), String> {
-        let claim = Claim {
-            link: digest(&[token]),
-            device: digest(&[token, key]),
-        };
-        let mut claims = self.claims();
+        let claim = Claim::of(token, key);
+        let _writing = self.writing();
+        let claims = self.claims().clone();
         match claims.get(camera) {
             Some(known) if *known == claim => Ok(()),
             Some(known) if known.link == claim.link => Err(
@@ -63,11 +78,11 @@ impl PhoneClaims {
                     .to_owned(),
             ),
             _ => {
-                let mut changed = claims.clone();
+                let mut changed = claims;
                 changed.insert(camera.clone(), claim);
                 self.keep(&changed)
                     .map_err(|error| format!("the bridge cannot keep whose this link is: {error}"))?;
-                *claims = changed;
+                *self.claims() = changed;
                 Ok(())
             }
         }
@@ -81,16 +96,16 @@ impl PhoneClaims {
             .is_some_and(|claim| claim.link == digest(&[token]))
     }
 
-    /// Lets another device use a phone's link.
+    /// Lets another device use a phone's link. Waits for the disk.
     ///
     /// # Errors
     /// A file that cannot be written.
     pub(crate) fn free(&self, camera: &CameraId) -> Result<(), FileError> {
-        let mut claims = self.claims();
-        let mut changed = claims.clone();
+        let _writing = self.writing();
+        let mut changed = self.claims().clone();
         if changed.remove(camera).is_some() {
             self.keep(&changed)?;
-            *claims = changed;
+            *self.claims() = changed;
         }
         Ok(())
     }
@@ -102,6 +117,10 @@ impl PhoneClaims {
         // Nothing else may have made the folder; why it cannot be made is why the file cannot be written.
         let _ = file.parent().map(std::fs::create_dir_all);
         write_toml(file, claims)
+    }
+
+    fn writing(&self) -> MutexGuard<'_, ()> {
+        self.writing.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn claims(&self) -> MutexGuard<'_, BTreeMap<CameraId, Claim>> {
@@ -130,6 +149,8 @@ mod tests {
         let claims = PhoneClaims::open(Some(&folder)).unwrap();
         assert!(!claims.is_used(&pocket(), "token"));
         claims.claim(&pocket(), "token", "first").unwrap();
+        assert!(claims.knows(&pocket(), "token", "first"));
+        assert!(!claims.knows(&pocket(), "token", "second"));
         let words = claims.claim(&pocket(), "token", "second").unwrap_err();
         assert!(words.contains("another device's"), "{words}");
         // As after a restart.

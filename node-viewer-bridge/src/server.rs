@@ -328,7 +328,12 @@ async fn phone_command(
     let shared = context.shared;
     let obey = move || {
         let phone_links::Command::Free { camera } = phone_links::Command::parse(&body)?;
-        shared.phone_claims.free(&camera).map_err(Refusal::not_now)
+        shared
+            .phone_claims
+            .free(&camera)
+            .map_err(Refusal::not_now)?;
+        shared.web_cameras.free(&camera);
+        Ok(())
     };
     answer_command(role, &headers, obey).await
 }

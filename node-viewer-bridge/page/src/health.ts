@@ -26,6 +26,11 @@ export class HealthLog {
     this.makeRoom();
   }
 
+  /** Nothing is known of what holds: it goes on for now. */
+  hold(now: number): void {
+    for (const entry of this.entries.values()) if (entry.active) entry.lastAt = now;
+  }
+
   /** Another site, or the page's clock was set. */
   clear(): void {
     this.entries.clear();

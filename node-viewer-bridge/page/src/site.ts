@@ -99,9 +99,8 @@ export class Site {
   /** Seconds since the Unix epoch at which an earlier time is shown; none while the present is. */
   replayedAt: number | null = null;
   private clockOffset_s: number | null = null;
-  /** Last status of each fusion node. */
-  private readonly fusion = new Map<string, FusionStatus>();
-  private fusionAt = -Infinity;
+  /** Last status of each fusion node, and when it came. */
+  private readonly fusion = new Map<string, { status: FusionStatus; at: number }>();
   private readonly tagOwners = new Map<string, ObjectState>();
 
   /** `now` in seconds, of any steady clock. */
@@ -128,8 +127,7 @@ export class Site {
         this.camera(message.camera).reports.add(message);
         return;
       case "fusion_status":
-        this.fusion.set(message.node, message);
-        this.fusionAt = now;
+        this.fusion.set(message.node, { status: message, at: now });
         return;
       case "joints":
         this.object(message.object).joints = message.joints;
@@ -151,6 +149,8 @@ export class Site {
         return;
       case "alive":
         if (message.kind === "camera") this.camera(message.id).up = message.up;
+        // Where the last one has gone, that is to be reported.
+        if (message.kind === "fusion" && !message.up && this.fusion.size > 1) this.fusion.delete(message.id);
         return;
       case "wizard":
         return;
@@ -211,6 +211,7 @@ export class Site {
     if (!this.figures.begin(time)) return;
     for (const object of this.objects.values()) this.sampleObject(object, now);
     for (const camera of this.cameras.values()) this.sampleCamera(camera, now);
+    if (!this.network) this.health.hold(time);
     this.health.take(this.reports(now), time);
   }
 
@@ -269,8 +270,14 @@ export class Site {
     const gone = cameras.filter((camera) => camera.model && camera.up === false).map(({ id }) =>
       silence(id, "camera", `camera ${id} is in the rig, but its node does not run`, "check its power and network, or take it out of the rig"),
     );
-    const isSilent = this.fusion.size > 0 && now - this.fusionAt > STATUS_KEPT_S;
-    const fusion = isSilent ? [silence("fusion", "node", "no fusion node reports any more", "see its log, and the load of its machine")] : siteReports([...this.fusion.values()]);
+    const known = [...this.fusion.entries()];
+    const silent = known.filter(([, { at }]) => now - at > STATUS_KEPT_S);
+    const silences =
+      silent.length > 0 && silent.length === known.length
+        ? [silence("fusion", "node", "no fusion node reports any more", "see its log, and the load of its machine")]
+        : silent.map(([id]) => silence(id, "node", `fusion node ${id} reports nothing`, "see its log, and the load of its machine"));
+    const fresh = known.filter((node) => !silent.includes(node)).map(([, { status }]) => status);
+    const fusion = [...silences, ...siteReports(fresh)];
     return [...said, ...gone, ...fusion];
   }
 

@@ -54,8 +54,8 @@ test("a camera that leaves the rig leaves the page unless it still sends", () =>
 });
 
 test("a site is healthy while a fusion node reports no fault, and every camera of the rig runs", () => {
-  const status = (faults: Fault[]): Message => ({
-    type: "fusion_status", node: "fusion", version: "1", uptime_s: 1, epoch: 1, cameras: [], foreign: NONE_REJECTED, objects: [], faults, faults_left_out: 0,
+  const status = (faults: Fault[], node = "fusion"): Message => ({
+    type: "fusion_status", node, version: "1", uptime_s: 1, epoch: 1, cameras: [], foreign: NONE_REJECTED, objects: [], faults, faults_left_out: 0,
     imperfections: [{ focal_length_off: { camera: "north", ratio: 1.01 } }], notices: [],
   });
   const site = siteOf({ type: "hello", site: "lab", version: "1", protocol: 1, now_ns: 1e18, role: "viewer" }, { type: "rig", cameras: [camera("north")] });
@@ -71,6 +71,17 @@ test("a site is healthy while a fusion node reports no fault, and every camera o
   assert.equal(at(10, status([]), { type: "alive", kind: "camera", id: "north", up: false }), "faulty");
   assert.equal(at(17, status([]), { type: "alive", kind: "camera", id: "north", up: true }), "healthy");
   assert.equal(at(27), "faulty");
+  // Another node takes over from one with a fault, which is gone.
+  const moved: Fault[] = [{ camera_moved: { camera: "north" } }];
+  assert.equal(at(40, status(moved), status([], "second")), "faulty");
+  at(41, { type: "alive", kind: "fusion", id: "fusion", up: false });
+  assert.equal(at(47, status([], "second")), "healthy");
+  // Behind a cut nothing ends.
+  at(48, status(moved, "second"));
+  site.network = false;
+  for (let now = 49; now < 99; now++) at(now);
+  const ofCamera = site.health.faults.filter((entry) => entry.cause.includes("north"));
+  assert.equal(ofCamera.length, 1);
 });
 
 test("the true error is that of tracked poses", () => {

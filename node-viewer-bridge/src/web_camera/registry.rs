@@ -40,6 +40,8 @@ pub(crate) enum JoinState {
     Joined,
     /// Another connection with the same key has replaced this one.
     Replaced,
+    /// Its link was freed for another device.
+    Freed,
     /// The session is to end, with the cause.
     Ended(String),
 }
@@ -119,6 +121,13 @@ impl WebCameras {
             number,
             standing,
         })
+    }
+
+    /// Ends the connection of a browser whose link another device is to use.
+    pub(crate) fn free(&self, camera: &CameraId) {
+        if let Some(seat) = self.seats().remove(camera) {
+            seat.standing.send_replace(JoinState::Freed);
+        }
     }
 
     fn seats(&self) -> MutexGuard<'_, BTreeMap<CameraId, Seat>> {
