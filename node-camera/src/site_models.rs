@@ -85,9 +85,10 @@ impl SiteModels {
     /// Whether to ask for the latest values of all keys now. Also now and then while there is no room: objects that nobody answers for are
     /// forgotten then.
     pub fn asks(&mut self, now_ns: u64) -> bool {
-        let is_short =
-            self.is_short_of_room && now_ns.saturating_sub(self.asked_ns) >= ASK_PERIOD_NS;
-        let asks = self.renewal.take_due(now_ns) || is_short;
+        if self.is_short_of_room && now_ns.saturating_sub(self.asked_ns) >= ASK_PERIOD_NS {
+            self.renewal.joined();
+        }
+        let asks = self.renewal.take_due(now_ns);
         if asks {
             self.asked_ns = now_ns;
             self.is_short_of_room = false;
@@ -95,18 +96,19 @@ impl SiteModels {
         asks
     }
 
-    /// The answers. What is not among them does not exist; no answer at all says nothing.
-    pub fn answered(&mut self, items: &[Item], now_ns: u64) {
-        if !items.is_empty() {
+    /// The answers. Where they are all, what is not among them does not exist, unless there is none at all, which says nothing.
+    pub fn answered(&mut self, items: &[Item], are_all: bool, now_ns: u64) {
+        if are_all && !items.is_empty() {
             self.mirror = SiteMirror::default();
             let own = self.keys.config_camera(&self.camera);
             if items.iter().all(|item| item.key != own) {
                 self.take_settings(CameraSettings::none(self.camera.clone()));
             }
         }
-        let later = self.renewal.answered();
-        let all = items.iter().chain(&later);
-        all.for_each(|item| self.take(item, now_ns));
+        items.iter().for_each(|item| self.take(item, now_ns));
+        while let Some(item) = self.renewal.next_held() {
+            self.take(&item, now_ns);
+        }
     }
 
     /// A message under one of the keys.

@@ -111,8 +111,10 @@ impl<'a> Relay<'a> {
     fn run(mut self, reporter: &Reporter) -> Result<(), BusError> {
         let mut router = RouterWatch::default();
         while !self.site.shutdown.wait(SHUTDOWN_POLL) {
-            let items = self.intake.models.poll(self.site)?;
-            items.iter().for_each(|item| self.intake.take(item));
+            self.intake.models.poll(self.site, |item| {
+                self.intake.take(item);
+                Ok::<_, BusError>(())
+            })?;
             self.fetch_previews()?;
             if let Some(notice) = router.notice(&self.site.bus) {
                 reporter.report(&notice);

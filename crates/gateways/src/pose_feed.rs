@@ -9,7 +9,7 @@ use sextant_proto::{AnyMessage, ObjectPose, limits};
 use sextant_site_mirror::SiteMirror;
 use sextant_site_mirror::limits::SILENCE_NS;
 use sextant_site_model::{ObjectId, ObjectModel};
-use sextant_zenoh_bus::{BusError, DropRule, Subscription};
+use sextant_zenoh_bus::{BusError, DropRule, Item, Subscription};
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
@@ -143,7 +143,7 @@ impl Models {
         })
     }
 
-    /// Hands on what is new. Waits for a second at most, when it has to be asked for.
+    /// Hands on what is new.
     fn hand_on<R: PoseReceiver>(
         &self,
         site: &SiteSession,
@@ -151,11 +151,7 @@ impl Models {
         is_wanted: &impl Fn(&ObjectId) -> bool,
         receiver: &mut R,
     ) -> Result<(), BusError> {
-        let mut items = Vec::new();
-        let changes = std::iter::from_fn(|| self.changes.try_recv());
-        items.extend(changes.filter_map(|item| self.watch.admit(&site.keys, item)));
-        items.extend(self.watch.poll(site)?);
-        for item in &items {
+        let mut hand_on = |item: &Item| {
             let update = take(&site.keys, mirror, item, now_ns());
             if let Some(AnyMessage::ObjectConfig(config)) = update.map(|update| update.message)
                 && is_wanted(&config.id)
@@ -163,8 +159,15 @@ impl Models {
             {
                 receiver.describe(&model);
             }
-        }
-        Ok(())
+        };
+        let changes = std::iter::from_fn(|| self.changes.try_recv());
+        changes
+            .filter_map(|item| self.watch.admit(&site.keys, item))
+            .for_each(|item| hand_on(&item));
+        self.watch.poll(site, |item| {
+            hand_on(item);
+            Ok(())
+        })
     }
 }
 

@@ -125,8 +125,7 @@ impl Relay<'_> {
         let mut router = RouterWatch::default();
         let mut diagnostics_due = Instant::now();
         while !site.shutdown.is_requested() {
-            let items = models.poll(site)?;
-            items.iter().try_for_each(|item| self.take(site, item))?;
+            models.poll(site, |item| self.take(site, item))?;
             let message = messages.recv_timeout(SHUTDOWN_POLL);
             if let Some(item) = message.and_then(|item| models.admit(&site.keys, item)) {
                 self.take(site, &item)?;

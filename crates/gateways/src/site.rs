@@ -1,12 +1,12 @@
 //! The session on a running site that every tool has: connecting, asking for last values, watching the router.
 
 use crate::report::{Notice, objects_in_words};
-use sextant_process::{Shutdown, now_ns};
+use sextant_process::{Shutdown, monotonic_ns, now_ns};
 use sextant_proto::{ANNOUNCED, KeyRef, Keys, Message, SiteId, limits};
 use sextant_site_mirror::{Renewal, SiteMirror, Update};
 use sextant_site_model::ObjectId;
 use sextant_zenoh_bus::{
-    AliveWatch, Bus, BusError, BusOptions, Item, Presence, Role, Security, why_no_router,
+    AliveWatch, Bus, BusError, BusOptions, Item, Presence, Question, Role, Security, why_no_router,
 };
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -142,7 +142,7 @@ pub struct ModelWatch {
     key: String,
     tokens: AliveWatch,
     renewal: Mutex<Renewal<Item>>,
-    clock: Instant,
+    question: Mutex<Option<Question>>,
 }
 
 impl ModelWatch {
@@ -155,45 +155,58 @@ impl ModelWatch {
             key,
             tokens: site.bus.watch_alive(&site.keys.all_fusion_alive())?,
             renewal: Mutex::default(),
-            clock: Instant::now(),
+            question: Mutex::default(),
         })
     }
 
-    /// Takes a message that was published: it is to be handled now if it is returned, else it is among those of [`poll`](Self::poll). Requests,
-    /// which are not in force, are left out.
-    pub fn admit(&self, site: &Keys, item: Item) -> Option<Item> {
-        if is_request(site, &item) {
+    /// Takes a message that was published: it is to be handled now if it is returned, else [`poll`](Self::poll) has it handled. Requests, which
+    /// are not in force, are left out.
+    pub fn admit(&self, keys: &Keys, item: Item) -> Option<Item> {
+        if is_request(keys, &item) {
             return None;
         }
-        let is_model = site.parse(&item.key).is_some_and(|key| key.is_config());
+        let is_model = keys.parse(&item.key).is_some_and(|key| key.is_config());
         match is_model {
             true => self.renewal().hold(item),
             false => Some(item),
         }
     }
 
-    /// The models, where they had to be asked for. Waits for a second at most.
+    /// Asks for the models where that is due, and has the answers handled when they are there. Call it several times a second; it does not wait.
     ///
     /// # Errors
-    /// A session that is closed.
-    pub fn poll(&self, site: &SiteSession) -> Result<Vec<Item>, BusError> {
+    /// A session that is closed, and those of `handle`.
+    pub fn poll<E: From<BusError>>(
+        &self,
+        site: &SiteSession,
+        mut handle: impl FnMut(&Item) -> Result<(), E>,
+    ) -> Result<(), E> {
         while let Some(presence) = self.tokens.try_recv() {
             if matches!(presence, Presence::Joined(_)) {
                 self.renewal().joined();
             }
         }
-        let now_ns = u64::try_from(self.clock.elapsed().as_nanos()).unwrap_or(u64::MAX);
-        let mut renewal = self.renewal();
-        renewal.link(site.bus.is_connected());
-        if !renewal.take_due(now_ns) {
-            return Ok(Vec::new());
+        let is_connected = site.bus.is_connected();
+        let mut question = self.question.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(asked) = &*question {
+            let Some(items) = asked.poll() else {
+                return Ok(());
+            };
+            *question = None;
+            items.iter().try_for_each(&mut handle)?;
+            let next_held = || self.renewal().next_held();
+            while let Some(item) = next_held() {
+                handle(&item)?;
+            }
         }
-        drop(renewal);
-        let answers = site.last_items(&self.key);
-        let later = self.renewal().answered();
-        let mut items = answers?;
-        items.extend(later);
-        Ok(items)
+        let mut renewal = self.renewal();
+        renewal.link(is_connected);
+        if renewal.take_due(monotonic_ns()) {
+            drop(renewal);
+            let longest = limits::MAX_PAYLOAD_BYTES;
+            *question = Some(site.bus.ask_others(&self.key, longest, ANSWER)?);
+        }
+        Ok(())
     }
 
     fn renewal(&self) -> MutexGuard<'_, Renewal<Item>> {

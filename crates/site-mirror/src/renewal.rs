@@ -1,5 +1,7 @@
 //! When to ask again for what a site's nodes keep for those who join late, and what comes meanwhile.
 
+use std::collections::VecDeque;
+
 /// Nodes that have lost each other agree within this time, ns. Until then two of them may answer.
 const AGREED_NS: u64 = 5_000_000_000;
 /// Most messages that wait for the answers: a rig, more objects than a site has, and settings.
@@ -10,14 +12,15 @@ const MOST_HELD: usize = 1024;
 /// That is at the start, whenever the own link is back, and whenever a node appears that may keep values: it has started, or lay beyond a link
 /// between routers that was down. Since two nodes may both believe to be in charge just then, each question is asked again a little later.
 ///
-/// What is published while a question is open is newer than the answers, and is to be handled after them: [`hold`](Self::hold) keeps it.
+/// What is published while a question is open is newer than the answers, and is to be handled after them: [`hold`](Self::hold) keeps it until
+/// [`next_held`](Self::next_held) gives it back. The question is open until that gives none.
 #[derive(Debug)]
 pub struct Renewal<T> {
     is_linked: bool,
     is_due: bool,
     again_ns: Option<u64>,
     /// While a question is open.
-    held: Option<Vec<T>>,
+    held: Option<VecDeque<T>>,
 }
 
 impl<T> Default for Renewal<T> {
@@ -51,7 +54,7 @@ impl<T> Renewal<T> {
         }
         self.again_ns = self.is_due.then(|| now_ns.saturating_add(AGREED_NS));
         self.is_due = false;
-        self.held = Some(Vec::new());
+        self.held = Some(VecDeque::new());
         true
     }
 
@@ -59,16 +62,20 @@ impl<T> Renewal<T> {
     pub fn hold(&mut self, message: T) -> Option<T> {
         match &mut self.held {
             Some(held) if held.len() < MOST_HELD => {
-                held.push(message);
+                held.push_back(message);
                 None
             }
             _ => Some(message),
         }
     }
 
-    /// The answers are there, or none comes any more: the messages to be handled after them.
-    pub fn answered(&mut self) -> Vec<T> {
-        self.held.take().unwrap_or_default()
+    /// After the answers were handled, or when none comes any more: the next message to be handled. Without one the question is closed.
+    pub fn next_held(&mut self) -> Option<T> {
+        let next = self.held.as_mut()?.pop_front();
+        if next.is_none() {
+            self.held = None;
+        }
+        next
     }
 }
 
@@ -79,7 +86,7 @@ mod tests {
     /// Asks, and has its answer at once.
     fn asks(renewal: &mut Renewal<u8>, now_ns: u64) -> bool {
         let is_due = renewal.take_due(now_ns);
-        renewal.answered();
+        assert_eq!(renewal.next_held(), None);
         is_due
     }
 
@@ -113,7 +120,13 @@ mod tests {
         assert_eq!(renewal.hold(3), None);
         renewal.joined();
         assert!(!renewal.take_due(1), "one question at a time");
-        assert_eq!(renewal.answered(), [2, 3]);
+        assert_eq!(renewal.next_held(), Some(2));
+        assert_eq!(renewal.hold(4), None, "still open");
+        assert_eq!(
+            [renewal.next_held(), renewal.next_held()],
+            [Some(3), Some(4)]
+        );
+        assert_eq!(renewal.next_held(), None);
         assert_eq!(renewal.hold(4), Some(4));
         assert!(renewal.take_due(2));
         let waiting = (0..2 * MOST_HELD).filter(|_| renewal.hold(5).is_none());

@@ -1,6 +1,7 @@
 //! Queries of latest values.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -20,6 +21,8 @@ pub(crate) const TOKENS: Duration = Duration::from_secs(1);
 #[derive(Debug)]
 pub struct Question {
     answers: Arc<Mutex<BTreeMap<String, Item>>>,
+    /// Whether somebody has not answered in time.
+    is_partial: Arc<AtomicBool>,
     /// Ends when the last answer has arrived, or the time is over.
     open: Receiver<()>,
 }
@@ -28,6 +31,11 @@ impl Question {
     /// All answers, one per key, sorted by key; none before the last one has arrived or the time is over.
     pub fn poll(&self) -> Option<Vec<Item>> {
         matches!(self.open.try_recv(), Err(TryRecvError::Disconnected)).then(|| self.take())
+    }
+
+    /// Whether somebody who keeps values has not answered in time, or has refused to.
+    pub fn is_partial(&self) -> bool {
+        self.is_partial.load(Ordering::Relaxed)
     }
 
     fn wait(&self, timeout: Duration) -> Vec<Item> {
@@ -50,12 +58,17 @@ pub(crate) fn ask(
     whose: Locality,
 ) -> Result<Question, BusError> {
     let answers = Arc::new(Mutex::new(BTreeMap::new()));
+    let is_partial = Arc::<AtomicBool>::default();
     let (done, open) = std::sync::mpsc::channel::<()>();
     let callback = {
-        let answers = Arc::clone(&answers);
+        let (answers, is_partial) = (Arc::clone(&answers), Arc::clone(&is_partial));
         move |reply: Reply| {
             // `done` is dropped with this closure, when the last answer has arrived.
             let _open = &done;
+            // Zenoh reports the end of the time as an answer that is an error.
+            if reply.result().is_err() {
+                is_partial.store(true, Ordering::Relaxed);
+            }
             collect(&answers, &reply, max_bytes);
         }
     };
@@ -68,7 +81,11 @@ pub(crate) fn ask(
         .callback(callback)
         .wait()
         .map_err(|cause| BusError::of_key(key_expr, &cause))?;
-    Ok(Question { answers, open })
+    Ok(Question {
+        answers,
+        is_partial,
+        open,
+    })
 }
 
 /// The latest values of all sessions on `key_expr`, one per key, sorted by key.

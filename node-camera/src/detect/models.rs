@@ -33,6 +33,7 @@ pub(super) struct Models {
     /// What is asked for, until the last answer.
     questions: Vec<Question>,
     answers: Vec<Item>,
+    are_all: bool,
     /// Where the capturing part finds what the site wants of the camera.
     files: SettingsFiles,
 }
@@ -54,6 +55,7 @@ impl Models {
             tokens: bus.watch_alive(&site.tokens())?,
             questions: Vec::new(),
             answers: Vec::new(),
+            are_all: true,
             site,
             files,
         };
@@ -86,10 +88,13 @@ impl Models {
     fn ask(&mut self, bus: &Bus) {
         let ask = |key: String| bus.ask_others(&key, limits::MAX_PAYLOAD_BYTES, ANSWER_TIMEOUT);
         match self.site.keys().into_iter().map(ask).collect() {
-            Ok(questions) => self.questions = questions,
+            Ok(questions) => {
+                self.questions = questions;
+                self.are_all = true;
+            }
             Err(cause) => {
                 tracing::warn!(%cause, "the site's models can't be asked for");
-                self.site.answered(&[], monotonic_ns());
+                self.site.answered(&[], false, monotonic_ns());
             }
         }
     }
@@ -98,17 +103,18 @@ impl Models {
         if self.questions.is_empty() {
             return;
         }
-        let answers = &mut self.answers;
+        let (answers, are_all) = (&mut self.answers, &mut self.are_all);
         self.questions.retain(|question| match question.poll() {
             Some(items) => {
                 answers.extend(items);
+                *are_all &= !question.is_partial();
                 false
             }
             None => true,
         });
         if self.questions.is_empty() {
             let items = std::mem::take(&mut self.answers);
-            self.site.answered(&items, monotonic_ns());
+            self.site.answered(&items, self.are_all, monotonic_ns());
         }
     }
 

@@ -193,8 +193,8 @@ impl ImageSource for SimulatedCamera {
 
     fn next(&mut self, pixels: &mut [u8], shutdown: &Shutdown) -> Result<Next, SourceError> {
         if !self.is_drawn {
-            let wait = self.drawing_begins_ns().saturating_sub(now_ns());
-            if shutdown.wait(Duration::from_nanos(wait)) {
+            let wait = Duration::from_nanos(self.drawing_begins_ns().saturating_sub(now_ns()));
+            if shutdown.wait(wait.min(LONGEST_WAIT)) || wait > LONGEST_WAIT {
                 return Ok(Next::Nothing);
             }
             let begun_ns = now_ns();

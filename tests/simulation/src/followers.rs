@@ -156,14 +156,15 @@ impl Follower {
         let Some(question) = self.question.take_if(is_it) else {
             return Vec::new();
         };
+        let are_all = question.awaited.is_empty();
         let mut items: Vec<Item> = question.items.into_values().collect();
         match &mut self.process {
             Process::Camera { models, .. } => {
-                models.answered(&items, at_ns);
+                models.answered(&items, are_all, at_ns);
                 Vec::new()
             }
             Process::Client(renewal) => {
-                items.extend(renewal.answered());
+                items.extend(std::iter::from_fn(|| renewal.next_held()));
                 items
             }
         }
