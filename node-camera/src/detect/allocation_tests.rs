@@ -66,7 +66,14 @@ fn an_image_costs_no_memory_but_for_sending_its_message() {
         },
     );
     let _announced = announce(&scenario, &bus, &Keys::of(config.site.clone()));
-    let mut part = DetectPart::new(&config, &bus).unwrap();
+    let own = Bus::open(&config.network).unwrap();
+    let mut part = DetectPart::new(&config, &own).unwrap();
+    let deadline = Instant::now() + PATIENCE;
+    while part.models.lens(width as u16, height as u16).is_none() {
+        assert!(Instant::now() < deadline);
+        part.models.update(&own);
+        thread::yield_now();
+    }
     let (place, camera) = (&config.shared_memory, config.camera.as_str());
     let publisher = ImagePublisher::open(place, camera, bytes).unwrap();
     let mut images = ImageSubscriber::open(place, camera).unwrap();
