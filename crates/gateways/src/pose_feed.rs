@@ -16,6 +16,9 @@ use std::time::{Duration, Instant};
 /// Poses that wait while the receiver is slow; the oldest give way.
 const QUEUE: usize = 1024;
 
+/// Between two looks for the first models.
+const MODELS_POLL: Duration = Duration::from_millis(5);
+
 /// Where poses go.
 pub trait PoseReceiver {
     /// What ends the feed.
@@ -88,6 +91,13 @@ pub fn run<R: PoseReceiver>(
     let is_over = || end.is_some_and(|end| Instant::now() >= end);
     let (mut counts, mut mirror) = (FeedCounts::default(), SiteMirror::default());
     let mut router = RouterWatch::default();
+    // Clients that are there at once are to find the models.
+    if let Some(models) = &models {
+        models.hand_on(&site, &mut mirror, &is_wanted, receiver)?;
+        while models.watch.is_asking() && !site.shutdown.wait(MODELS_POLL) {
+            models.hand_on(&site, &mut mirror, &is_wanted, receiver)?;
+        }
+    }
     let mut unseen = objects.to_vec();
     let mut hint_due = Some(Instant::now() + Duration::from_nanos(SILENCE_NS));
     let mut next = Next::More;

@@ -209,6 +209,12 @@ impl ModelWatch {
         Ok(())
     }
 
+    /// Whether answers are waited for.
+    pub fn is_asking(&self) -> bool {
+        let question = self.question.lock();
+        question.unwrap_or_else(PoisonError::into_inner).is_some()
+    }
+
     fn renewal(&self) -> MutexGuard<'_, Renewal<Item>> {
         self.renewal.lock().unwrap_or_else(PoisonError::into_inner)
     }
