@@ -64,7 +64,8 @@ await check("an operator frees the link for the second", async () => {
   await desk.click("[data-testid=phones-open]", { timeout });
   await desk.click(`[data-testid=phone-free-${camera}]`, { timeout });
   await desk.locator(".phones svg").waitFor({ state: "visible", timeout });
-  await first.close();
+  // The first is no camera any more, and does not come back by itself.
+  await shows(first, "refused");
   await join(second, link);
   await shows(second, "joined");
 });
