@@ -100,26 +100,32 @@ impl Priors {
     }
 
     /// Frees the pose of a tag, with its value as the mean of its prior.
-    pub(crate) fn free_pose(&mut self, tags: &mut [BundleTag], tag: usize) {
+    pub(crate) fn free_pose(
+        &mut self,
+        tags: &mut [BundleTag],
+        tag: usize,
+        prior: Prior<PoseSigma>,
+    ) {
         tags[tag].pose = Freedom::Free;
         let anchor = Anchor::Tag {
             across: 1.0,
             tag,
             object_from_tag: tags[tag].object_from_tag,
-            sigma: PoseSigma::OF_TAG,
+            sigma: prior.sigma_or(PoseSigma::OF_TAG),
         };
-        self.anchors.push((anchor, false));
+        self.anchors.push((anchor, prior != Prior::Default));
     }
 
     /// Frees the size of a tag, with its value as the mean of its prior.
-    pub(crate) fn free_size(&mut self, tags: &mut [BundleTag], tag: usize) {
+    pub(crate) fn free_size(&mut self, tags: &mut [BundleTag], tag: usize, prior: Prior<f64>) {
         tags[tag].size = Freedom::Free;
+        let size_m = tags[tag].size_m;
         let anchor = Anchor::Size {
             tag,
-            size_m: tags[tag].size_m,
-            sigma: TAG_SIZE,
+            size_m,
+            sigma: prior.sigma_or(TAG_SIZE * size_m) / size_m,
         };
-        self.anchors.push((anchor, false));
+        self.anchors.push((anchor, prior != Prior::Default));
     }
 
     /// Frees the lens of a camera, with its value as the mean of its prior, unless it is exact.

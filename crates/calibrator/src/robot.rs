@@ -1,8 +1,9 @@
 //! Calibrating a robot: where its base is in the site, and what its hand carries, from its poses and images.
 //!
 //! The hand carries an object before cameras that stand still, or a camera before an object that lies still; both are the adjustment of
-//! corners of every other procedure, with the robot's poses as further observations (`bundle/arm.rs`). No number counts as exact: lenses and
-//! tags are adjusted by their priors, and the noise of the robot's poses is estimated from what they and the images disagree by.
+//! corners of every other procedure, with the robot's poses as further observations (`bundle/arm.rs`). Lenses, tags and the poses of all
+//! cameras but the first are adjusted by their priors; the first camera holds the world, so that its own deviation is in no covariance. The
+//! noise of the robot's poses is estimated from what they and the images disagree by.
 
 mod clock;
 mod degeneracy;
@@ -20,7 +21,7 @@ pub use report::{CalibratedRobot, HeldOut, RobotReport};
 use crate::bundle::{BundleError, Mount};
 use crate::image_store::{ImageView, TagSpec, take_in};
 use sextant_site_model::{Camera, CameraId, ImageObservation, ObjectId, ObjectModel, Rig, TagId};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use thiserror::Error;
 
 /// What is to be calibrated.
@@ -68,13 +69,15 @@ pub enum RobotError {
     },
     /// Too few images with a pose of the robot.
     #[error(
-        "{matched} of {images} images that show the object have a pose of the robot, and 3 are the least: {hint}"
+        "{poses} poses of the robot were matched, and 3 are the least; {matched} of {images} images that show the object have one: {hint}"
     )]
     FewPoses {
         /// Images that show the object.
         images: usize,
         /// Those with a pose of the robot.
         matched: usize,
+        /// Their distinct poses.
+        poses: usize,
         /// What to do.
         hint: String,
     },
@@ -94,20 +97,15 @@ pub struct RobotSession {
     rig: Rig,
     plan: RobotPlan,
     wanted: Vec<TagSpec>,
-    images: Vec<NumberedView>,
-    /// Images received of each camera.
-    received: BTreeMap<CameraId, usize>,
+    images: Vec<ImageView>,
+    /// Capture times of the images of each camera of the rig, ascending, ns.
+    received: Vec<Vec<u64>>,
+    /// Usable images that were received when the store was full.
+    not_stored: usize,
     foreign: BTreeSet<TagId>,
 }
 
-/// A usable image and its number among those of its camera, from 0.
-#[derive(Clone, Debug)]
-struct NumberedView {
-    number: usize,
-    view: ImageView,
-}
-
-/// Most stored images; later ones are not used.
+/// Most stored images; later ones are counted only.
 const MOST_IMAGES: usize = 20_000;
 
 impl RobotSession {
@@ -136,33 +134,42 @@ impl RobotSession {
         });
         Ok(Self {
             rig: placed(rig, plan.mount)?,
+            received: vec![Vec::new(); rig.cameras().len()],
+            not_stored: 0,
             wanted: wanted.collect(),
             plan,
             images: Vec::new(),
-            received: BTreeMap::new(),
             foreign: BTreeSet::new(),
         })
     }
 
-    /// Handles an image; those of a camera come in the order of time. Images of cameras that the rig lacks are passed over.
+    /// Handles an image. Images of cameras that the rig lacks are passed over.
     pub fn handle(&mut self, image: &ImageObservation) {
         let mut cameras = self.rig.cameras().iter();
         let Some(index) = cameras.position(|camera| camera.id == image.camera) else {
             return;
         };
-        let received = self.received.entry(image.camera.clone()).or_default();
-        let number = *received;
-        *received += 1;
+        let earlier = self.number(index, image.capture_ns);
+        self.received[index].insert(earlier, image.capture_ns);
         let camera = &self.rig.cameras()[index];
         let (view, ignored) = take_in((index, camera), &self.wanted, image);
         self.foreign.extend(ignored.foreign);
-        if !view.tags.is_empty() && camera.fits(image) && self.images.len() < MOST_IMAGES {
-            self.images.push(NumberedView { number, view });
+        if view.tags.is_empty() || !camera.fits(image) {
+            return;
+        }
+        match self.images.len() < MOST_IMAGES {
+            true => self.images.push(view),
+            false => self.not_stored += 1,
         }
     }
 
+    /// Number of an image among those of its camera in the order of capture, from 0.
+    fn number(&self, camera: usize, capture_ns: u64) -> usize {
+        self.received[camera].partition_point(|earlier_ns| *earlier_ns < capture_ns)
+    }
+
     fn n_received(&self) -> usize {
-        self.received.values().sum()
+        self.received.iter().map(Vec::len).sum()
     }
 }
 

@@ -129,7 +129,14 @@ fn uncertain(
     key: &str,
 ) -> Result<Option<UncertainPose>, Complaint> {
     let Some(pose) = pose_of(parts.as_ref(), key)? else {
-        return Ok(None);
+        return match rows {
+            None => Ok(None),
+            Some(_) => Err(Complaint::new(
+                format!("{key}_covariance"),
+                format!("there is no {key} that this is the covariance of"),
+                format!("add {key}, or take this away"),
+            )),
+        };
     };
     let covariance = match rows {
         None => Matrix6::from_diagonal(&PoseSigma::OF_CAMERA.variance()),
@@ -239,5 +246,11 @@ mod tests {
             &format!("{BASE}base_from_world_covariance = {rows}\n"),
             &[":2:", "base_from_world_covariance", "six rows"],
         );
+        for key in ["hand_from_object", "hand_from_camera"] {
+            refused(
+                &format!("{BASE}{key}_covariance = {rows}\n"),
+                &[":2:", &format!("{key}_covariance"), &format!("add {key}")],
+            );
+        }
     }
 }

@@ -24,15 +24,18 @@ Record images while the robot goes to 15 poses or more (or moves slowly): the ob
 degrees or more about at least two axes. Turns about one axis alone leave a shift along it open; the report names it.
 
 Robot poses are a CSV table with a header, such as t [ns],x,y,z,qx,qy,qz,qw (seconds, milliseconds and millimetres are known, too), or TUM
-text: the hand in the robot's base. With times, a pose counts at exactly the image's time, or between two poses that are at most 0.2 s apart; where the hand moves, the offset
-of the robot's clock is estimated. Where it stands still for each image, write a column `image` with the number of the image in its
-camera, from 0, in place of the time.
+text: the hand in the robot's base. With times, an image counts between two poses that are at most 0.2 s apart, or at exactly the time of
+one; where the hand moves, the offset of the robot's clock is estimated. Where it stands still for each image, write a column `image` with
+the number of the image in its camera, from 0 in the order of capture, in place of the time; images of several cameras with one number
+show one pose.
 
-No number counts as exact: lenses and tags are adjusted by their sigmas or defaults, and the noise of the robot's poses is estimated from
-what robot and images disagree by. Held-out errors are those of a tenth of the poses at a time, predicted from the others.
+Lenses, tags and the poses of all cameras but the first are adjusted by their sigmas or defaults, save those with a sigma of zero. The first
+camera holds the world: covariances are relative to it. The noise of the robot's poses is estimated from what robot and images disagree by.
+Held-out errors are those of a tenth of the poses at a time, predicted from the others.
 
 With --out, a file is written that `sextant replay --frame` and `sextant echo --frame` use to give poses in the robot's base. Its world is that of the rig;
-with --on-hand it is the frame of the object. Where the motions leave something open, the exit code is 4, and with --strict nothing is written.
+with --on-hand it is the frame of the object. Where the motions leave something open, the file is written and the exit code is 4; with
+--strict nothing is written and the exit code is 3.
 
 With --json, the result is one line on standard output: {\"images\",\"poses\",\"outliers\",\"base_from_world\":{\"position\",\"orientation\"},
 \"hand_from_carried\":{...},\"base_sigma_mm\",\"base_sigma_deg\",\"hand_sigma_mm\",\"hand_sigma_deg\",\"robot_sigma_mm\",\"robot_sigma_deg\",
@@ -185,7 +188,9 @@ fn text(report: &RobotReport, arguments: &RobotArguments) -> String {
     ];
     if let Some(held_out) = &report.held_out {
         lines.push(format!(
-            "Held-out poses are predicted to {:.2} mm, {:.3} degrees and {:.2} px (rms; median {:.2} mm, {:.3} degrees).",
+            "{} of {} poses, each held out, are predicted to {:.2} mm, {:.3} degrees and {:.2} px (rms; median {:.2} mm, {:.3} degrees).",
+            held_out.poses,
+            report.poses,
             held_out.rms_mm,
             held_out.rms_deg,
             held_out.rms_px,

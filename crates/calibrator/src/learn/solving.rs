@@ -16,7 +16,7 @@ use crate::priors::Priors;
 use crate::resection::TagPlacement;
 use crate::verdict::{Finding, Grade, listed};
 use sextant_geometry::Pose;
-use sextant_site_model::TagId;
+use sextant_site_model::{Prior, TagId};
 use std::collections::BTreeSet;
 
 /// Rounds of locating the object in every image and adjusting; the first starts from the spanning tree.
@@ -272,7 +272,7 @@ impl LearnSession {
         let known = self.known();
         for (at, fixed) in self.fixed_tags(placed, views).into_iter().enumerate() {
             if known[at].is_none() {
-                priors.free_size(&mut tags, at);
+                priors.free_size(&mut tags, at, Prior::Default);
             }
             if !fixed {
                 tags[at].pose = Freedom::Free;

@@ -360,12 +360,12 @@ impl RigSession {
                     tags[at].pose = Freedom::Free;
                 }
             } else if is_placed && own.is_none_or(|own| own.pose_prior == Prior::Default) {
-                priors.free_pose(&mut tags, at);
+                priors.free_pose(&mut tags, at, Prior::Default);
             }
             if (is_placed || measured.contains(&at))
                 && own.is_none_or(|own| own.size_prior == Prior::Default)
             {
-                priors.free_size(&mut tags, at);
+                priors.free_size(&mut tags, at, Prior::Default);
             }
         }
         tags

@@ -12,6 +12,8 @@ const OVER_NS: u64 = 200_000_000;
 const AT_MOST_NS: u64 = 600_000_000;
 /// Fewer turns say nothing.
 const LEAST_TURNS: usize = 10;
+/// Most turns that are compared, spread over the recording: each is compared at every delay.
+const MOST_TURNS: usize = 300;
 /// A delay counts that leaves less than this share of the median disagreement.
 const CLEAR: f64 = 0.5;
 
@@ -19,6 +21,8 @@ const CLEAR: f64 = 0.5;
 /// order of time); zero where that is not clear.
 pub(super) fn delay_s(poses: &RobotPoses, images: &[(u64, Pose)]) -> f64 {
     let turns: Vec<(u64, u64, f64)> = turns(images).collect();
+    let every = turns.len().div_ceil(MOST_TURNS).max(1);
+    let turns: Vec<(u64, u64, f64)> = turns.into_iter().step_by(every).collect();
     let steps = (MOST_DELAY_S / STEP_S) as i32;
     let delays = (-steps..=steps).map(|step| f64::from(step) * STEP_S);
     let costs = delays.filter_map(|delay_s| Some((disagreement(poses, &turns, delay_s)?, delay_s)));

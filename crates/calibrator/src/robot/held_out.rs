@@ -54,7 +54,7 @@ fn fold(solution: &RobotSolution, out: Range<usize>) -> Option<Vec<[f64; 3]>> {
     Some(errors.collect())
 }
 
-/// Error of the prediction of what the best image of an instant shows.
+/// Error of the prediction of what the best image of an instant shows; `None` where no tag of it is used.
 fn error(
     solution: &RobotSolution,
     (found, arm): (&Adjustment, &Arm),
@@ -64,6 +64,9 @@ fn error(
     let images = solution.adjusted.adjustment.images.iter();
     let own = images.filter(|image| image.instant == instant);
     let image = own.max_by_key(|image| image.tags.len())?;
+    if image.tags.is_empty() {
+        return None;
+    }
     let (camera, view) = (&found.cameras[image.camera], &solution.views[image.view]);
     let predicted = camera.world_from_camera.inverse() * arm.predicted(base_from_hand);
     let seen = resected(&camera.lens, view, tags, &image.tags, predicted);

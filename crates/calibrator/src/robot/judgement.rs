@@ -28,7 +28,7 @@ impl RobotSession {
             Mount::Object => "object",
             Mount::Camera => "camera",
         };
-        let undetermined = match turns(arm.hands.iter().flatten()) {
+        let undetermined = match turns(solution.agreeing_hands(arm)) {
             Turns::None(rad) => Some(format!(
                 "the hand hardly turned ({:.1} degrees): where the {carried} is on the hand and where the base is cannot be told apart; turn the hand about two axes by 30 degrees or more",
                 rad.to_degrees()
@@ -58,6 +58,13 @@ impl RobotSession {
                 Grade::Usable
             };
             verdict.add(grade, Finding::UncertainRobot);
+        }
+        if self.not_stored > 0 {
+            let finding = Finding::ImagesNotStored {
+                stored: self.images.len(),
+                not_stored: self.not_stored,
+            };
+            verdict.add(Grade::Usable, finding);
         }
         if report.poses < FEW_POSES {
             verdict.add(Grade::Usable, Finding::FewRobotPoses(report.poses));

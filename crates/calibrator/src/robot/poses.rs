@@ -29,6 +29,14 @@ impl RobotPoses {
         }
     }
 
+    /// What tells the poses of images apart: images with one key show one pose.
+    pub(super) fn key(&self, number: usize, capture_ns: u64) -> u64 {
+        match self {
+            Self::ByTime(_) => capture_ns,
+            Self::ByImage(_) => number as u64,
+        }
+    }
+
     /// First and last key: times in ns, or numbers of images.
     pub(super) fn span(&self) -> Option<(u64, u64)> {
         let (Self::ByTime(poses) | Self::ByImage(poses)) = self;

@@ -4,7 +4,7 @@ use super::solution::RobotSolution;
 use super::{RobotError, RobotSession};
 use crate::bundle::{Arm, ArmPose, KeptParameter, Mount};
 use crate::verdict::Verdict;
-use nalgebra::Matrix6;
+use nalgebra::{Matrix6, Vector3};
 use serde::Serialize;
 use sextant_geometry::{Pose, PoseParts, so3};
 
@@ -36,7 +36,8 @@ pub struct RobotReport {
     pub base_from_world: PoseParts,
     /// Maps points of what the hand carries into the hand.
     pub hand_from_carried: PoseParts,
-    /// Root mean square over the axes of the base's standard deviation at the middle of the poses, millimetres and degrees.
+    /// Root mean square over the axes of the base's standard deviation at the middle of the poses or, where the hand carries the camera, of
+    /// the tags that it sees; millimetres and degrees.
     pub base_sigma_mm: f64,
     /// See [`Self::base_sigma_mm`].
     pub base_sigma_deg: f64,
@@ -50,9 +51,9 @@ pub struct RobotReport {
     pub robot_sigma_deg: f64,
     /// Errors of poses that were left out.
     pub held_out: Option<HeldOut>,
-    /// The robot's clock minus that of the images, ms; `None` where the motion does not tell.
+    /// The robot's clock minus that of the images, ms; `None` for poses by image or of exactly the images' times.
     pub clock_offset_ms: Option<f64>,
-    /// Its standard deviation, ms.
+    /// Its standard deviation, ms; `None` where hardly a pose moves.
     pub clock_sigma_ms: Option<f64>,
     /// Corners of all tags, px.
     pub rms_px: f64,
@@ -101,29 +102,19 @@ impl HeldOut {
     }
 }
 
-/// Chi-square of six numbers above which a pose of the robot contradicts the others: five sigma.
-const OUTLIER: f64 = 45.0;
-/// A delay with a larger standard deviation is not determined, s.
-const UNKNOWN_DELAY_S: f64 = 0.1;
-
 impl RobotSession {
     pub(super) fn finish(&self, solution: RobotSolution) -> Result<CalibratedRobot, RobotError> {
         let arm = solution.arm()?;
         let covariance = &solution.adjusted.solution.covariance;
         let of = |pose| covariance.arm(pose).unwrap_or_else(Matrix6::zeros);
         let (base, hand) = (of(ArmPose::Base), of(ArmPose::Hand));
-        let (base_sigma_mm, base_sigma_deg) = sigmas(&at_middle(&base, arm));
+        let (base_sigma_mm, base_sigma_deg) = sigmas(&at_middle(&base, &solution, arm));
         let (hand_sigma_mm, hand_sigma_deg) = sigmas(&hand);
         let delay_sigma_s = covariance.sigma(KeptParameter::ArmDelay);
-        let delay = delay_sigma_s
-            .filter(|sigma| *sigma < UNKNOWN_DELAY_S && arm.seeks_delay)
-            .map(|sigma| (1e3 * arm.delay_s, 1e3 * sigma));
-        let outliers = solution.adjusted.solution.arm.iter();
-        let outliers = outliers.filter(|residual| residual.chi_square > OUTLIER);
         let mut report = RobotReport {
             images: self.n_received(),
-            poses: arm.hands.iter().flatten().count(),
-            outliers: outliers.map(|r| solution.keys[r.instant].0).collect(),
+            poses: solution.used().count(),
+            outliers: solution.outliers(),
             base_from_world: (&arm.base_from_site).into(),
             hand_from_carried: (&arm.hand_from_carried).into(),
             base_sigma_mm,
@@ -133,8 +124,8 @@ impl RobotSession {
             robot_sigma_mm: 1e3 * arm.sigma.position_m,
             robot_sigma_deg: arm.sigma.orientation_rad.to_degrees(),
             held_out: self.held_out(&solution),
-            clock_offset_ms: delay.map(|(ms, _)| ms),
-            clock_sigma_ms: delay.map(|(_, sigma)| sigma),
+            clock_offset_ms: (arm.delay_s != 0.0).then_some(1e3 * arm.delay_s),
+            clock_sigma_ms: delay_sigma_s.map(|sigma_s| 1e3 * sigma_s),
             rms_px: solution.adjusted.solution.rms_px,
             undetermined: Vec::new(),
             verdict: Verdict::new(),
@@ -150,25 +141,30 @@ impl RobotSession {
     }
 }
 
-/// The covariance of the base as that of the middle of the poses in the base: the world's origin may be far away, and turns of the base
-/// move it.
-fn at_middle(base: &Matrix6<f64>, arm: &Arm) -> Matrix6<f64> {
-    let hands = arm.hands.iter().flatten();
-    let n = hands.clone().count().max(1) as f64;
-    let middle = match arm.mount {
-        Mount::Object => {
-            let sum: nalgebra::Vector3<f64> = hands
-                .map(|hand| {
-                    (hand.base_from_hand * arm.hand_from_carried)
-                        .translation
-                        .vector
-                })
-                .sum();
-            sum / n
+/// The covariance of the base as that of the middle of the poses, or of the tags that lie still, in the base: the site's origin may be far
+/// away, and turns of the base move it.
+fn at_middle(base: &Matrix6<f64>, solution: &RobotSolution, arm: &Arm) -> Matrix6<f64> {
+    let bundle = &solution.adjusted.solution.bundle;
+    let positions: Vec<Vector3<f64>> = match arm.mount {
+        Mount::Object => solution
+            .agreeing_hands(arm)
+            .map(|hand| {
+                (hand.base_from_hand * arm.hand_from_carried)
+                    .translation
+                    .vector
+            })
+            .collect(),
+        Mount::Camera => {
+            let seen = bundle.images.iter().flat_map(|image| &image.tags);
+            seen.map(|seen| {
+                (arm.base_from_site * bundle.tags[seen.tag].object_from_tag)
+                    .translation
+                    .vector
+            })
+            .collect()
         }
-        // The object lies still.
-        Mount::Camera => return *base,
     };
+    let middle = positions.iter().sum::<Vector3<f64>>() / positions.len().max(1) as f64;
     let lever = middle - arm.base_from_site.translation.vector;
     let mut by_step = Matrix6::identity();
     by_step

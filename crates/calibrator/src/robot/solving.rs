@@ -5,7 +5,7 @@ use super::poses::RobotPoses;
 use super::report::CalibratedRobot;
 use super::solution::RobotSolution;
 use super::start::{PosePair, Transforms, start};
-use super::{NumberedView, RobotError, RobotSession};
+use super::{RobotError, RobotSession};
 use crate::adjustment::{Adjustment, UsedImage};
 use crate::bundle::{Arm, BundleCamera, BundleOptions, BundleTag, Freedom, Hand, Instant, Mount};
 use crate::image_store::ImageView;
@@ -14,6 +14,7 @@ use crate::resection::{ObjectView, TagPlacement, agreeing_loosely, views_of_obje
 use crate::verdict::listed;
 use sextant_geometry::Pose;
 use sextant_site_model::{PoseSigma, Prior};
+use std::collections::BTreeSet;
 
 /// Standard deviation of a robot's poses before any is compared.
 const FIRST_SIGMA: PoseSigma = PoseSigma {
@@ -30,11 +31,17 @@ const LEAST_POSES: usize = 3;
 const DELAY_ROUNDS: usize = 3;
 /// Slower hands tell nothing of the delay, m/s and rad/s.
 const MOVING: [f64; 2] = [0.005, 0.02];
+/// The delay is sought where so many hands move.
+const LEAST_MOVING: usize = 5;
 
 /// An image with the robot's pose and what it shows of the object.
 #[derive(Clone)]
 struct Match {
-    numbered: NumberedView,
+    view: ImageView,
+    /// Number of the image in its camera.
+    number: usize,
+    /// See [`RobotPoses::key`].
+    key: u64,
     hand: Hand,
     seen: Vec<ObjectView>,
 }
@@ -60,26 +67,28 @@ impl RobotSession {
         let matches = self.matches(poses, &seen, delay_s)?;
         let pairs: Vec<PosePair> = matches.iter().map(|m| self.pair(m)).collect();
         let first = start(&pairs).ok_or(RobotError::NoStart)?;
-        let (views, keys, adjustment) = self.adjustment(&matches, &first, delay_s);
+        let adjustment = self.adjustment(&matches, &first, delay_s);
+        let views: Vec<ImageView> = matches.iter().map(|m| m.view.clone()).collect();
+        let numbers: Vec<usize> = matches.iter().map(|m| m.number).collect();
         let mut adjusted = adjustment.solve(&views, &BundleOptions::default())?;
         for _ in 0..DELAY_ROUNDS {
             let arm = adjusted.adjustment.arm.as_ref();
             if arm.is_none_or(|arm| !arm.seeks_delay) {
                 break;
             }
-            let again = interpolated_anew(adjusted.adjustment, &keys, poses);
+            let again = interpolated_anew(adjusted.adjustment, (&views, &numbers), poses);
             adjusted = again.solve(&views, &BundleOptions::default())?;
         }
         self.finish(RobotSolution {
             views,
-            keys,
+            numbers,
             adjusted,
         })
     }
 
-    fn object_in(&self, image: &NumberedView) -> Vec<ObjectView> {
-        let lens = &self.rig.cameras()[image.view.camera].lens;
-        views_of_object(lens, &image.view, &self.placements())
+    fn object_in(&self, image: &ImageView) -> Vec<ObjectView> {
+        let lens = &self.rig.cameras()[image.camera].lens;
+        views_of_object(lens, image, &self.placements())
     }
 
     pub(super) fn placements(&self) -> Vec<TagPlacement> {
@@ -95,10 +104,10 @@ impl RobotSession {
         }
         let of_camera = |camera: usize| {
             let own = self.images.iter().zip(seen);
-            let own = own.filter(|(image, _)| image.view.camera == camera);
+            let own = own.filter(|(image, _)| image.camera == camera);
             let mut own: Vec<(u64, Pose)> = own
                 .filter_map(|(image, seen)| {
-                    Some((image.view.capture_ns, seen.first()?.camera_from_object))
+                    Some((image.capture_ns, seen.first()?.camera_from_object))
                 })
                 .collect();
             own.sort_by_key(|(capture_ns, _)| *capture_ns);
@@ -109,7 +118,7 @@ impl RobotSession {
         clock::delay_s(poses, &longest)
     }
 
-    /// Images that show the object and have a pose of the robot, in the order of time.
+    /// Images that show the object and have a pose of the robot, in the order of the poses.
     fn matches(
         &self,
         poses: &RobotPoses,
@@ -119,25 +128,28 @@ impl RobotSession {
         let found = self.images.iter().zip(seen);
         let found = found.filter(|(_, seen)| !seen.is_empty());
         let n_images = found.clone().count();
-        let matches = found.filter_map(|(numbered, seen)| {
-            let hand = poses.hand(numbered.number, numbered.view.capture_ns, delay_s)?;
+        let matches = found.filter_map(|(view, seen)| {
+            let number = self.number(view.camera, view.capture_ns);
             Some(Match {
-                numbered: numbered.clone(),
-                hand,
+                view: view.clone(),
+                number,
+                key: poses.key(number, view.capture_ns),
+                hand: poses.hand(number, view.capture_ns, delay_s)?,
                 seen: seen.clone(),
             })
         });
         let mut matches: Vec<Match> = matches.collect();
-        matches.sort_by_key(|m| (m.numbered.view.capture_ns, m.numbered.view.camera));
-        if matches.len() < LEAST_POSES {
+        matches.sort_by_key(|m| (m.key, m.view.camera));
+        let n_poses = matches.chunk_by(|a, b| a.key == b.key).count();
+        if n_poses < LEAST_POSES {
             return Err(RobotError::FewPoses {
                 images: n_images,
                 matched: matches.len(),
+                poses: n_poses,
                 hint: self.hint_on_times(poses),
             });
         }
-        let every = matches.len().div_ceil(MOST_POSES).max(1);
-        Ok(matches.into_iter().step_by(every).collect())
+        Ok(thinned(&matches, |m| m.key, MOST_POSES))
     }
 
     fn hint_on_times(&self, poses: &RobotPoses) -> String {
@@ -149,10 +161,10 @@ impl RobotSession {
                 "the robot's file has poses of images {first} to {last}, counted from 0 in each camera"
             ),
             RobotPoses::ByTime(_) => {
-                let times = self.images.iter().map(|image| image.view.capture_ns);
+                let times = self.images.iter().map(|image| image.capture_ns);
                 let (from, to) = (times.clone().min(), times.max());
                 format!(
-                    "images are from {} to {} ns and the robot's poses from {first} to {last} ns, and a pose counts within 0.2 s of one before and one after it or at exactly its time; where the hand stands still for each image, write the image's number (column `image`, from 0) in place of the time",
+                    "images are from {} to {} ns and the robot's poses from {first} to {last} ns, and an image counts between two poses that are at most 0.2 s apart or at exactly the time of one; where the hand stands still for each image, write the image's number (column `image`, from 0) in place of the time",
                     from.unwrap_or_default(),
                     to.unwrap_or_default()
                 )
@@ -168,7 +180,7 @@ impl RobotSession {
     }
 
     fn pair(&self, m: &Match) -> PosePair {
-        let world_from_camera = self.world_from_camera(m.numbered.view.camera);
+        let world_from_camera = self.world_from_camera(m.view.camera);
         let carried = m.seen.iter().map(|seen| {
             let world_from_object = world_from_camera * seen.camera_from_object;
             match self.plan.mount {
@@ -182,13 +194,8 @@ impl RobotSession {
         }
     }
 
-    /// The views, the keys of the instants, and the start of the adjustment.
-    fn adjustment(
-        &self,
-        matches: &[Match],
-        first: &Transforms,
-        delay_s: f64,
-    ) -> (Vec<ImageView>, Vec<(usize, u64)>, Adjustment) {
+    /// The start of the adjustment, with an instant for each pose of the robot.
+    fn adjustment(&self, matches: &[Match], first: &Transforms, delay_s: f64) -> Adjustment {
         let mut arm = Arm {
             mount: self.plan.mount,
             base_from_site: first.base_from_site,
@@ -203,14 +210,13 @@ impl RobotSession {
             let [v, w] = [0, 3].map(|at| hand.twist.fixed_rows::<3>(at).norm());
             v > MOVING[0] || w > MOVING[1]
         };
-        if matches.iter().filter(|m| is_moving(&m.hand)).count() > matches.len() / 2 {
-            arm.seeks_delay = true;
-        }
-        let (mut instants, mut images, mut keys) = (Vec::new(), Vec::new(), Vec::new());
+        let moving = matches.iter().filter(|m| is_moving(&m.hand));
+        arm.seeks_delay = moving.count() >= LEAST_MOVING;
+        let (mut instants, mut images) = (Vec::new(), Vec::new());
+        let mut last_key = None;
         let placements = self.placements();
         for (at, m) in matches.iter().enumerate() {
-            let view = &m.numbered.view;
-            let key = (m.numbered.number, view.capture_ns);
+            let view = &m.view;
             let world_from_camera = self.world_from_camera(view.camera);
             let seen = m.seen.iter().map(|seen| seen.camera_from_object);
             let world_from_object = seen.map(|pose| world_from_camera * pose).min_by(|a, b| {
@@ -220,8 +226,8 @@ impl RobotSession {
             let Some(world_from_object) = world_from_object else {
                 continue;
             };
-            if keys.last() != Some(&key) {
-                keys.push(key);
+            if last_key != Some(m.key) {
+                last_key = Some(m.key);
                 instants.push(Instant::at(
                     view.capture_ns as f64 * 1e-9,
                     world_from_object,
@@ -240,22 +246,20 @@ impl RobotSession {
             });
         }
         let mut priors = Priors::default();
-        let adjustment = Adjustment {
-            cameras: self.bundle_cameras(&mut priors),
-            tags: self.bundle_tags(&mut priors),
+        Adjustment {
+            cameras: self.bundle_cameras(matches, &mut priors),
+            tags: self.bundle_tags(matches, &mut priors),
             instants,
             images,
             motion: None,
             priors,
             arm: Some(arm),
             noise: Vec::new(),
-        };
-        let views = matches.iter().map(|m| m.numbered.view.clone());
-        (views.collect(), keys, adjustment)
+        }
     }
 
-    /// Cameras where the rig has them, with lenses by their priors.
-    fn bundle_cameras(&self, priors: &mut Priors) -> Vec<BundleCamera> {
+    /// Cameras with lenses and poses by their priors; the first that is used holds the world.
+    fn bundle_cameras(&self, matches: &[Match], priors: &mut Priors) -> Vec<BundleCamera> {
         let cameras = self.rig.cameras().iter().enumerate();
         let cameras = cameras.map(|(at, camera)| BundleCamera {
             pose: Freedom::Fixed,
@@ -265,11 +269,18 @@ impl RobotSession {
         for (at, camera) in self.rig.cameras().iter().enumerate() {
             priors.free_lens(&mut cameras, at, camera);
         }
+        let used: BTreeSet<usize> = matches.iter().map(|m| m.view.camera).collect();
+        for &at in used.iter().skip(1) {
+            let prior = self.rig.cameras()[at].pose_prior;
+            if prior != Prior::Exact {
+                priors.free_camera(&mut cameras, at, prior);
+            }
+        }
         cameras
     }
 
-    /// Tags by their priors; those with a sigma in the file were learned and stay fixed, as in the calibration of a rig.
-    fn bundle_tags(&self, priors: &mut Priors) -> Vec<BundleTag> {
+    /// Tags, those that are seen by their priors, which also hold the object's frame.
+    fn bundle_tags(&self, matches: &[Match], priors: &mut Priors) -> Vec<BundleTag> {
         let tags = self.plan.object.tags().iter();
         let tags = tags.map(|tag| BundleTag {
             object_from_tag: tag.object_from_tag.unwrap_or_default(),
@@ -278,28 +289,56 @@ impl RobotSession {
             size: Freedom::Fixed,
         });
         let mut tags: Vec<BundleTag> = tags.collect();
-        for (at, tag) in self.plan.object.tags().iter().enumerate() {
-            if tag.pose_prior == Prior::Default {
-                priors.free_pose(&mut tags, at);
+        let seen = matches.iter().flat_map(|m| &m.view.tags);
+        let seen: BTreeSet<usize> = seen.map(|seen| seen.tag).collect();
+        for at in seen {
+            let tag = &self.plan.object.tags()[at];
+            if tag.pose_prior != Prior::Exact {
+                priors.free_pose(&mut tags, at, tag.pose_prior);
             }
-            if tag.size_prior == Prior::Default {
-                priors.free_size(&mut tags, at);
+            if tag.size_prior != Prior::Exact {
+                priors.free_size(&mut tags, at, tag.size_prior);
             }
         }
         tags
     }
 }
 
-/// An adjustment with the hands at the delay that it found.
+/// An adjustment with the hands at the delay that it found, by its views and their numbers.
 fn interpolated_anew(
     mut adjustment: Adjustment,
-    keys: &[(usize, u64)],
+    (views, numbers): (&[ImageView], &[usize]),
     poses: &RobotPoses,
 ) -> Adjustment {
     if let Some(arm) = &mut adjustment.arm {
-        let delay_s = arm.delay_s;
-        let hands = keys.iter().map(|(n, ns)| poses.hand(*n, *ns, delay_s));
-        arm.hands = hands.collect();
+        for image in &adjustment.images {
+            let (number, capture_ns) = (numbers[image.view], views[image.view].capture_ns);
+            arm.hands[image.instant] = poses.hand(number, capture_ns, arm.delay_s);
+        }
     }
     adjustment
+}
+
+/// At most so many groups of items that follow one another with one key, spread over all of them.
+fn thinned<T: Clone>(items: &[T], key: impl Fn(&T) -> u64, most: usize) -> Vec<T> {
+    let groups: Vec<&[T]> = items.chunk_by(|a, b| key(a) == key(b)).collect();
+    let every = groups.len().div_ceil(most).max(1);
+    groups
+        .into_iter()
+        .step_by(every)
+        .flatten()
+        .cloned()
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::thinned;
+
+    #[test]
+    fn thinning_keeps_the_images_of_one_instant_together() {
+        let images: Vec<(u64, char)> = (0..4).flat_map(|at| [(at, 'a'), (at, 'b')]).collect();
+        let kept = thinned(&images, |image| image.0, 3);
+        assert_eq!(kept, [(0, 'a'), (0, 'b'), (2, 'a'), (2, 'b')]);
+    }
 }

@@ -19,7 +19,7 @@ use crate::rig::sightings::Sightings;
 use crate::rig::trajectory::{Moments, Trajectory, is_synchronised};
 use crate::verdict::listed;
 use sextant_geometry::{Intrinsics, Lens, Pose};
-use sextant_site_model::{Camera, Rig};
+use sextant_site_model::{Camera, Prior, Rig};
 use std::collections::BTreeSet;
 
 /// Rounds of lenses and constellations from each image by itself: the poses of single tags that they begin with depend on the lens.
@@ -258,7 +258,7 @@ fn adjustment(
     for tag in 0..tags.len() {
         let is_still = members.body_of[tag].is_none();
         if known.placed[tag].is_some() || (is_still && is_seen_twice(tag)) {
-            priors.free_size(&mut tags, tag);
+            priors.free_size(&mut tags, tag, Prior::Default);
         }
     }
     for body in 0..members.n_bodies {

@@ -168,6 +168,13 @@ pub enum Finding {
         /// Those of the images that are used, px.
         expected: [u32; 2],
     },
+    /// Images beyond the most that are stored, which were left out.
+    ImagesNotStored {
+        /// The number of images stored.
+        stored: usize,
+        /// The number of images left out.
+        not_stored: usize,
+    },
     /// A robot whose base or hand is uncertain.
     UncertainRobot,
     /// Few poses of a robot.
@@ -367,6 +374,10 @@ impl fmt::Display for Finding {
             } => write!(
                 f,
                 "{images} images of {camera} were left out, since they have {width} x {height} pixels and not {expected_width} x {expected_height}: set the camera back, or calibrate its lens for images of that size"
+            ),
+            Self::ImagesNotStored { stored, not_stored } => write!(
+                f,
+                "the last {not_stored} images were left out, since {stored} are the most: record less often or for a shorter time"
             ),
             Self::UncertainRobot => f.write_str(
                 "base and hand are uncertain: add poses, with the object near and all over the image, the hand turned by 30 degrees or more about each axis",
