@@ -6,6 +6,7 @@ use sextant_process::host::host_name;
 use sextant_site_files::write_atomically;
 use std::fs::{self, OpenOptions};
 use std::io::Write;
+use std::net::{IpAddr, UdpSocket};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 use tokio_rustls::rustls::client::verify_server_name;
@@ -65,6 +66,16 @@ pub(crate) fn first_missing<'a>(certificate: &str, names: &'a [String]) -> Optio
         let has_it = |parsed: &ParsedCertificate<'_>| verify_server_name(parsed, &server).is_ok();
         !matches!(&parsed, Some(Ok(parsed)) if has_it(parsed))
     })
+}
+
+/// This machine's address on its network: the one from which it would send elsewhere. Nothing is sent.
+pub(crate) fn outward() -> IpAddr {
+    const ANYWHERE: &str = "192.0.2.1:9";
+    let socket = UdpSocket::bind("0.0.0.0:0").and_then(|socket| {
+        socket.connect(ANYWHERE)?;
+        socket.local_addr()
+    });
+    socket.map_or(IpAddr::from([127, 0, 0, 1]), |address| address.ip())
 }
 
 /// These names and this machine's own.

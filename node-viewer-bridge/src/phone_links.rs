@@ -1,7 +1,7 @@
 //! Links by which phones and other browsers become cameras, and what may be in their way.
 
 use crate::access::PageAccess;
-use crate::certificate;
+use crate::certificate::{self, outward};
 use crate::config::ViewerConfig;
 use crate::phone_claims::PhoneClaims;
 use crate::protection::Admission;
@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use sextant_process::{Exit, WithExit};
 use sextant_site_files::read_toml;
 use sextant_site_model::CameraId;
-use std::net::{IpAddr, SocketAddr, UdpSocket};
+use std::net::{IpAddr, SocketAddr};
 use std::path::{Path, PathBuf};
 
 /// Longest command, bytes.
@@ -183,16 +183,6 @@ fn place(config: &ViewerConfig, address: SocketAddr, host: Option<&str>) -> Stri
         (true, Some(name)) => format!("{name}:{}", address.port()),
         (true, None) => SocketAddr::new(outward(), address.port()).to_string(),
     }
-}
-
-/// This machine's address on its network: the one from which it would send elsewhere. Nothing is sent.
-pub(crate) fn outward() -> IpAddr {
-    const ANYWHERE: &str = "192.0.2.1:9";
-    let socket = UdpSocket::bind("0.0.0.0:0").and_then(|socket| {
-        socket.connect(ANYWHERE)?;
-        socket.local_addr()
-    });
-    socket.map_or(IpAddr::from([127, 0, 0, 1]), |address| address.ip())
 }
 
 impl PhoneLink {

@@ -13,9 +13,8 @@ use tokio_rustls::rustls::pki_types::pem::PemObject;
 use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer};
 
 use crate::access::{PageAccess, PageRole, Tokens};
-use crate::certificate;
+use crate::certificate::{self, outward};
 use crate::config::ViewerConfig;
-use crate::phone_links::outward;
 
 /// Protection of the network and the page.
 pub struct Protection {
