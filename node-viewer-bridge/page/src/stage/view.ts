@@ -166,6 +166,8 @@ export class View {
   private look({ target, offset }: Aim): void {
     this.controls.target.copy(target);
     this.camera.position.copy(target).add(offset);
+    // Not only with the next frame, since the next key may come before.
+    this.camera.lookAt(target);
     this.changed();
   }
 
