@@ -14,7 +14,6 @@ pub fn fmt() -> Result<(), String> {
 }
 
 pub fn lint() -> Result<(), String> {
-    crate::suites::patches_apply()?;
     run(
         "cargo",
         &[

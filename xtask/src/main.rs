@@ -128,14 +128,18 @@ const CHORES: &[Chore] = &[
         minutes: 10,
         ..Chore::new(
             "fuzz",
-            "every decoder of foreign bytes, the detector and the estimator under libFuzzer, 10 s each: SEXTANT_FUZZ_SECONDS for more",
+            "every decoder of foreign bytes, the detector and the estimator under libFuzzer, 5 s each: SEXTANT_FUZZ_SECONDS for more",
             fuzz::fuzz,
         )
     },
     Chore::new("fmt", "formatting is rustfmt's", chores::fmt),
     Chore {
         minutes: 5,
-        ..Chore::new("lint", "clippy, warnings are errors", chores::lint)
+        ..Chore::new(
+            "lint",
+            "clippy, warnings are errors; planted faults fit the code",
+            || suites::patches_apply().and_then(|()| chores::lint()),
+        )
     },
     Chore {
         minutes: 3,
