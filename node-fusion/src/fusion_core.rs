@@ -39,9 +39,9 @@ const OLD_MODELS_SHOWN: usize = 4;
 pub enum Action {
     /// Publish it.
     Publish(Publication),
-    /// Write changes to the files, and hand the outcome to [`FusionCore::kept`].
+    /// Write changes to the files; the outcome is given by [`Environment::kept`](crate::Environment::kept).
     Keep(KeepJob),
-    /// Ask a fusion node for its models, and hand the answers to [`FusionCore::follow`].
+    /// Ask a fusion node for its models; they are given by [`Environment::answers`](crate::Environment::answers).
     Ask(NodeId),
 }
 
@@ -189,7 +189,7 @@ impl FusionCore {
         publication.or_else(|| self.actions.pop_front())
     }
 
-    /// When [`Self::tick`] is due at the latest but for changes of the models, which are looked after every tenth of a second; ns by the monotonic clock.
+    /// When the next [`Self::turn`] is due at the latest but for changes of the models, which are looked after every tenth of a second; ns by the monotonic clock.
     #[must_use]
     pub fn poll_timeout(&self, now: Moment) -> u64 {
         let of_machine = self.machine.poll_timeout().unwrap_or(u64::MAX);
