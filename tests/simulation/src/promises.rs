@@ -241,8 +241,9 @@ impl Promises {
                 record,
                 models: on_disk,
             } = context.disk;
-            let of_disk = record.as_ref().and_then(|record| record.version.clone());
-            if of_disk < state.models.version || on_disk != models {
+            // The version may be a newer one of the same models by now, which another node has given them.
+            let recorded = record.as_ref().map(|record| record.fingerprint);
+            if recorded != Some(state.models.fingerprint) || on_disk != models {
                 let how = format!("fusion {index} answers that {} is kept", answer.key);
                 self.record_violation(at_ns, "what was answered to be kept is on the disk", how);
             }
