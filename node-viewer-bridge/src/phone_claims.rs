@@ -1,4 +1,4 @@
-//! Whose the links of phones are: each is for one device, the first that became a camera by it.
+//! The device that each phone's link belongs to: the first that became a camera by it.
 //!
 //! Kept as `phone-claims.toml` in the bridge's folder, without secrets: digests of the link's token and of the device's key. A phone whose key of the
 //! site is renewed has another token, and its new link is free.

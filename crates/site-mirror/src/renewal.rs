@@ -93,7 +93,7 @@ mod tests {
     #[test]
     fn each_cause_is_followed_by_two_questions() {
         let mut renewal = Renewal::default();
-        assert!(!asks(&mut renewal, 0), "without a link nobody answers");
+        assert!(!asks(&mut renewal, 0), "no question without a link");
         renewal.link(true);
         assert!(asks(&mut renewal, 1) && !asks(&mut renewal, 2));
         renewal.link(true);

@@ -9,6 +9,7 @@ import { mkdir } from "node:fs/promises";
 import { join } from "node:path";
 import { parseArgs } from "node:util";
 import { barriers } from "./axe.mjs";
+import { check, end, fail } from "./checks.mjs";
 import { launch } from "./chromium.mjs";
 
 const { values: options, positionals } = parseArgs({
@@ -27,24 +28,9 @@ if (!url || !video || !(timeout > 0)) {
   process.exit(2);
 }
 
-let failed = false;
-
-async function check(name, action) {
-  try {
-    await action();
-    console.error(`ok   ${name}`);
-  } catch (error) {
-    failed = true;
-    console.error(`FAIL ${name}: ${error.message.split("\n")[0]}`);
-  }
-}
-
 const browser = await launch(["--use-fake-ui-for-media-stream", "--use-fake-device-for-media-stream", `--use-file-for-fake-video-capture=${video}`]);
 const page = await browser.newPage({ viewport: { width: 412, height: 915 } });
-page.on("pageerror", (error) => {
-  failed = true;
-  console.error(`FAIL ${error.message}`);
-});
+page.on("pageerror", (error) => fail(error.message));
 const seen = (selector) => page.waitForSelector(selector, { timeout });
 const wait = (condition) => page.waitForFunction(condition, undefined, { timeout, polling: 100 });
 const shoot = async (name) => options.screenshots && page.screenshot({ path: join(options.screenshots, `camera-${name}.png`) });
@@ -89,4 +75,4 @@ await check("it stops when asked", async () => {
   await seen("[data-stage=asking]");
 });
 await browser.close();
-process.exit(failed ? 1 : 0);
+end();

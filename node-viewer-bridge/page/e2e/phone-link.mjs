@@ -7,6 +7,7 @@
 // /usr/bin/chromium). Writes a line per check on stderr; exit code 1 when one failed, 2 for wrong usage.
 
 import { parseArgs } from "node:util";
+import { check, end } from "./checks.mjs";
 import { launch } from "./chromium.mjs";
 
 const { values: options, positionals } = parseArgs({ allowPositionals: true, options: { timeout: { type: "string", default: "30" } } });
@@ -15,18 +16,6 @@ const timeout = Number(options.timeout) * 1000;
 if (!link || !video || !operator || !(timeout > 0)) {
   console.error("usage: node e2e/phone-link.mjs LINK VIDEO OPERATOR [--timeout SECONDS]");
   process.exit(2);
-}
-
-let failed = false;
-
-async function check(name, action) {
-  try {
-    await action();
-    console.error(`ok   ${name}`);
-  } catch (error) {
-    failed = true;
-    console.error(`FAIL ${name}: ${error.message.split("\n")[0]}`);
-  }
 }
 
 const browser = await launch(["--use-fake-ui-for-media-stream", "--use-fake-device-for-media-stream", `--use-file-for-fake-video-capture=${video}`]);
@@ -70,4 +59,4 @@ await check("an operator frees the link for the second", async () => {
   await shows(second, "joined");
 });
 await browser.close();
-process.exit(failed ? 1 : 0);
+end();

@@ -5,22 +5,11 @@
 //
 // CHROMIUM names the browser. Writes a line per check on stderr; exit code 1 when one failed.
 
+import { check, end } from "./checks.mjs";
 import { launch } from "./chromium.mjs";
 
 const [url] = process.argv.slice(2);
 const timeout = 60_000;
-let failed = false;
-
-async function check(name, action) {
-  try {
-    await action();
-    console.error(`ok   ${name}`);
-  } catch (error) {
-    failed = true;
-    console.error(`FAIL ${name}: ${error.message.split("\n")[0]}`);
-  }
-}
-
 const browser = await launch();
 try {
   const page = await browser.newPage();
@@ -58,4 +47,4 @@ try {
 } finally {
   await browser.close();
 }
-process.exit(failed ? 1 : 0);
+end();

@@ -64,7 +64,7 @@ pub struct ArmResidual {
     pub chi_square: f64,
 }
 
-/// A pose with a larger error counts less; one of 20 sigma hardly.
+/// A pose with a larger error has less weight; one of 20 sigma almost none.
 pub(super) const KERNEL: Kernel = Kernel::Cauchy { width: 5.0 };
 
 /// A residual with its derivatives.

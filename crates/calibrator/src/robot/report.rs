@@ -30,7 +30,7 @@ pub struct RobotReport {
     pub images: usize,
     /// Poses of the robot that were used.
     pub poses: usize,
-    /// Image numbers (from 0) of poses that contradict the others and hardly count.
+    /// Image numbers (from 0) of poses that contradict the others and have almost no weight.
     pub outliers: Vec<usize>,
     /// Maps points of the world into the robot's base.
     pub base_from_world: PoseParts,
@@ -53,7 +53,7 @@ pub struct RobotReport {
     pub held_out: Option<HeldOut>,
     /// The robot's clock minus that of the images, ms; `None` for poses by image or of exactly the images' times.
     pub clock_offset_ms: Option<f64>,
-    /// Its standard deviation, ms; `None` where hardly a pose moves.
+    /// Its standard deviation, ms; `None` where too few poses move.
     pub clock_sigma_ms: Option<f64>,
     /// Corners of all tags, px.
     pub rms_px: f64,
