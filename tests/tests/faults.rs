@@ -13,9 +13,9 @@ use sextant_site_files::write_object;
 use sextant_site_model::{ObjectModel, ObjectTag, Rig};
 use sextant_test_needs as needs;
 use std::net::TcpListener;
-use std::process::{Child, Command};
+use std::process::Child;
 use std::time::Duration;
-use system_tests::{FusedSite, Scene, changed, send, sextant, workspace_root};
+use system_tests::{FusedSite, Scene, changed, run_page_checks, send, sextant};
 
 const CAMERAS: usize = 4;
 
@@ -117,15 +117,8 @@ impl Viewer {
 
     /// Fails unless the page tells all of these, and shows no object of this name.
     fn assert_told(&self, words: &[&str], gone: &str) {
-        let mut command = Command::new("node");
-        command
-            .args(["e2e/faults.mjs", &self.1, "--gone", gone])
-            .args(words);
-        command.current_dir(workspace_root().join("node-viewer-bridge/page"));
-        assert!(
-            command.status().expect("Node is installed").success(),
-            "see the FAIL lines above"
-        );
+        let arguments = [&[self.1.as_str(), "--gone", gone], words].concat();
+        run_page_checks("faults.mjs", &arguments);
     }
 }
 

@@ -6,11 +6,11 @@ use sextant_test_needs as needs;
 use std::fs;
 use std::net::TcpListener;
 use std::path::Path;
-use std::process::{Child, Command};
+use std::process::Child;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
-use system_tests::{Demo, send, sextant, workspace_root};
+use system_tests::{Demo, run_page_checks, send, sextant};
 
 /// A viewer bridge that starts anew whenever it ends, as systemd would have it.
 struct SupervisedBridge {
@@ -81,30 +81,16 @@ fn objects_move_outlines_are_drawn_and_the_page_reconnects() {
     if needs::PAGE.is_skipped() {
         return;
     }
-    let page = workspace_root().join("node-viewer-bridge/page");
-    assert!(
-        page.join("node_modules/playwright-core").is_dir(),
-        "run `cargo xtask page` first: it installs what drives the browser"
-    );
     let demo = Demo::start(&["--cameras", "2", "--objects", "2"]);
     let folder = tempfile::tempdir().expect("a temporary folder");
     let url = write_config(folder.path(), &demo.connect);
     let bridge = SupervisedBridge::start(folder.path());
     let restart = format!("kill -TERM $(cat '{}')", bridge.process_id_file.display());
-    let status = Command::new("node")
-        .args([
-            "e2e/viewer.mjs",
-            &url,
-            "--timeout",
-            "60",
-            "--restart",
-            &restart,
-        ])
-        .current_dir(page)
-        .status()
-        .expect("Node is installed");
+    run_page_checks(
+        "viewer.mjs",
+        &[&url, "--timeout", "60", "--restart", &restart],
+    );
     drop(bridge);
     demo.signal(libc::SIGINT);
     assert!(demo.wait().status.success());
-    assert!(status.success(), "see the FAIL lines above");
 }

@@ -13,9 +13,9 @@ use std::fs;
 use std::io::Write;
 use std::net::TcpStream;
 use std::path::Path;
-use std::process::{Child, Command};
+use std::process::Child;
 use std::time::{Duration, Instant};
-use system_tests::{FusedSite, LockedSite, free_port, send, sextant, workspace_root};
+use system_tests::{FusedSite, LockedSite, free_port, run_page_checks, send, sextant};
 
 const NAME: &str = "pocket";
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -103,13 +103,21 @@ fn a_browser_is_a_camera_of_the_site() {
     let mut bridge = sextant();
     let bridge = bridge.args(["viewer", "--config"]).arg(&config).spawn();
     let bridge = Bridge(bridge.expect("sextant starts"));
-    let browser = Command::new("node")
-        .arg("e2e/camera.mjs")
-        .arg(format!("http://{address}/"))
-        .arg(&video)
-        .args(["--name", NAME, "--timeout", "60", "--seconds", "3"])
-        .current_dir(workspace_root().join("node-viewer-bridge/page"))
-        .status();
+    let page = format!("http://{address}/");
+    let film = video.to_string_lossy();
+    run_page_checks(
+        "camera.mjs",
+        &[
+            &page,
+            &film,
+            "--name",
+            NAME,
+            "--timeout",
+            "60",
+            "--seconds",
+            "3",
+        ],
+    );
 
     let seen: Observations = first(&observations, |seen: &Observations| !seen.tags.is_empty());
     assert_eq!(seen.resolution, [640, 480]);
@@ -136,10 +144,6 @@ fn a_browser_is_a_camera_of_the_site() {
     // No page of the site was open, so no picture left the browser, though its user allowed it.
     assert!(previews.try_recv().is_none());
     drop(bridge);
-    assert!(
-        browser.expect("Node is installed").success(),
-        "see the FAIL lines above"
-    );
 }
 
 #[test]
@@ -192,16 +196,8 @@ fn a_link_of_a_protected_site_is_for_one_device() {
             limits::MAX_PAYLOAD_BYTES,
         )
         .expect("a subscription");
-    let browsers = Command::new("node")
-        .args(["e2e/phone-link.mjs", url])
-        .arg(&video)
-        .args([operator, "--timeout", "60"])
-        .current_dir(workspace_root().join("node-viewer-bridge/page"))
-        .status();
-    assert!(
-        browsers.expect("Node is installed").success(),
-        "see the FAIL lines above"
-    );
+    let film = video.to_string_lossy();
+    run_page_checks("phone-link.mjs", &[url, &film, operator, "--timeout", "60"]);
     let _: Observations = first(&observations, |_| true);
     assert_eq!(shown()["used"], true);
 }

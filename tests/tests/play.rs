@@ -7,8 +7,8 @@ use sextant_recordings::mcap::site_recording::SiteRecording;
 use sextant_test_needs as needs;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
-use system_tests::{Demo, free_port, send, sextant, workspace_root};
+use std::process::{Child, Stdio};
+use system_tests::{Demo, free_port, run_page_checks, send, sextant};
 
 /// A program that is ended in any case.
 struct Ended(Child);
@@ -78,15 +78,8 @@ fn the_last_seconds_of_a_site_are_saved_and_played_on_the_page() {
         (&playing["event"], &playing["site"]),
         (&"playing".into(), &"demo".into())
     );
-    let status = Command::new("node")
-        .args([
-            "e2e/play.mjs",
-            playing["page"].as_str().expect("an address"),
-        ])
-        .current_dir(workspace_root().join("node-viewer-bridge/page"))
-        .status()
-        .expect("Node is installed");
-    assert!(status.success(), "see the FAIL lines above");
+    let page = playing["page"].as_str().expect("an address");
+    run_page_checks("play.mjs", &[page]);
     let played = next(&mut lines);
     assert_eq!(
         (&played["event"], &played["skipped"]),

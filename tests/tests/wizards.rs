@@ -12,12 +12,12 @@ use sextant_zenoh_bus::{Bus, BusOptions, Qos, RawPublisher};
 use std::fs;
 use std::net::TcpListener;
 use std::path::Path;
-use std::process::{Child, Command};
+use std::process::Child;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 use system_tests::{
-    BOARD, FIRST_OF_CUBE, FusedSite, Workshop, changed, send, sextant, workspace_root,
+    BOARD, FIRST_OF_CUBE, FusedSite, Workshop, changed, run_page_checks, send, sextant,
 };
 
 /// Simulated time goes so much faster: a step of the scene, and what it takes here.
@@ -181,11 +181,6 @@ fn a_lens_a_rig_and_an_object_are_calibrated_from_the_page() {
     if needs::WIZARDS.is_skipped() {
         return;
     }
-    let page = workspace_root().join("node-viewer-bridge/page");
-    assert!(
-        page.join("node_modules/playwright-core").is_dir(),
-        "run `cargo xtask page` first: it installs what drives the browser"
-    );
     let truth = Workshop::default();
     let (rig, cube) = before(&truth);
     let site = FusedSite::start(&rig, &[cube], "keep_changes = true");
@@ -201,31 +196,25 @@ fn a_lens_a_rig_and_an_object_are_calibrated_from_the_page() {
         BOARD.first
     );
     let tags = format!("{FIRST_OF_CUBE}-{}", FIRST_OF_CUBE + 5);
-    let mut browser = Command::new("node");
-    browser.args([
-        "e2e/wizards.mjs",
-        &viewer.url,
-        "--lens",
-        "middle",
-        "--board",
-        &board,
-    ]);
-    browser.args([
-        "--carried",
-        "cube",
-        "--learn",
-        "cube",
-        "--tags",
-        &tags,
-        "--size",
-        "48",
-    ]);
-    let status = browser
-        .current_dir(page)
-        .status()
-        .expect("Node is installed");
+    run_page_checks(
+        "wizards.mjs",
+        &[
+            &viewer.url,
+            "--lens",
+            "middle",
+            "--board",
+            &board,
+            "--carried",
+            "cube",
+            "--learn",
+            "cube",
+            "--tags",
+            &tags,
+            "--size",
+            "48",
+        ],
+    );
     drop((cameras, viewer));
-    assert!(status.success(), "see the FAIL lines above");
     // Kept by the bridge, in force on the fusion node, and kept by that too.
     for rig_file in [folder.path().join("rig.toml"), site.path("rig.toml")] {
         check_rig(&rig_file, &truth.rig());

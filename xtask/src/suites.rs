@@ -131,8 +131,8 @@ pub fn patches_apply() -> Result<(), String> {
 fn simulated(copy: &Path) -> Result<String, String> {
     let cargo = |arguments: &[&str]| {
         let mut cargo = command("cargo");
-        // What the copy shares with this workspace is not compiled again.
-        cargo.env("CARGO_TARGET_DIR", root().join("target"));
+        // In a folder of its own: Cargo would take what it has built of the copy for this workspace's.
+        cargo.env("CARGO_TARGET_DIR", copy.join("target"));
         cargo.current_dir(copy).args(arguments);
         cargo.args(["--release", "--quiet", "--bin", "simulate"]);
         cargo

@@ -28,8 +28,16 @@ const IMAGE_NS: u64 = 300_000;
 /// What an adjustment takes in its thread.
 const ADJUSTMENT_NS: u64 = 200 * MS;
 
-/// Sees everything that a node publishes, at that moment.
-pub type Observer<'a> = dyn FnMut(&Put, &FusionCore, &Disk) + 'a;
+/// What a node does, as it does it.
+pub enum Step<'a> {
+    /// It reads a heartbeat of another node.
+    Reads(&'a Item),
+    /// It publishes a message.
+    Publishes(&'a Put, &'a FusionCore, &'a Disk),
+}
+
+/// Sees every step of a node.
+pub type Observer<'a> = dyn FnMut(Step<'_>) + 'a;
 
 /// What a process does to others.
 #[derive(Debug)]
@@ -273,7 +281,9 @@ impl Environment for Turn<'_> {
     }
 
     fn next_heartbeat(&mut self) -> Option<Item> {
-        self.host.heartbeats.pop_front()
+        let heartbeat = self.host.heartbeats.pop_front()?;
+        (self.observer)(Step::Reads(&heartbeat));
+        Some(heartbeat)
     }
 
     fn next_observation(&mut self) -> Option<Item> {
@@ -318,7 +328,7 @@ impl Environment for Turn<'_> {
     fn act(&mut self, action: Action, core: &FusionCore) -> Result<(), Infallible> {
         match action {
             Action::Publish(Publication::Message(put)) => {
-                (self.observer)(&put, core, self.disk);
+                (self.observer)(Step::Publishes(&put, core, self.disk));
                 if put.is_kept {
                     self.host.kept.insert(put.key.clone(), item_of(&put));
                 }

@@ -8,8 +8,9 @@ use crate::scene::Scene;
 use node_camera::SiteModels;
 use node_fusion::{CoreState, FusionCore, Models, Put};
 use sextant_proto::{
-    CameraSettings, ConfigAnswer, FusionStatus, KeyRef, Keys, ModelsState, ModelsVersion, Notice,
-    ObjectConfig, ObjectPose, Outcome, RigConfig, decode, fingerprint,
+    CameraSettings, ConfigAnswer, FusionStatus, Heartbeat, KeyRef, Keys, ModelsState,
+    ModelsVersion, NodeId, Notice, ObjectConfig, ObjectPose, Outcome, RigConfig, decode,
+    fingerprint,
 };
 use sextant_site_mirror::SiteMirror;
 use sextant_site_model::{ObjectId, ObjectModel};
@@ -67,6 +68,8 @@ struct NodeRecord {
     models: ModelsState,
     /// Since when it has these.
     models_since_ns: u64,
+    /// The models of others, by their last heartbeats that it has read.
+    told: BTreeMap<NodeId, ModelsState>,
 }
 
 /// A message of a fusion node, and the site at that moment.
@@ -179,6 +182,13 @@ impl Promises {
     /// A fusion node's process has ended.
     pub fn ended(&mut self, index: usize) {
         self.nodes[index] = NodeRecord::default();
+    }
+
+    /// A fusion node reads another one's heartbeat.
+    pub fn told(&mut self, index: usize, heartbeat: &Item) {
+        if let Ok(beat) = heartbeat.decode::<Heartbeat>() {
+            self.nodes[index].told.insert(beat.node, beat.models);
+        }
     }
 
     /// A camera sees an object.
@@ -314,11 +324,18 @@ impl Promises {
     }
 
     fn no_older_models(&mut self, index: usize, own: &ModelsState, network: &Network, at_ns: u64) {
+        let is_newer = |theirs: &ModelsState| {
+            theirs.version > own.version && theirs.fingerprint != own.fingerprint
+        };
+        let mut told = self.nodes[index].told.iter();
+        if let Some((node, _)) = told.find(|(_, theirs)| is_newer(theirs)) {
+            let how = format!("fusion {index} publishes, and knows that {node} has newer ones");
+            self.record_violation(at_ns, "no node publishes with old models", how);
+        }
         for other in (0..self.nodes.len()).filter(|other| *other != index) {
             let newer = &self.nodes[other];
             let is_newer = newer.started_ns.is_some()
-                && newer.models.version > own.version
-                && newer.models.fingerprint != own.fingerprint
+                && is_newer(&newer.models)
                 && at_ns - newer.models_since_ns > FOLLOWED_NS;
             if is_newer && self.are_sound(network, index, other, FOLLOWED_NS, at_ns) {
                 let how = format!("fusion {index} publishes, fusion {other} has newer ones");

@@ -3,7 +3,7 @@
 use crate::coverage::Coverage;
 use crate::disk::Disk;
 use crate::followers::{ANSWER_NS, Follower, UPDATE_NS};
-use crate::fusion::{Conditions, Effect, Process, item_of};
+use crate::fusion::{Conditions, Effect, Process, Step, item_of};
 use crate::host::wall_ns;
 use crate::network::{LEASE_NS, Network};
 use crate::plan::{FaultKind, MS, Place, Plan};
@@ -11,7 +11,7 @@ use crate::promises::{Promises, PublicationContext, Violation};
 use crate::recorder::Recorder;
 use crate::scene::Scene;
 use crate::trace::described;
-use node_fusion::{FusionConfig, FusionCore, Put, Refinement, ShardingConfig};
+use node_fusion::{FusionConfig, Put, Refinement, ShardingConfig};
 use sextant_proto::{
     ClockQuality, ClockSource, KeyRef, Keys, NodeId, NodeKind, Observations, SiteId, Timing, encode,
 };
@@ -403,8 +403,9 @@ impl World<'_> {
             return;
         };
         let (promises, scene, network) = (&mut self.promises, &self.scene, &self.network);
-        let mut observer = |put: &Put, core: &FusionCore, disk: &Disk| {
-            promises.handle_publication(&PublicationContext {
+        let mut observer = |step: Step<'_>| match step {
+            Step::Reads(heartbeat) => promises.told(index, heartbeat),
+            Step::Publishes(put, core, disk) => promises.handle_publication(&PublicationContext {
                 index,
                 put,
                 core,
@@ -412,7 +413,7 @@ impl World<'_> {
                 scene,
                 network,
                 at_ns,
-            });
+            }),
         };
         let (effects, next_ns) = process.turn(at, &mut host.disk, &mut observer);
         self.schedule_turn(index, next_ns);

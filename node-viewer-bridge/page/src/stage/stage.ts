@@ -26,7 +26,7 @@ export class Stage {
   private readonly view: View;
   private readonly ruler: Ruler;
   private readonly zoneWires: ZoneWires;
-  private readonly followed = new Sphere();
+  private readonly bounds = new Sphere();
   private readonly projected = new Vector3();
   private readonly frusta = new Map<string, Frustum>();
   private readonly actors = new Map<string, Actor>();
@@ -163,9 +163,10 @@ export class Stage {
     // As the next frame will have it.
     this.track();
     this.view.camera.updateMatrixWorld();
-    const point = this.projected.copy(actor.group.position).project(this.view.camera);
+    const { center, radius } = actor.bounds(this.bounds);
+    const reach = (radius * this.view.pixelsAtOne(this.size[1])) / center.distanceTo(this.view.camera.position);
+    const point = this.projected.copy(center).project(this.view.camera);
     const { left, top } = this.renderer.domElement.getBoundingClientRect();
-    const reach = (actor.bounds(this.followed).radius * this.view.pixelsAtOne(this.size[1])) / actor.group.position.distanceTo(this.view.camera.position);
     return [left + ((point.x + 1) / 2) * this.size[0], top + ((1 - point.y) / 2) * this.size[1], reach];
   }
 
@@ -203,7 +204,7 @@ export class Stage {
     const { object, pair } = this.selection;
     const followed = object === null ? undefined : this.actors.get(object);
     if (object === null) this.view.leave();
-    else if (followed?.visible) this.view.follow(object, followed.bounds(this.followed));
+    else if (followed?.visible) this.view.follow(object, followed.bounds(this.bounds));
     const from = pair ? this.actors.get(pair[0]) : undefined;
     const to = pair ? this.actors.get(pair[1]) : undefined;
     if (from?.visible && to?.visible) this.ruler.show(from.group.position, to.group.position);
