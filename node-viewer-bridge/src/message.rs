@@ -56,6 +56,8 @@ pub(crate) enum Message<'a> {
         camera: &'a CameraId,
         sequence: u64,
         t_ns: u64,
+        received_ms: Option<f32>,
+        detected_ms: Option<f32>,
         latency_ms: f32,
         resolution: [u16; 2],
         tags: Vec<TagOutline>,

@@ -51,11 +51,18 @@ pub(crate) fn truth(truth: &ObjectTruth) -> Message<'_> {
 }
 
 pub(crate) fn observations(observations: &Observations) -> Message<'_> {
+    let Observations {
+        capture_ns, timing, ..
+    } = observations;
+    // A stage without a time is unknown.
+    let until = |stage_ns: u64| (stage_ns > 0).then(|| latency_ms(*capture_ns, stage_ns));
     Message::Observations {
         camera: &observations.camera,
         sequence: observations.sequence,
-        t_ns: observations.capture_ns,
-        latency_ms: latency_ms(observations.capture_ns, observations.timing.published_ns),
+        t_ns: *capture_ns,
+        received_ms: until(timing.received_ns),
+        detected_ms: until(timing.detected_ns),
+        latency_ms: latency_ms(*capture_ns, timing.published_ns),
         resolution: observations.resolution,
         tags: observations.tags.iter().map(outline).collect(),
     }

@@ -16,7 +16,6 @@ pub(crate) mod window;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use crate::FusionOptions;
 use crate::diagnosis::fault_model::FaultHypothesis;
 use crate::diagnosis::isolation::Isolation;
 use crate::diagnosis::misplaced_tags::{MisplacedTags, SeenOn};
@@ -27,6 +26,7 @@ use crate::self_calibration::keyframe_builder::{KeyframeBuilder, TOGETHER_NS};
 use crate::site::{ObjectImage, Site};
 use crate::time::nanoseconds;
 use crate::tracker::finalised_views::{FinalisedInstant, FinalisedView};
+use crate::{DiagnosisOptions, FusionOptions};
 use sextant_site_model::TagId;
 
 /// Views of a camera, fading, from which on the share of the rejected ones means something.
@@ -78,7 +78,7 @@ pub(crate) struct Diagnosis {
     /// The newest finalised image of each object by each camera.
     images: BTreeMap<(usize, usize), Arc<ObjectImage>>,
     window: Window,
-    /// When an instant of an object was last put into the window, ns.
+    /// When an instant of each object of the window was last put into it, ns.
     sampled_ns: BTreeMap<usize, u64>,
     isolation: Isolation,
     /// When faults were last isolated, ns.
@@ -113,30 +113,35 @@ impl Diagnosis {
         for (camera, image) in &instant.images {
             self.images.insert((object, *camera), image.clone());
         }
-        if views.is_empty() || !self.is_due(object, time_ns, models.options) {
+        let options = &models.options.diagnosis;
+        let interval_s = self.interval_s(options);
+        // All objects together fill the window within its time, and no faster.
+        let n_objects = self.sampled_ns.len() as f64;
+        let share_s = n_objects * options.window_s / window::MOST as f64;
+        let due_ns = (self.sampled_ns.get(&object).copied().unwrap_or(0))
+            .saturating_add(nanoseconds(interval_s.max(share_s)));
+        if views.is_empty() || time_ns < due_ns {
             return Vec::new();
         }
+        let oldest_ns = time_ns.saturating_sub(2 * nanoseconds(options.window_s));
+        self.sampled_ns.retain(|_, at_ns| *at_ns >= oldest_ns);
         self.sampled_ns.insert(object, time_ns);
         self.sample(object, instant, &views, models);
-        // However many objects there are.
-        let interval_ns = nanoseconds(models.options.diagnosis.alert_interval_s);
-        if time_ns.abs_diff(self.isolated_ns) < interval_ns {
+        if time_ns.abs_diff(self.isolated_ns) < nanoseconds(interval_s) {
             return Vec::new();
         }
         self.isolated_ns = time_ns;
         self.isolate(time_ns, models)
     }
 
-    fn is_due(&self, object: usize, time_ns: u64, options: &FusionOptions) -> bool {
-        let is_suspecting = self.is_suspecting(options.diagnosis.suspected_odds)
+    /// Seconds between two tests, and between tested images of an object.
+    fn interval_s(&self, options: &DiagnosisOptions) -> f64 {
+        let is_suspecting = self.is_suspecting(options.suspected_odds)
             || self.contradicting_cameras().next().is_some();
-        let interval_s = if is_suspecting {
-            options.diagnosis.alert_interval_s
-        } else {
-            options.diagnosis.quiet_interval_s
-        };
-        let last_ns = self.sampled_ns.get(&object).copied().unwrap_or(0);
-        time_ns >= last_ns.saturating_add(nanoseconds(interval_s))
+        match is_suspecting {
+            true => options.alert_interval_s,
+            false => options.quiet_interval_s,
+        }
     }
 
     /// Puts an instant into the window, with the images of other cameras just before it.

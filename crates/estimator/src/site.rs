@@ -98,6 +98,8 @@ pub(crate) struct Site {
     scales: Vec<f64>,
     /// Sigmas of each object's frame as its file states them.
     frame_sigmas: Vec<PoseSigma>,
+    /// Whether all models are given as exact.
+    is_exact: bool,
     /// Variance of the common scale of the rig as its file states it.
     rig_scale_variance: f64,
     /// Size of the tags of an object over that in its file, where all have been printed at another scale; by object index.
@@ -214,6 +216,7 @@ impl Site {
         }
         let first = rig.cameras().first();
         self.reference = first.map_or(0, |camera| self.camera_index[&camera.id]);
+        self.is_exact = self.states_exact_models();
     }
 
     /// Takes all objects over, or none of them.
@@ -274,11 +277,16 @@ impl Site {
         self.frame_sigmas = objects.iter().map(frame_sigma).collect();
         self.print_scales.clear();
         self.frames.clear();
+        self.is_exact = self.states_exact_models();
         Ok(())
     }
 
     /// Whether all models are given as exact.
     pub fn is_exact(&self) -> bool {
+        self.is_exact
+    }
+
+    fn states_exact_models(&self) -> bool {
         let files = self
             .cameras
             .iter()
@@ -363,6 +371,7 @@ impl Site {
         }
         let variance = &mut self.scales[object];
         *variance = variance.max(PRINT_SCALE_SIGMA.powi(2));
+        self.is_exact = self.states_exact_models();
     }
 
     /// Standard deviation of the lens in force of a camera, by its index.

@@ -93,7 +93,7 @@ function sendImage(camera, t, t_ns, withPicture) {
   const tags = seen.map(({ model, corners }) => ({ family: model.family, id: model.id, hamming: 0, margin: 80, corners }));
   if (withPicture) send(preview(camera.id, t_ns, picture(camera, seen, t)));
   if (withPicture) send(detectionReport(camera, t_ns, seen.length));
-  send({ type: "observations", camera: camera.id, sequence, t_ns, latency_ms: 9 + Math.random() * 3, resolution: camera.resolution, tags });
+  send({ type: "observations", camera: camera.id, sequence, t_ns, received_ms: 3 + Math.random(), detected_ms: 6 + Math.random(), latency_ms: 9 + Math.random(), resolution: camera.resolution, tags });
 }
 
 /** As many candidates as the mock can think of; the outlines wander, as they do in pictures. */

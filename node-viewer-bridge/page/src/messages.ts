@@ -142,6 +142,11 @@ export const isObservations = record({
   camera: isText,
   sequence: isNumber,
   t_ns: isNumber,
+  /** from capture until the detector had the image */
+  received_ms: orNull(isNumber),
+  /** until its tags were found */
+  detected_ms: orNull(isNumber),
+  /** until they were published */
   latency_ms: isNumber,
   resolution: arrayOf(isNumber, 2),
   tags: listOf(isTagOutline),

@@ -33,6 +33,8 @@ export class CameraState {
   readonly outlines = new OutlineHistory();
   readonly reports = new ReportHistory();
   readonly rate = new RateMeter();
+  readonly received = new Recent();
+  readonly detected = new Recent();
   readonly latency = new Recent();
 
   constructor(readonly id: string) {}
@@ -228,6 +230,8 @@ export class Site {
     const { id } = camera;
     this.figures.write(`rate_hz/${id}`, camera.rateHz(now));
     this.figures.write(`image_ms/${id}`, camera.latency.median());
+    for (const step of ["received", "detected"] as const) this.figures.write(`path_ms/${id}/${step}`, camera[step].median());
+    this.figures.write(`path_ms/${id}/published`, camera.latency.median());
     this.figures.write(`residual_px/${id}`, this.residual(camera));
     if (camera.clock) this.figures.write(`clock_ms/${id}`, camera.clock.offset_s * 1e3);
     const report = camera.reports.newest;
@@ -376,6 +380,8 @@ export class Site {
     camera.resolution = observations.resolution;
     camera.outlines.add(observations);
     camera.rate.add(now, observations.sequence);
+    if (observations.received_ms !== null) camera.received.add(observations.received_ms);
+    if (observations.detected_ms !== null) camera.detected.add(observations.detected_ms);
     camera.latency.add(observations.latency_ms);
   }
 }

@@ -58,7 +58,7 @@ test("the residual is the distance of seen from projected corners", () => {
   const pose = blankPose("cube");
   const corners = (projectedTag(camera, pose, tag) ?? []).map(([u, v]) => [u + 0.3, v - 0.4]) as [Point, Point, Point, Point];
   const image: Observations = {
-    camera: "top", sequence: 1, t_ns: 1, latency_ms: 1, resolution: [640, 480],
+    camera: "top", sequence: 1, t_ns: 1, received_ms: null, detected_ms: null, latency_ms: 1, resolution: [640, 480],
     tags: [3, 9].map((id) => ({ family: "tag36h11", id, hamming: 0, margin: 60, corners })),
   };
   const owner = (_: string, id: number) => (id === 3 ? { tags: [tag], pose } : null);

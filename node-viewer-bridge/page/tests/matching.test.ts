@@ -10,7 +10,7 @@ function tag(id: number, x: number): TagOutline {
 }
 
 function observed(t_ns: number, ...tags: TagOutline[]): Observations {
-  return { camera: "north", sequence: 0, t_ns, latency_ms: 0, resolution: [640, 480], tags };
+  return { camera: "north", sequence: 0, t_ns, received_ms: null, detected_ms: null, latency_ms: 0, resolution: [640, 480], tags };
 }
 
 test("outlines of the same capture time are taken as they are", () => {

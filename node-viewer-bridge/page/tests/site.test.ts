@@ -47,7 +47,7 @@ test("an object that changes gives up the tags that it has no more", () => {
 test("a camera that leaves the rig leaves the page unless it still sends", () => {
   const rig = (...ids: string[]): Message => ({ type: "rig", cameras: ids.map(camera) });
   const site = siteOf(rig("north", "south", "east"));
-  const seen: Message = { type: "observations", camera: "east", sequence: 1, t_ns: 1, latency_ms: 1, resolution: [640, 480], tags: [] };
+  const seen: Message = { type: "observations", camera: "east", sequence: 1, t_ns: 1, received_ms: null, detected_ms: null, latency_ms: 1, resolution: [640, 480], tags: [] };
   site.take(seen, 9.5);
   site.take(rig("north"), 10);
   assert.deepEqual([...site.cameras.keys()], ["north", "east"]);

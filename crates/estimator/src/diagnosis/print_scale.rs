@@ -28,6 +28,8 @@ const LEFT: f64 = 0.15;
 const PARALLEL: f64 = 0.98;
 /// Gauss-Newton steps, and the largest change of the logarithm by one.
 const STEPS: usize = 8;
+/// Largest step, m and rad, of a solution.
+const CONVERGED: f64 = 1e-6;
 const LEAST_INFORMATION: f64 = 1e-9;
 const LARGEST_STEP: f64 = 0.3;
 
@@ -164,6 +166,9 @@ fn fit(
         let step = -information.cholesky()?.solve(&gradient);
         pose = se3::perturb(&pose, &step.fixed_rows::<6>(0).into_owned());
         log_scale += step[6].clamp(-LARGEST_STEP, LARGEST_STEP);
+        if step.amax() < CONVERGED {
+            break;
+        }
     }
     (cost.is_finite() && log_scale.is_finite()).then_some((log_scale, cost))
 }

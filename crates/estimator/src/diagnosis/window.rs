@@ -11,7 +11,7 @@ use crate::self_calibration::parameters::{ParameterLayout, Source};
 use sextant_site_model::TagId;
 
 /// Most keyframes; the oldest go.
-const MOST: usize = 90;
+pub(crate) const MOST: usize = 90;
 /// Most cameras and tags whose errors are tested at a time: those that contradict most.
 const MOST_SOURCES: usize = 16;
 /// Information that keeps the test of a single source definite.

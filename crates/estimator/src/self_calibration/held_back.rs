@@ -4,11 +4,11 @@
 //! g = ln(rms before / rms after) of a keyframe, corrections are better where the mean of g over the keyframes is at least [`LEAST_GAIN`]
 //! and at least [`SIGNIFICANT`] times its standard error (a paired t test; logarithms, so that no single bad image decides).
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::measurement::corners::CalibratedCamera;
 use crate::self_calibration::adjustment::Adjustment;
-use crate::self_calibration::keyframes::{Keyframe, KeyframeView, Keyframes};
+use crate::self_calibration::keyframes::{Keyframe, Keyframes};
 use crate::site::Site;
 use crate::site::corrections::{CameraCorrection, Corrections};
 
@@ -98,13 +98,13 @@ impl HeldBackKeyframes {
         corrections: &Corrections,
         site: &Site,
     ) -> Option<HeldBack> {
-        let nothing = Corrections::default();
+        let models = [&Corrections::default(), corrections];
+        let models = models.map(|corrections| (corrections, self.cameras(corrections, site)));
         let pairs = self.keyframes.iter().filter_map(|keyframe| {
-            let squares = |corrections| {
-                let (keyframe, cameras) = corrected(keyframe, corrections, site);
-                adjustment.squares_px(keyframe, &cameras)
-            };
-            MotionPair::of(&squares(&nothing), &squares(corrections))
+            let [before, after] = models.each_ref().map(|(corrections, cameras)| {
+                adjustment.squares_px(corrected(keyframe, corrections, site), cameras)
+            });
+            MotionPair::of(&before, &after)
         });
         let pairs: Vec<MotionPair> = pairs.collect();
         is_better(&pairs).then(|| HeldBack {
@@ -112,6 +112,19 @@ impl HeldBackKeyframes {
             before_px: rms_px(&pairs, |pair| pair.before),
             after_px: rms_px(&pairs, |pair| pair.after),
         })
+    }
+
+    /// The cameras of the keyframes with corrections of the files' models, by index.
+    fn cameras(&self, corrections: &Corrections, site: &Site) -> BTreeMap<usize, CalibratedCamera> {
+        let views = self.keyframes.iter().flat_map(|keyframe| &keyframe.views);
+        let seen: BTreeSet<usize> = views.map(|one| one.camera_index).collect();
+        let corrected = |camera: usize| {
+            let correction = corrections.cameras.get(&camera).copied();
+            let correction = correction.unwrap_or(CameraCorrection::NONE);
+            let posed = site.file_camera(camera)?.corrected(&correction);
+            Some((camera, posed))
+        };
+        seen.into_iter().filter_map(corrected).collect()
     }
 }
 
@@ -156,12 +169,8 @@ fn rms_px(pairs: &[MotionPair], square: impl Fn(&MotionPair) -> f64) -> f64 {
     (sum / (CORNERS * n_views.max(1) as f64)).sqrt()
 }
 
-/// A keyframe and its cameras with corrections of the files' models.
-fn corrected(
-    keyframe: &Keyframe,
-    corrections: &Corrections,
-    site: &Site,
-) -> (Keyframe, BTreeMap<usize, CalibratedCamera>) {
+/// A keyframe with corrections of the files' tags.
+fn corrected(keyframe: &Keyframe, corrections: &Corrections, site: &Site) -> Keyframe {
     let mut keyframe = keyframe.clone();
     for one in &mut keyframe.views {
         let correction = corrections.tags.get(&one.view.tag);
@@ -171,13 +180,5 @@ fn corrected(
             one.view.set_model(&tag);
         }
     }
-    let camera = |one: &KeyframeView| {
-        let camera = one.camera_index;
-        let correction = corrections.cameras.get(&camera).copied();
-        let correction = correction.unwrap_or(CameraCorrection::NONE);
-        let posed = site.file_camera(camera)?.corrected(&correction);
-        Some((camera, posed))
-    };
-    let cameras = keyframe.views.iter().filter_map(camera).collect();
-    (keyframe, cameras)
+    keyframe
 }

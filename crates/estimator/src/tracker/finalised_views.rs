@@ -18,7 +18,7 @@ const FAR: f64 = 2.5;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct FinalisedInstant {
     /// The track after its images.
-    pub track: Track,
+    pub track: Box<Track>,
     /// By camera index.
     pub images: BTreeMap<usize, Arc<ObjectImage>>,
 }

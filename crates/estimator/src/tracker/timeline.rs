@@ -31,7 +31,8 @@ type Key = (u64, usize);
 struct Instant {
     /// By camera index: taken jointly.
     images: BTreeMap<usize, Arc<ObjectImage>>,
-    after: Track,
+    /// Boxed, since the instants of a map are moved about.
+    after: Box<Track>,
 }
 
 impl Instant {
@@ -42,9 +43,9 @@ impl Instant {
         time_ns: u64,
         site: &Site,
         options: &FusionOptions,
-    ) -> Track {
+    ) -> Box<Track> {
         let images: Vec<&ObjectImage> = self.images.values().map(Arc::as_ref).collect();
-        before.advanced(time_ns, &images, site, options)
+        Box::new(before.advanced(time_ns, &images, site, options))
     }
 }
 
@@ -97,7 +98,7 @@ impl Timeline {
         let key = (time_ns, image.camera_index / GROUP);
         let instant = self.instants.entry(key).or_insert_with(|| Instant {
             images: BTreeMap::new(),
-            after: Track::default(),
+            after: Box::default(),
         });
         instant.images.insert(image.camera_index, image);
         self.stale_from = Some(self.stale_from.map_or(key, |stale| stale.min(key)));
@@ -110,10 +111,13 @@ impl Timeline {
         let Some(stale) = self.stale_from.filter(|stale| *stale <= upto) else {
             return;
         };
-        let first = self.before(stale).clone();
-        let mut before = &first;
-        for ((time_ns, _), instant) in self.instants.range_mut(stale..=upto) {
-            instant.after = instant.following(before, *time_ns, site, options);
+        let last_good = self.instants.range(..stale).next_back();
+        let from = last_good.map_or(stale, |(key, _)| *key);
+        let mut before = &self.base;
+        for (key, instant) in self.instants.range_mut(from..=upto) {
+            if *key >= stale {
+                instant.after = instant.following(before, key.0, site, options);
+            }
             before = &instant.after;
         }
         let mut later = self
@@ -133,11 +137,11 @@ impl Timeline {
         let Some(stale) = self.stale_from.filter(|stale| *stale <= upto) else {
             return Cow::Borrowed(self.at(time_ns));
         };
-        let mut track = self.before(stale).clone();
+        let mut track = Cow::Borrowed(self.before(stale));
         for ((time_ns, _), instant) in self.instants.range(stale..=upto) {
-            track = instant.following(&track, *time_ns, site, options);
+            track = Cow::Owned(*instant.following(&track, *time_ns, site, options));
         }
-        Cow::Owned(track)
+        track
     }
 
     fn before(&self, key: Key) -> &Track {
@@ -154,15 +158,18 @@ impl Timeline {
     ) -> Vec<FinalisedInstant> {
         let oldest = self.newest_ns().saturating_sub(window_ns);
         self.catch_up(oldest.saturating_sub(1), site, options);
-        let kept = self.instants.split_off(&(oldest, 0));
-        let gone = std::mem::replace(&mut self.instants, kept);
-        let finalised = gone.into_values().map(|instant| FinalisedInstant {
-            track: instant.after,
-            images: instant.images,
-        });
-        let finalised: Vec<FinalisedInstant> = finalised.collect();
+        let mut finalised = Vec::new();
+        while let Some(first) = self.instants.first_entry()
+            && first.key().0 < oldest
+        {
+            let Instant { images, after } = first.remove();
+            finalised.push(FinalisedInstant {
+                track: after,
+                images,
+            });
+        }
         if let Some(last) = finalised.last() {
-            self.base = last.track.clone();
+            self.base.clone_from(&last.track);
         }
         finalised
     }
@@ -218,7 +225,7 @@ impl Timeline {
     pub fn discard_images(&mut self) {
         self.stale_from = None;
         if let Some((_, last)) = std::mem::take(&mut self.instants).into_iter().next_back() {
-            self.base = last.after;
+            self.base = *last.after;
         }
     }
 
@@ -237,7 +244,7 @@ impl Timeline {
         let instants = self.instants.range(from..from.max((before_ns, 0)));
         instants.map(|(_, instant)| {
             let images = instant.images.values().map(Arc::as_ref).collect();
-            (&instant.after, images)
+            (&*instant.after, images)
         })
     }
 

@@ -34,6 +34,9 @@ const ATTITUDE: TrackLine[] = [
   { label: "yaw", colour: BLUE, column: TRACK.yaw, factor: 1 },
 ];
 
+/** From the middle of the exposure: until the detector has the image, until its tags are found, until they are published. */
+const PATH: Record<string, string> = { received: BLUE, detected: GREEN, published: RED };
+
 /** A chart of figures: those whose name begins with the prefix, a line each. */
 interface FigureChart {
   chart: Chart;
@@ -63,6 +66,10 @@ export class PlotsPanel {
       all("sigma_deg", "Attitude sigma", "°", "Expected size of the attitude's error"),
       all("pose_ms", "Latency to the pose", "ms", "From the middle of the exposure to the published pose, median"),
       all("image_ms", "Latency to the tags", "ms", "From the middle of the exposure to the published observations, median"),
+      {
+        ...all("path_ms", "Path of an image", "ms", "From the middle of the exposure until the chosen camera's detector has the image, has found the tags, and they are published; medians"),
+        prefix: () => `path_ms/${this.camera.value}/`,
+      },
       { ...all("stage_ms", "Detector stages", "ms", "Time of each stage of the chosen camera's detector"), prefix: () => `stage_ms/${this.camera.value}/` },
       all("rate_hz", "Images", "/s", "Images a second of each camera"),
       all("residual_px", "Residual", "px", "Distance of seen from projected corners with the rig and objects as published, root mean square of an image"),
@@ -135,7 +142,7 @@ export class PlotsPanel {
     const stage = STAGES.find((stage) => stage === name);
     if (stage) return STAGE_TIME[stage];
     const object = this.site.objects.get(name);
-    return object?.colour ?? cameraColour([...this.site.cameras.keys()].sort().indexOf(name));
+    return PATH[name] ?? object?.colour ?? cameraColour([...this.site.cameras.keys()].sort().indexOf(name));
   }
 }
 
