@@ -1,9 +1,10 @@
 //! What one fusion process costs in a hall of many cameras and objects: processor, memory and bytes received, by synthetic observations.
 //!
-//! `growth CAMERAS OBJECTS [exact|off]` prints a line. Cameras hang 4 m apart in a grid and look down, so that nearly every object is seen by
+//! `growth CAMERAS OBJECTS [exact|off [OWN]]` prints a line. Cameras hang 4 m apart in a grid and look down, so that nearly every object is seen by
 //! four of them; each takes 30 images a second. Objects are plates with four tags that move in circles. The files are right; with `exact` they
 //! say so, with `off` the cameras are off by centimetres and degrees. Adjustments of the files are solved apart, as a fusion node does, and
-//! apply once as much time has passed as their solution took.
+//! apply once as much time has passed as their solution took. With OWN the process tracks so many of the objects only, as one of several fusion
+//! nodes that share them: it decodes everything, and drops the tags of the others.
 //!
 //! The line: cameras, objects, time that the images took (100 %: no faster than they come), processor time of all threads, the longest image,
 //! adjustments, memory, bytes, poses a second.
@@ -208,13 +209,14 @@ fn record(hall: &mut Hall, from_s: u64, for_s: u64) -> Vec<Vec<u8>> {
     turns.map(message).collect()
 }
 
-fn fuse(fusion: &mut Fusion, messages: &[Vec<u8>]) -> Costs {
+fn fuse(fusion: &mut Fusion, n_own: usize, messages: &[Vec<u8>]) -> Costs {
     let mut costs = Costs::default();
     let mut applies_ns = None;
     for message in messages {
         let (before, begun) = (processor_time(), Instant::now());
         let seen: Observations = decode(message).expect("a message");
-        let image = ImageObservation::from(&seen);
+        let mut image = ImageObservation::from(&seen);
+        image.tags.retain(|seen| seen.tag.id < 4 * n_own as u32);
         let now_ns = seen.capture_ns + SECOND_NS / 100;
         fusion.handle(now_ns, Input::Image(image));
         if applies_ns.is_some_and(|applies_ns| applies_ns <= now_ns) {
@@ -259,7 +261,7 @@ fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let number = |k: usize| arguments.get(k).and_then(|text| text.parse::<usize>().ok());
     let (Some(n_cameras), Some(n_objects)) = (number(0), number(1)) else {
-        eprintln!("usage: growth CAMERAS OBJECTS [exact|off]");
+        eprintln!("usage: growth CAMERAS OBJECTS [exact|off [OWN]]");
         std::process::exit(2);
     };
     let mut hall = Hall::new(n_cameras, n_objects);
@@ -272,14 +274,16 @@ fn main() {
         Some("off") => rig = off(&hall.rig, &mut hall.random),
         _ => {}
     }
+    let n_own = number(3).unwrap_or(n_objects);
+    objects.truncate(n_own);
     let fusion = Fusion::new(rig, objects, FusionOptions::default());
     let mut fusion = fusion.expect("a machine");
     fusion.adjust_apart();
     let warm_up = record(&mut hall, 0, WARM_UP_S);
     let measured = record(&mut hall, WARM_UP_S, MEASURED_S);
     let before_mib = resident_mib();
-    fuse(&mut fusion, &warm_up);
-    let costs = fuse(&mut fusion, &measured);
+    fuse(&mut fusion, n_own, &warm_up);
+    let costs = fuse(&mut fusion, n_own, &measured);
     let per_s = |count: usize| count as f64 / MEASURED_S as f64;
     println!(
         "| {n_cameras} | {n_objects} | {:.0} % | {:.0} % | {:.0} ms | {:.0} % | {:.0} MiB | {:.1} Mbit/s | {:.0} |",
