@@ -437,7 +437,7 @@ fn pictures_come_with_their_lens() {
 #[test]
 fn names_that_are_taken_are_refused_and_counted() {
     let mut bridge = bridge(None);
-    for (object, count) in [("pad-2", 2), ("pad_2", 0), ("world", 0)] {
+    for (object, count) in [("pad-2", 3), ("pad_2", 0), ("world", 0)] {
         let outgoing = take_pose(&mut bridge, &pose(object, NOW, State::Tracking));
         assert_eq!(outgoing.len(), count, "{object}");
     }
