@@ -66,12 +66,36 @@ fn what_makes_no_bag_is_refused_and_leaves_nothing() {
     let none: [&str; 1] = ["--ros2"];
     let text = recording.path("rig.toml");
     for (from, to, more, code, expected) in [
-        (recording.root(), &bag, &none[..], 2, "write an MCAP file first"),
-        (&file, &recording.path("b.mcap"), &none, 2, "a bag of ROS 2 is a folder"),
+        (
+            recording.root(),
+            &bag,
+            &none[..],
+            2,
+            "write an MCAP file first",
+        ),
+        (
+            &file,
+            &recording.path("b.mcap"),
+            &none,
+            2,
+            "a bag of ROS 2 is a folder",
+        ),
         (&text, &bag, &none, 3, "this is not an MCAP file"),
         (&cut, &bag, &none, 3, "copy or save it again"),
-        (&file, &bag, &["--ros2", "--to", "ros"], 2, "cannot be used with"),
-        (&file, &bag, &["--ros2", "--rig", "rig.toml"], 2, "cannot be used with"),
+        (
+            &file,
+            &bag,
+            &["--ros2", "--to", "ros"],
+            2,
+            "cannot be used with",
+        ),
+        (
+            &file,
+            &bag,
+            &["--ros2", "--rig", "rig.toml"],
+            2,
+            "cannot be used with",
+        ),
     ] {
         refused(&convert(from, to, more), code, expected);
         assert!(!to.exists(), "{}", to.display());

@@ -56,7 +56,10 @@ fn installed() -> Result<String, String> {
     ];
     run(&python, &[&pip[..], &ORACLES].concat())?;
     let lacks = |packages: &[&str]| run(&python, &[&pip[..], packages].concat()).is_err();
-    let optional = [("ROS 2's own packages", &ROS[..]), ("rerun-sdk", &RERUN[..])];
+    let optional = [
+        ("ROS 2's own packages", &ROS[..]),
+        ("rerun-sdk", &RERUN[..]),
+    ];
     let lack = optional.iter().filter(|(_, packages)| lacks(packages));
     let lack: String = lack.map(|(name, _)| format!("{name}\n")).collect();
     note_lack(&lack);

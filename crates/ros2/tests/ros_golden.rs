@@ -5,10 +5,10 @@
 
 use sextant_ros2::messages::{
     AprilTagDetection, AprilTagDetectionArray, Byte, CameraInfo, CompressedImage, DiagnosticArray,
-    DiagnosticStatus, Float64MultiArray, Header, KeyValue, MocapMarker, MultiArrayDimension, MultiArrayLayout, NamedPose, NamedPoseArray, Odometry,
-    PixelPoint, Point, Pose, PoseWithCovariance, PoseWithCovarianceStamped, Quaternion,
-    RegionOfInterest, RigidBodies, RigidBody, TFMessage, Transform, TransformStamped, Twist,
-    TwistWithCovariance, Vector3,
+    DiagnosticStatus, Float64MultiArray, Header, KeyValue, MocapMarker, MultiArrayDimension,
+    MultiArrayLayout, NamedPose, NamedPoseArray, Odometry, PixelPoint, Point, Pose,
+    PoseWithCovariance, PoseWithCovarianceStamped, Quaternion, RegionOfInterest, RigidBodies,
+    RigidBody, TFMessage, Transform, TransformStamped, Twist, TwistWithCovariance, Vector3,
 };
 use sextant_ros2::{RosMessage, definition, encode, type_hash};
 use std::path::Path;
