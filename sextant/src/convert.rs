@@ -1,6 +1,7 @@
-//! `sextant convert`: lenses and poses to and from ROS, Kalibr and OpenCV, their calibration boards, and recordings.
+//! `sextant convert`: lenses and poses to and from ROS, Kalibr and OpenCV, their calibration boards, and recordings, also to bags of ROS 2.
 
 mod recording;
+mod ros2;
 
 use crate::model_files::{read_rig, say_assumptions};
 use crate::output::{Format, print_line};
@@ -36,6 +37,10 @@ A recording is converted from a folder in EuRoC's layout to an MCAP file, or bac
 --rig and --object put the models into the file, so that it can be replayed; detections need the rig. To a folder, rig.toml, OBJECT.toml,
 CAMERA/data.csv with CAMERA/data/*.png, and CAMERA/detections.jsonl are written; replay takes the detections where there are both.
 
+With --ros2, a recording in an MCAP file becomes a bag of ROS 2, a new folder for `ros2 bag`, PlotJuggler and Rerun: the topics of `sextant ros2`
+and, where images were recorded, /sextant/camera/ID/image/compressed with .../camera_info at their times. See docs/ros2.md.
+
+With --json and a recording: {\"to\",\"images\",\"detections\"}; with --ros2: {\"to\",\"messages\",\"topics\":{NAME:messages}}.
 With --json and --out: {\"file\",\"cameras\",\"assumed\"} or {\"file\",\"object\",\"tags\",\"assumed\"}; assumed: what FROM leaves open, such as a unit.
 
 For example: sextant convert ost.yaml --camera north --out rig.toml
@@ -44,12 +49,13 @@ For example: sextant convert ost.yaml --camera north --out rig.toml
              sextant convert rig.toml --to kalibr --out camchain.yaml
              sextant convert rig.toml --to ros --camera north --out north.yaml
              sextant convert DIR site.mcap --rig rig.toml --object cube.toml
-             sextant convert site.mcap DIR"
+             sextant convert site.mcap DIR
+             sextant convert site.mcap BAG --ros2"
 )]
 pub struct ConvertArguments {
     /// File to read, or a recording: a folder or an MCAP file.
     from: PathBuf,
-    /// Recording to write: an MCAP file or a new folder.
+    /// Recording to write: an MCAP file or a new folder; with --ros2 a bag, a new folder.
     #[arg(value_name = "RECORDING", conflicts_with = "out")]
     recording: Option<PathBuf>,
     /// Rig to put into an MCAP file.
@@ -58,6 +64,9 @@ pub struct ConvertArguments {
     /// Object to put into an MCAP file; may be repeated.
     #[arg(long = "object", value_name = "FILE", requires = "recording")]
     objects: Vec<PathBuf>,
+    /// Write a bag of ROS 2.
+    #[arg(long, requires = "recording", conflicts_with_all = ["rig", "objects", "to", "camera", "pixel_origin"])]
+    ros2: bool,
     /// Format to write.
     #[arg(long, value_enum, default_value = "toml")]
     to: Target,
@@ -100,6 +109,9 @@ enum PixelOrigin {
 /// [`Exit::Input`] for a file that cannot be used or says what the other format cannot.
 pub fn run(arguments: &ConvertArguments, format: Format) -> anyhow::Result<()> {
     if let Some(to) = &arguments.recording {
+        if arguments.ros2 {
+            return ros2::run(&arguments.from, to, format);
+        }
         let conversion = RecordingConversion {
             from: &arguments.from,
             to,
@@ -292,6 +304,7 @@ mod tests {
             recording: None,
             rig: None,
             objects: Vec::new(),
+            ros2: false,
             to: Target::Toml,
             camera: None,
             pixel_origin: PixelOrigin::Centre,

@@ -16,6 +16,7 @@ use sextant_zenoh_bus::{Bus, BusError};
 #[command(after_help = "Topics, with the default namespace:
   /tf, /tf_static                            tf2_msgs/TFMessage: objects and links; cameras and tags
   /sextant/object/ID/pose                    geometry_msgs/PoseWithCovarianceStamped
+  /sextant/object/ID/quality                 std_msgs/Float64MultiArray: expected errors, for plots
   /sextant/camera/ID/detections              apriltag_msgs/AprilTagDetectionArray
   /sextant/camera/ID/camera_info             sensor_msgs/CameraInfo, for late subscribers too
   /sextant/camera/ID/preview/image/compressed, .../preview/camera_info

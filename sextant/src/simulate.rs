@@ -159,7 +159,8 @@ pub fn read(file: &Path) -> anyhow::Result<Scenario> {
 /// # Errors
 /// A folder that has something in it or cannot be made.
 pub fn make_empty(folder: &Path) -> anyhow::Result<()> {
-    fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    fs::create_dir_all(folder)
+        .with_context(|| format!("{}: give a new folder", folder.display()))?;
     let is_empty = fs::read_dir(folder)
         .with_context(|| folder.display().to_string())?
         .next()

@@ -4,6 +4,8 @@
 mod posing_site;
 mod recording;
 
+use foxglove::Decode;
+use foxglove::messages::{FrameTransforms, SceneUpdate, Vector3};
 use posing_site::{PATIENCE, Server, Site};
 use recording::{sextant, stdout};
 use serde_json::{Value, json};
@@ -85,11 +87,11 @@ impl Viewer {
         self.socket.send(Message::text(wish.to_string())).unwrap();
     }
 
-    /// The JSON of the next message of a subscription.
-    fn data(&mut self, site: &mut Site, id: u32) -> Value {
+    /// The next message of a subscription.
+    fn data<M: Decode>(&mut self, site: &mut Site, id: u32) -> M {
         self.next(site, |message| match message {
             Message::Binary(bytes) if bytes[..5] == [&[1], &id.to_le_bytes()[..]].concat() => {
-                Some(serde_json::from_slice(&bytes[13..]).unwrap())
+                Some(M::decode(&bytes[13..]).ok().unwrap())
             }
             _ => None,
         })
@@ -109,19 +111,19 @@ fn a_viewer_sees_objects_and_what_was_there_before_it() {
     );
     let transform = viewer.channel(&mut site, "/object/cube/transform");
     assert_eq!(transform["schemaName"], "foxglove.FrameTransforms");
+    assert_eq!(transform["encoding"], "protobuf");
     viewer.subscribe(7, &transform);
-    let message = viewer.data(&mut site, 7);
-    let transform = &message["transforms"][0];
-    assert_eq!(transform["child_frame_id"], "object/cube");
-    assert_eq!(
-        transform["translation"],
-        json!({"x": 1.0, "y": 2.0, "z": 3.0})
-    );
+    let message: FrameTransforms = viewer.data(&mut site, 7);
+    let transform = &message.transforms[0];
+    assert_eq!(transform.child_frame_id, "object/cube");
+    let (x, y, z) = (1.0, 2.0, 3.0);
+    assert_eq!(transform.translation, Some(Vector3 { x, y, z }));
     // The object was announced before anybody was there.
     let mut late = Viewer::new(server.address);
     let tags = late.channel(&mut site, "/object/cube/tags");
     late.subscribe(8, &tags);
-    assert!(late.data(&mut site, 8)["entities"].is_array());
+    let tags: SceneUpdate = late.data(&mut site, 8);
+    assert!(!tags.entities.is_empty() || !tags.deletions.is_empty());
     let summary = server.program.interrupt();
     assert_eq!(summary["clients"], 2, "{summary}");
     assert!(summary["sent"].as_u64() >= Some(2), "{summary}");

@@ -23,7 +23,7 @@ const FLOORS: &[&[&str]] = &[
     &["sextant-site-report", "sextant-simulator"],
     &["sextant-estimator", "sextant-proto", "sextant-calibrator"],
     &["sextant-site-mirror"],
-    &["sextant-queue"],
+    &["sextant-queue", "sextant-ros2"],
     &[
         "sextant-iceoryx-images",
         "sextant-zenoh-bus",
@@ -33,7 +33,6 @@ const FLOORS: &[&[&str]] = &[
         "sextant-election",
         "sextant-rza2m",
         "sextant-pose-formats",
-        "sextant-ros2",
         "sextant-test-needs",
     ],
     &[

@@ -109,7 +109,7 @@ const CHORES: &[Chore] = &[
         minutes: 2,
         ..Chore::new(
             "ros2",
-            "what `sextant ros2` publishes, read by other people's code: rosbags, zenoh's Python binding, ROS 2's own packages",
+            "what `sextant ros2` and `convert --ros2` write, read by other people's code: rosbags, zenoh's Python binding, ROS 2's own packages, Rerun",
             ros2::ros2,
         )
     },

@@ -2,27 +2,11 @@
 //!
 //! The message: stamp (i32 s, u32 ns), frame (string), format (string), data (list of bytes); little-endian, aligned to 4.
 
+use sextant_ros2::messages::{CompressedImage, Header};
 use sextant_site_model::CameraId;
 
-/// Name of the schema.
-pub const SCHEMA: &str = "sensor_msgs/msg/CompressedImage";
-/// Encoding of the schema's text.
-pub const SCHEMA_ENCODING: &str = "ros2msg";
 /// Encoding of the messages.
 pub const ENCODING: &str = "cdr";
-/// The schema: fields, then the types that they need.
-pub const SCHEMA_TEXT: &str = "std_msgs/Header header
-string format
-uint8[] data
-================================================================================
-MSG: std_msgs/Header
-builtin_interfaces/Time stamp
-string frame_id
-================================================================================
-MSG: builtin_interfaces/Time
-int32 sec
-uint32 nanosec
-";
 
 /// CDR, little-endian, no options.
 const HEADER: [u8; 4] = [0, 1, 0, 0];
@@ -63,38 +47,24 @@ pub fn preview_topic(camera: &CameraId) -> String {
     format!("/camera/{camera}/preview")
 }
 
-/// A picture as a file in memory.
-#[derive(Debug, Clone, Copy)]
-pub enum File<'a> {
-    /// Lossless.
-    Png(&'a [u8]),
-    /// A preview.
-    Jpeg(&'a [u8]),
+/// The message of a picture of a camera, a file of the named format.
+#[must_use]
+pub(crate) fn message(
+    camera: &CameraId,
+    capture_ns: u64,
+    format: &str,
+    file: Vec<u8>,
+) -> CompressedImage {
+    CompressedImage {
+        header: Header::new(capture_ns, &frame_of(camera)),
+        format: format.to_owned(),
+        data: file,
+    }
 }
 
 /// The message of an image.
-#[must_use]
-pub fn encode(image: &RecordedImage) -> Vec<u8> {
-    encode_file(&image.camera, image.capture_ns, File::Png(&image.png))
-}
-
-/// The message of a picture of a camera.
-#[must_use]
-pub fn encode_file(camera: &CameraId, capture_ns: u64, file: File<'_>) -> Vec<u8> {
-    let (format, data) = match file {
-        File::Png(data) => ("png", data),
-        File::Jpeg(data) => ("jpeg", data),
-    };
-    let mut bytes = Vec::with_capacity(data.len() + 64);
-    bytes.extend(HEADER);
-    let seconds = i32::try_from(capture_ns / 1_000_000_000).unwrap_or(i32::MAX);
-    bytes.extend(seconds.to_le_bytes());
-    bytes.extend(((capture_ns % 1_000_000_000) as u32).to_le_bytes());
-    put_string(&mut bytes, &frame_of(camera));
-    put_string(&mut bytes, format);
-    put_length(&mut bytes, data.len());
-    bytes.extend(data);
-    bytes
+pub(crate) fn image_message(image: &RecordedImage) -> CompressedImage {
+    message(&image.camera, image.capture_ns, "png", image.png.clone())
 }
 
 /// The image of a message under a camera's topic; `None` for invalid bytes.
@@ -113,18 +83,6 @@ pub fn decode(camera: &CameraId, bytes: &[u8]) -> Option<RecordedImage> {
         capture_ns: seconds * 1_000_000_000 + nanoseconds,
         png: png.to_vec(),
     })
-}
-
-fn put_string(bytes: &mut Vec<u8>, text: &str) {
-    put_length(bytes, text.len() + 1);
-    bytes.extend(text.as_bytes());
-    bytes.push(0);
-}
-
-fn put_length(bytes: &mut Vec<u8>, length: usize) {
-    bytes.resize(bytes.len().next_multiple_of(4), 0);
-    let length = u32::try_from(length).unwrap_or(u32::MAX);
-    bytes.extend(length.to_le_bytes());
 }
 
 /// CDR that is being read. The header has 4 bytes, so that alignment from the start is alignment behind it.
@@ -155,6 +113,7 @@ impl<'a> Cdr<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use sextant_ros2::encode;
 
     fn image() -> RecordedImage {
         RecordedImage {
@@ -166,7 +125,7 @@ mod tests {
 
     #[test]
     fn an_image_is_the_bytes_that_ros_expects() {
-        let bytes = encode(&image());
+        let bytes = encode(&image_message(&image()));
         assert_eq!(bytes[..4], [0, 1, 0, 0]);
         assert_eq!(bytes[4..8], 1_800_000_000_i32.to_le_bytes());
         assert_eq!(bytes[8..12], 123_456_789_u32.to_le_bytes());
@@ -180,7 +139,7 @@ mod tests {
 
     #[test]
     fn an_image_comes_back_and_a_cut_one_does_not() {
-        let (image, bytes) = (image(), encode(&image()));
+        let (image, bytes) = (image(), encode(&image_message(&image())));
         assert_eq!(decode(&image.camera, &bytes), Some(image.clone()));
         for length in 0..bytes.len() {
             assert_eq!(decode(&image.camera, &bytes[..length]), None);

@@ -5,17 +5,19 @@
 //! - [`DetectionsLine`]: a line of `detections.jsonl`, read and written.
 //! - [`bounded_lines`]: the lines of a text, none of them endless.
 //! - [`pose_json`], [`pose_csv`], [`pose_tum`], [`tum_line`]: poses as lines of text.
-//! - `mcap`, [`foxglove`], [`compressed_image`]: a site in one MCAP file; what viewers show of it, from a file or live.
+//! - `mcap`, `foxglove`, `compressed_image`: a site in one MCAP file; what viewers show of it, from a file or live.
 //!
 //! Times are ns since the Unix epoch, pixels have (0, 0) at the centre of the top-left one, metres, quaternions x, y, z, w.
 //! Everything read is checked; every error names file and line and says what to do. Nothing here knows a rig, a detector or
 //! a network.
 
+#[cfg(feature = "mcap")]
 pub mod compressed_image;
 mod data_csv;
 mod dataset;
 mod detections;
 mod error;
+#[cfg(feature = "mcap")]
 pub mod foxglove;
 mod lines;
 #[cfg(feature = "mcap")]

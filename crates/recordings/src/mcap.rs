@@ -2,7 +2,8 @@
 //!
 //! - A wire payload has its zenoh key as topic, message encoding `sextant`, and its kind as the name of its schema.
 //! - An image has the topic `/camera/<camera>/image`: a PNG in `sensor_msgs/msg/CompressedImage` ([`crate::compressed_image`]).
-//! - What Foxglove and Lichtblick show is JSON of Foxglove's schemas, and previews ([`crate::foxglove`]); nothing here reads it back.
+//! - What viewers show is protobuf of Foxglove's schemas, and ROS messages ([`crate::foxglove`]); nothing here reads it back.
+//! - [`ros2_bag`]: a recording as a bag of ROS 2.
 //!
 //! `log_time` is the arrival at the recorder, `publish_time` the capture time where there is one. Chunks are compressed with LZ4 and complete
 //! once [`writer::McapWriter::flush`] returns, so that a killed recorder loses what it got since, and nothing else.
@@ -16,6 +17,7 @@ use std::io::Read;
 use std::path::Path;
 
 pub mod reader;
+pub mod ros2_bag;
 pub mod site_recording;
 pub mod writer;
 

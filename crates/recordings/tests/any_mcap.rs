@@ -83,8 +83,8 @@ fn read(bytes: &[u8]) -> Option<(Vec<RecordedMessage>, Ending)> {
 fn a_recording_comes_back_as_it_was_written() {
     let (messages, ending) = read(recording()).unwrap();
     assert_eq!(ending, Ending::Closed);
-    // Each pose has a transform and an ellipsoid beside it.
-    assert_eq!(messages.len(), 6 * 4);
+    // Each pose has a transform, itself in Foxglove's schema, its quality and an ellipsoid beside it.
+    assert_eq!(messages.len(), 6 * 6);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.mcap");
     std::fs::write(&path, recording()).unwrap();

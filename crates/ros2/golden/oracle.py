@@ -98,6 +98,12 @@ def samples():
         header=header(1_700_000_001, 5, "map"),
         pose=make("geometry_msgs/msg/PoseWithCovariance", pose=pose, covariance=covariance),
     )
+    axis = make("std_msgs/msg/MultiArrayDimension", label="sigma_m rms_px", size=2, stride=2)
+    yield "quality", make(
+        "std_msgs/msg/Float64MultiArray",
+        layout=make("std_msgs/msg/MultiArrayLayout", dim=[axis], data_offset=0),
+        data=np.array([0.001, 0.25]),
+    )
     vector = lambda x, y, z: make("geometry_msgs/msg/Vector3", x=x, y=y, z=z)
     twist = make("geometry_msgs/msg/Twist", linear=vector(1.0, -2.0, 0.5), angular=vector(0.25, 0.0, -4.0))
     yield "odometry", make(
@@ -196,11 +202,13 @@ TOPICS = [
     ("/tf", TF, QosProfile(history_depth=100)),
     ("/tf_static", TF, LATCHED),
     ("/sextant/object/cube/pose", "geometry_msgs/msg/PoseWithCovarianceStamped", QosProfile()),
+    ("/sextant/object/cube/quality", "std_msgs/msg/Float64MultiArray", QosProfile()),
     ("/sextant/object/cube/odom", "nav_msgs/msg/Odometry", QosProfile()),
     ("/poses", "motion_capture_tracking_interfaces/msg/NamedPoseArray", QosProfile()),
     ("/rigid_bodies", "mocap4r2_msgs/msg/RigidBodies", QosProfile()),
     ("/sextant/camera/north/detections", "apriltag_msgs/msg/AprilTagDetectionArray", QosProfile()),
     ("/sextant/camera/north/camera_info", INFO, LATCHED),
+    ("/sextant/camera/north/image/compressed", "sensor_msgs/msg/CompressedImage", BEST_EFFORT),
     ("/sextant/camera/north/preview/image/compressed", "sensor_msgs/msg/CompressedImage", BEST_EFFORT),
     ("/sextant/camera/north/preview/camera_info", INFO, BEST_EFFORT),
     ("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", QosProfile()),

@@ -83,6 +83,7 @@ enum StreamId {
     Pose(ObjectId),
     Links(ObjectId),
     Detections(CameraId),
+    Images(CameraId),
     Pictures(CameraId),
 }
 
@@ -157,7 +158,8 @@ impl Bridge {
     /// one attitude is known.
     fn pose(&mut self, pose: &ObjectPose) -> Vec<Outgoing> {
         let owner = Owner::Object(pose.object.clone());
-        let name = format!("object/{}/pose", token(pose.object.as_str()));
+        let folder = format!("object/{}", token(pose.object.as_str()));
+        let name = format!("{folder}/pose");
         if pose.state == State::Lost
             || !self.may_pass(StreamId::Pose(pose.object.clone()), pose.capture_ns)
             || !self.owns(&[&name, pose.object.as_str()], &owner)
@@ -167,13 +169,18 @@ impl Bridge {
         let world = &self.options.world;
         let message = convert::object_pose(pose, world);
         let message = outgoing(self.topic(&name), TopicKind::Pose, &message);
+        let quality = self.topic(&format!("{folder}/quality"));
+        let quality = outgoing(quality, TopicKind::Quality, &convert::quality(pose));
         if !is_known(pose.state) {
-            return vec![message];
+            return vec![message, quality];
         }
         let transform = transforms(vec![convert::object_transform(pose, world)]);
         let also = self.options.also.iter();
         let also = also.map(|also| self.also(*also, pose));
-        [transform, message].into_iter().chain(also).collect()
+        [transform, message, quality]
+            .into_iter()
+            .chain(also)
+            .collect()
     }
 
     fn also(&self, also: Also, pose: &ObjectPose) -> Outgoing {
@@ -224,6 +231,25 @@ impl Bridge {
             .collect()
     }
 
+    /// A whole image of a camera, a file of the named format, with the lens at its time.
+    pub fn image(
+        &mut self,
+        camera: &CameraId,
+        capture_ns: u64,
+        format: &str,
+        file: Vec<u8>,
+    ) -> Vec<Outgoing> {
+        if !self.may_pass(StreamId::Images(camera.clone()), capture_ns) {
+            return Vec::new();
+        }
+        let info = self.mirror.camera_config(camera);
+        let info = info.map(|config| convert::camera_info(config, capture_ns));
+        let info = info.and_then(|info| self.of_camera(camera, TopicKind::CameraInfo, &info));
+        let image = convert::image(camera, capture_ns, format, file);
+        let image = self.of_camera(camera, TopicKind::Image, &image);
+        info.into_iter().chain(image).collect()
+    }
+
     fn picture(&mut self, preview: &Preview) -> Vec<Outgoing> {
         let stream = StreamId::Pictures(preview.camera.clone());
         if !self.may_pass(stream, preview.capture_ns) {
@@ -268,6 +294,7 @@ impl Bridge {
         message: &impl RosMessage,
     ) -> Option<Outgoing> {
         let leaf = match kind {
+            TopicKind::Image => "image/compressed",
             TopicKind::Picture => "preview/image/compressed",
             TopicKind::PictureInfo => "preview/camera_info",
             TopicKind::CameraInfo => "camera_info",

@@ -13,11 +13,11 @@ pub(crate) mod diagnostics;
 mod frames;
 mod pose;
 
-pub use camera::{camera_info, picture, picture_info};
+pub use camera::{camera_info, image, picture, picture_info};
 pub use detections::detections;
 pub use diagnostics::{camera_status, fusion_status};
 pub use frames::{link_frame, optical_frame, tag_frame};
 pub use pose::{
-    link_transform, named_pose, object_pose, object_transform, odometry, rigid_body,
+    link_transform, named_pose, object_pose, object_transform, odometry, quality, rigid_body,
     static_transforms,
 };

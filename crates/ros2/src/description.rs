@@ -1,4 +1,5 @@
-//! Type descriptions (REP 2011) and their hash RIHS01: SHA-256 of the description as JSON, fields in order, referenced types by name.
+//! Types of messages: as descriptions (REP 2011) with their hash RIHS01, SHA-256 of the description as JSON, fields in order, referenced types
+//! by name; and as definitions, the text of `.msg` files, which bags carry.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -50,6 +51,29 @@ pub fn type_hash<M: RosMessage>() -> String {
     hash
 }
 
+/// The definition of a message's type, in the format `ros2msg` of MCAP and rosbag2: its fields, then those of each type that they refer to.
+#[must_use]
+pub fn definition<M: RosMessage>() -> String {
+    let (own, referenced) = types_of::<M>();
+    let referenced = referenced.into_iter().map(|(name, fields)| {
+        let rule = "=".repeat(80);
+        format!("{rule}\nMSG: {}\n{}", resource_name(name), lines(&fields))
+    });
+    lines(&own) + &referenced.collect::<String>()
+}
+
+fn lines(fields: &Fields) -> String {
+    let fields = fields.iter();
+    fields
+        .map(|(name, kind)| format!("{} {name}\n", kind.definition()))
+        .collect()
+}
+
+/// The name of a type in definitions: `geometry_msgs/Point` of `geometry_msgs/msg/Point`.
+fn resource_name(type_name: &str) -> String {
+    type_name.replace("/msg/", "/")
+}
+
 /// Added to the number of an element's type where the field is an array of fixed length.
 const ARRAY: u8 = 48;
 /// The same where it is a sequence without a bound.
@@ -62,30 +86,46 @@ const NESTED: u8 = 1;
 pub struct FieldType {
     id: u8,
     capacity: usize,
-    nested: &'static str,
+    /// Of the element, where there are several: the word for a primitive, or the type's name for a message.
+    name: &'static str,
 }
 
 impl FieldType {
-    const fn primitive(id: u8) -> Self {
+    const fn primitive(id: u8, name: &'static str) -> Self {
         Self {
             id,
             capacity: 0,
-            nested: "",
+            name,
         }
     }
 
     fn json(&self, name: &str) -> String {
+        let is_nested = self.name.contains('/');
         format!(
             r#"{{"name": "{name}", "type": {{"type_id": {}, "capacity": {}, "string_capacity": 0, "nested_type_name": "{}"}}}}"#,
-            self.id, self.capacity, self.nested
+            self.id,
+            self.capacity,
+            if is_nested { self.name } else { "" }
         )
+    }
+
+    fn definition(&self) -> String {
+        let name = resource_name(self.name);
+        match self.id {
+            SEQUENCE.. => format!("{name}[]"),
+            ARRAY.. => format!("{name}[{}]", self.capacity),
+            _ => name,
+        }
     }
 }
 
-/// Message types by name, each with its fields as JSON.
+/// The fields of a message by their names, in their order.
+type Fields = Vec<(&'static str, FieldType)>;
+
+/// Message types by name.
 #[derive(Debug, Default)]
 pub struct TypeTable {
-    types: BTreeMap<&'static str, String>,
+    types: BTreeMap<&'static str, Fields>,
 }
 
 impl TypeTable {
@@ -93,42 +133,56 @@ impl TypeTable {
     pub(crate) fn nested(
         &mut self,
         name: &'static str,
-        fields: impl FnOnce(&mut Self) -> Vec<(&'static str, FieldType)>,
+        fields: impl FnOnce(&mut Self) -> Fields,
     ) -> FieldType {
         if !self.types.contains_key(name) {
             let fields = fields(self);
-            let fields: Vec<String> = fields.iter().map(|(name, kind)| kind.json(name)).collect();
-            let json = format!(
-                r#"{{"type_name": "{name}", "fields": [{}]}}"#,
-                fields.join(", ")
-            );
-            self.types.insert(name, json);
+            self.types.insert(name, fields);
         }
         FieldType {
             id: NESTED,
             capacity: 0,
-            nested: name,
+            name,
         }
     }
 }
 
-/// What is hashed: spaces and the order of keys are part of it.
-fn description_json<M: RosMessage>() -> String {
+/// The fields of a message, and the types that they refer to.
+fn types_of<M: RosMessage>() -> (Fields, BTreeMap<&'static str, Fields>) {
     let mut table = TypeTable::default();
     M::describe(&mut table);
     let own = table.types.remove(M::TYPE_NAME).unwrap_or_default();
-    let referenced: Vec<String> = table.types.into_values().collect();
+    (own, table.types)
+}
+
+/// What is hashed: spaces and the order of keys are part of it.
+fn description_json<M: RosMessage>() -> String {
+    let (own, referenced) = types_of::<M>();
+    let referenced = referenced.iter();
+    let referenced: Vec<String> = referenced
+        .map(|(name, fields)| json(name, fields))
+        .collect();
     format!(
-        r#"{{"type_description": {own}, "referenced_type_descriptions": [{}]}}"#,
+        r#"{{"type_description": {}, "referenced_type_descriptions": [{}]}}"#,
+        json(M::TYPE_NAME, &own),
         referenced.join(", ")
     )
 }
 
+fn json(name: &str, fields: &Fields) -> String {
+    let fields = fields.iter();
+    let fields: Vec<String> = fields.map(|(name, kind)| kind.json(name)).collect();
+    format!(
+        r#"{{"type_name": "{name}", "fields": [{}]}}"#,
+        fields.join(", ")
+    )
+}
+
 macro_rules! numbers {
-    ($($number:ty = $id:literal),*) => {$(
+    ($($number:ty = $id:literal $word:literal),*) => {$(
         impl Field for $number {
             fn describe(_: &mut TypeTable) -> FieldType {
-                FieldType::primitive($id)
+                FieldType::primitive($id, $word)
             }
 
             fn write(&self, cdr: &mut Writer) {
@@ -138,11 +192,11 @@ macro_rules! numbers {
     )*};
 }
 
-numbers!(i8 = 2, i32 = 6, u32 = 7, f32 = 10, f64 = 11);
+numbers!(i8 = 2 "int8", i32 = 6 "int32", u32 = 7 "uint32", f32 = 10 "float32", f64 = 11 "float64");
 
 impl Field for u8 {
     fn describe(_: &mut TypeTable) -> FieldType {
-        FieldType::primitive(3)
+        FieldType::primitive(3, "uint8")
     }
 
     fn write(&self, cdr: &mut Writer) {
@@ -156,7 +210,7 @@ impl Field for u8 {
 
 impl Field for bool {
     fn describe(_: &mut TypeTable) -> FieldType {
-        FieldType::primitive(15)
+        FieldType::primitive(15, "bool")
     }
 
     fn write(&self, cdr: &mut Writer) {
@@ -170,7 +224,7 @@ pub struct Byte(pub u8);
 
 impl Field for Byte {
     fn describe(_: &mut TypeTable) -> FieldType {
-        FieldType::primitive(16)
+        FieldType::primitive(16, "byte")
     }
 
     fn write(&self, cdr: &mut Writer) {
@@ -180,7 +234,7 @@ impl Field for Byte {
 
 impl Field for String {
     fn describe(_: &mut TypeTable) -> FieldType {
-        FieldType::primitive(17)
+        FieldType::primitive(17, "string")
     }
 
     fn write(&self, cdr: &mut Writer) {

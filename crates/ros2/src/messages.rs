@@ -57,6 +57,15 @@ messages! {
     /// The pose of an object.
     "geometry_msgs/msg/PoseWithCovarianceStamped" PoseWithCovarianceStamped { header: Header, pose: PoseWithCovariance, }
 
+    /// What an axis of an array of numbers means.
+    "std_msgs/msg/MultiArrayDimension" MultiArrayDimension { label: String, size: u32, stride: u32, }
+
+    /// The axes of an array of numbers.
+    "std_msgs/msg/MultiArrayLayout" MultiArrayLayout { dim: Vec<MultiArrayDimension>, data_offset: u32, }
+
+    /// Numbers.
+    "std_msgs/msg/Float64MultiArray" Float64MultiArray { layout: MultiArrayLayout, data: Vec<f64>, }
+
     /// Velocities, m/s and rad/s.
     "geometry_msgs/msg/Twist" Twist { linear: Vector3, angular: Vector3, }
 

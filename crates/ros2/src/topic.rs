@@ -1,9 +1,9 @@
 //! Topics: their messages, and the quality of service that each is published with.
 
-use crate::description::{RosMessage, type_hash};
+use crate::description::{RosMessage, definition, type_hash};
 use crate::messages::{
-    AprilTagDetectionArray, CameraInfo, CompressedImage, DiagnosticArray, NamedPoseArray, Odometry,
-    PoseWithCovarianceStamped, RigidBodies, TFMessage,
+    AprilTagDetectionArray, CameraInfo, CompressedImage, DiagnosticArray, Float64MultiArray,
+    NamedPoseArray, Odometry, PoseWithCovarianceStamped, RigidBodies, TFMessage,
 };
 
 /// A topic: its absolute name, and what it carries.
@@ -24,6 +24,8 @@ pub enum TopicKind {
     StaticTransforms,
     /// The pose of an object with covariance.
     Pose,
+    /// How good the pose of an object is.
+    Quality,
     /// The pose and the velocities of an object.
     Odometry,
     /// `/poses`: objects by name, as Crazyswarm2 reads them.
@@ -34,6 +36,8 @@ pub enum TopicKind {
     Detections,
     /// The lens of a camera.
     CameraInfo,
+    /// Whole images of a camera.
+    Image,
     /// Pictures of a camera.
     Picture,
     /// The lens of a camera, scaled to its pictures.
@@ -46,32 +50,33 @@ impl TopicKind {
     /// The message's type, as in `tf2_msgs/msg/TFMessage`.
     #[must_use]
     pub fn type_name(self) -> &'static str {
-        match self {
-            Self::Transforms | Self::StaticTransforms => TFMessage::TYPE_NAME,
-            Self::Pose => PoseWithCovarianceStamped::TYPE_NAME,
-            Self::Odometry => Odometry::TYPE_NAME,
-            Self::NamedPoses => NamedPoseArray::TYPE_NAME,
-            Self::RigidBodies => RigidBodies::TYPE_NAME,
-            Self::Detections => AprilTagDetectionArray::TYPE_NAME,
-            Self::CameraInfo | Self::PictureInfo => CameraInfo::TYPE_NAME,
-            Self::Picture => CompressedImage::TYPE_NAME,
-            Self::Diagnostics => DiagnosticArray::TYPE_NAME,
-        }
+        self.message().name
     }
 
     /// The hash of that type.
     #[must_use]
     pub fn type_hash(self) -> String {
+        (self.message().hash)()
+    }
+
+    /// The definition of that type: see [`definition`].
+    #[must_use]
+    pub fn definition(self) -> String {
+        (self.message().definition)()
+    }
+
+    fn message(self) -> MessageType {
         match self {
-            Self::Transforms | Self::StaticTransforms => type_hash::<TFMessage>(),
-            Self::Pose => type_hash::<PoseWithCovarianceStamped>(),
-            Self::Odometry => type_hash::<Odometry>(),
-            Self::NamedPoses => type_hash::<NamedPoseArray>(),
-            Self::RigidBodies => type_hash::<RigidBodies>(),
-            Self::Detections => type_hash::<AprilTagDetectionArray>(),
-            Self::CameraInfo | Self::PictureInfo => type_hash::<CameraInfo>(),
-            Self::Picture => type_hash::<CompressedImage>(),
-            Self::Diagnostics => type_hash::<DiagnosticArray>(),
+            Self::Transforms | Self::StaticTransforms => MessageType::of::<TFMessage>(),
+            Self::Pose => MessageType::of::<PoseWithCovarianceStamped>(),
+            Self::Quality => MessageType::of::<Float64MultiArray>(),
+            Self::Odometry => MessageType::of::<Odometry>(),
+            Self::NamedPoses => MessageType::of::<NamedPoseArray>(),
+            Self::RigidBodies => MessageType::of::<RigidBodies>(),
+            Self::Detections => MessageType::of::<AprilTagDetectionArray>(),
+            Self::CameraInfo | Self::PictureInfo => MessageType::of::<CameraInfo>(),
+            Self::Image | Self::Picture => MessageType::of::<CompressedImage>(),
+            Self::Diagnostics => MessageType::of::<DiagnosticArray>(),
         }
     }
 
@@ -90,15 +95,33 @@ impl TopicKind {
                 ..reliable(1)
             },
             Self::Pose
+            | Self::Quality
             | Self::Odometry
             | Self::NamedPoses
             | Self::RigidBodies
             | Self::Detections
             | Self::Diagnostics => reliable(10),
-            Self::Picture | Self::PictureInfo => Qos {
+            Self::Image | Self::Picture | Self::PictureInfo => Qos {
                 reliability: Reliability::BestEffort,
                 ..reliable(5)
             },
+        }
+    }
+}
+
+/// A type of message.
+struct MessageType {
+    name: &'static str,
+    hash: fn() -> String,
+    definition: fn() -> String,
+}
+
+impl MessageType {
+    fn of<M: RosMessage>() -> Self {
+        Self {
+            name: M::TYPE_NAME,
+            hash: type_hash::<M>,
+            definition: definition::<M>,
         }
     }
 }

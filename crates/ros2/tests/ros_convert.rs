@@ -260,10 +260,16 @@ fn a_pose_becomes_further_messages_where_they_are_asked_for() {
         also: vec![Also::Odometry, Also::NamedPoses, Also::RigidBodies],
     });
     let outgoing = take_pose(&mut bridge, &pose("pad-2", NOW, State::Initialising));
-    assert_eq!(names(&outgoing), ["/sextant/object/pad_2/pose"]);
+    assert_eq!(
+        names(&outgoing),
+        [
+            "/sextant/object/pad_2/pose",
+            "/sextant/object/pad_2/quality"
+        ]
+    );
     let outgoing = take_pose(&mut bridge, &pose("pad-2", NOW + 1, State::Tracking));
     assert_eq!(
-        names(&outgoing)[2..],
+        names(&outgoing)[3..],
         ["/sextant/object/pad_2/odom", "/poses", "/rigid_bodies"]
     );
 }
@@ -290,13 +296,52 @@ fn a_pose_is_published_with_its_transform_once_its_attitude_is_known() {
         let outgoing = take_pose(&mut bridge, &pose("pad-2", NOW + ns, state));
         names(&outgoing).join(" ")
     };
-    assert_eq!(at(1, State::Initialising), "/sextant/object/pad_2/pose");
-    assert_eq!(at(2, State::Tracking), "/tf /sextant/object/pad_2/pose");
-    assert_eq!(at(3, State::Coasting), "/tf /sextant/object/pad_2/pose");
+    let always = "/sextant/object/pad_2/pose /sextant/object/pad_2/quality";
+    assert_eq!(at(1, State::Initialising), always);
+    assert_eq!(at(2, State::Tracking), format!("/tf {always}"));
+    assert_eq!(at(3, State::Coasting), format!("/tf {always}"));
     assert_eq!(at(4, State::Lost), "");
     // tf2 complains about transforms of the same time.
     assert_eq!(at(3, State::Tracking), "");
     assert_eq!(bridge.counts().superseded, 1);
+}
+
+#[test]
+fn quality_has_the_lengths_of_errors_and_what_entered() {
+    let mut pose = pose("cube", NOW, State::Tracking);
+    for (place, variance) in [4e-6, 4e-6, 1e-6, 4e-4, 4e-4, 1e-4].iter().enumerate() {
+        pose.covariance[7 * place] = *variance;
+    }
+    let quality = convert::quality(&pose);
+    let expected = [0.003, 0.03, f64::from(0.1_f32), 2.0, 3.0];
+    let pairs = quality.data.iter().zip(expected);
+    assert!(pairs.clone().all(|(a, b)| (a - b).abs() < 1e-12));
+    let axis = &quality.layout.dim[0];
+    assert_eq!(axis.label.split(' ').count(), pairs.len());
+    assert_eq!([axis.size, axis.stride], [5, 5]);
+}
+
+#[test]
+fn a_whole_image_comes_with_the_lens_at_its_time() {
+    let mut bridge = bridge(None);
+    let (rig, north) = (
+        vec![camera("north")],
+        CameraId::new("north").expect("an id"),
+    );
+    let rig = RigConfig {
+        cameras: rig,
+        scale_sigma: None,
+    };
+    take(&mut bridge, KeyRef::ConfigRig, &rig);
+    let outgoing = bridge.image(&north, NOW, "png", vec![1, 2, 3]);
+    assert_eq!(
+        names(&outgoing),
+        [
+            "/sextant/camera/north/camera_info",
+            "/sextant/camera/north/image/compressed"
+        ]
+    );
+    assert!(bridge.image(&north, NOW, "png", vec![1, 2, 3]).is_empty());
 }
 
 #[test]
@@ -392,7 +437,7 @@ fn pictures_come_with_their_lens() {
 #[test]
 fn names_that_are_taken_are_refused_and_counted() {
     let mut bridge = bridge(None);
-    for (object, count) in [("pad-2", 2), ("pad_2", 0), ("world", 0)] {
+    for (object, count) in [("pad-2", 3), ("pad_2", 0), ("world", 0)] {
         let outgoing = take_pose(&mut bridge, &pose(object, NOW, State::Tracking));
         assert_eq!(outgoing.len(), count, "{object}");
     }

@@ -5,12 +5,12 @@
 
 use sextant_ros2::messages::{
     AprilTagDetection, AprilTagDetectionArray, Byte, CameraInfo, CompressedImage, DiagnosticArray,
-    DiagnosticStatus, Header, KeyValue, MocapMarker, NamedPose, NamedPoseArray, Odometry,
-    PixelPoint, Point, Pose, PoseWithCovariance, PoseWithCovarianceStamped, Quaternion,
-    RegionOfInterest, RigidBodies, RigidBody, TFMessage, Transform, TransformStamped, Twist,
-    TwistWithCovariance, Vector3,
+    DiagnosticStatus, Float64MultiArray, Header, KeyValue, MocapMarker, MultiArrayDimension,
+    MultiArrayLayout, NamedPose, NamedPoseArray, Odometry, PixelPoint, Point, Pose,
+    PoseWithCovariance, PoseWithCovarianceStamped, Quaternion, RegionOfInterest, RigidBodies,
+    RigidBody, TFMessage, Transform, TransformStamped, Twist, TwistWithCovariance, Vector3,
 };
-use sextant_ros2::{RosMessage, encode, type_hash};
+use sextant_ros2::{RosMessage, definition, encode, type_hash};
 use std::path::Path;
 
 fn golden(name: &str) -> Vec<u8> {
@@ -226,4 +226,36 @@ fn diagnostics() {
         ],
     };
     compare("diagnostics", &message);
+}
+
+#[test]
+fn numbers() {
+    let axis = MultiArrayDimension {
+        label: "sigma_m rms_px".to_owned(),
+        size: 2,
+        stride: 2,
+    };
+    let layout = MultiArrayLayout {
+        dim: vec![axis],
+        data_offset: 0,
+    };
+    let data = vec![0.001, 0.25];
+    compare("quality", &Float64MultiArray { layout, data });
+}
+
+#[test]
+fn a_definition_has_the_fields_and_then_the_types_that_they_refer_to() {
+    let rule = "=".repeat(80);
+    let expected = format!(
+        "geometry_msgs/TransformStamped[] transforms\n\
+         {rule}\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n\
+         {rule}\nMSG: geometry_msgs/Quaternion\nfloat64 x\nfloat64 y\nfloat64 z\nfloat64 w\n\
+         {rule}\nMSG: geometry_msgs/Transform\ngeometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation\n\
+         {rule}\nMSG: geometry_msgs/TransformStamped\nstd_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform\n\
+         {rule}\nMSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n\
+         {rule}\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n"
+    );
+    assert_eq!(definition::<TFMessage>(), expected);
+    let info = definition::<CameraInfo>();
+    assert!(info.contains("\nfloat64[] d\nfloat64[9] k\n") && info.contains("\nbool do_rectify\n"));
 }

@@ -7,15 +7,17 @@ use sextant_ros2::{Attachment, Distribution, Graph, Topic, TopicKind};
 use std::fmt::Write;
 use std::path::Path;
 
-const TOPICS: [(&str, TopicKind); 11] = [
+const TOPICS: [(&str, TopicKind); 13] = [
     ("/tf", TopicKind::Transforms),
     ("/tf_static", TopicKind::StaticTransforms),
     ("/sextant/object/cube/pose", TopicKind::Pose),
+    ("/sextant/object/cube/quality", TopicKind::Quality),
     ("/sextant/object/cube/odom", TopicKind::Odometry),
     ("/poses", TopicKind::NamedPoses),
     ("/rigid_bodies", TopicKind::RigidBodies),
     ("/sextant/camera/north/detections", TopicKind::Detections),
     ("/sextant/camera/north/camera_info", TopicKind::CameraInfo),
+    ("/sextant/camera/north/image/compressed", TopicKind::Image),
     (
         "/sextant/camera/north/preview/image/compressed",
         TopicKind::Picture,

@@ -77,7 +77,7 @@ pub struct HubCounts {
 #[derive(Debug)]
 struct Channel {
     id: u32,
-    schema: Schema,
+    schema: fn() -> Schema,
     kept: Option<Kept>,
 }
 
@@ -309,11 +309,13 @@ impl Client {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use sextant_recordings::foxglove::schema;
+    use sextant_ros2::messages::Header;
 
     fn message(topic: &str, bytes: usize) -> ViewerMessage {
         ViewerMessage {
             topic: topic.to_owned(),
-            schema: Schema::FrameTransforms,
+            schema: schema::ros::<Header>,
             data: vec![7; bytes],
         }
     }

@@ -121,12 +121,13 @@ fn class(kind: TopicKind) -> Qos {
     match kind {
         TopicKind::Transforms
         | TopicKind::Pose
+        | TopicKind::Quality
         | TopicKind::Odometry
         | TopicKind::NamedPoses
         | TopicKind::RigidBodies
         | TopicKind::Detections => Qos::Pose,
         TopicKind::StaticTransforms | TopicKind::CameraInfo => Qos::Config,
-        TopicKind::Picture | TopicKind::PictureInfo => Qos::Preview,
+        TopicKind::Image | TopicKind::Picture | TopicKind::PictureInfo => Qos::Preview,
         TopicKind::Diagnostics => Qos::Status,
     }
 }

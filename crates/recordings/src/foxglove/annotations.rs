@@ -1,14 +1,23 @@
 //! The tags of an image, drawn over it: outlines and numbers. Pixels as Foxglove counts them: (0, 0) is the corner of the first pixel, half
 //! a pixel before Sextant's. They are those of the whole image; a preview is smaller, and viewers scale it by the camera's calibration.
 
-use super::{ViewerMessage, colour, json_message, schema::Schema, time};
-use serde_json::{Value, json};
+use super::{ViewerMessage, time};
+use foxglove::messages::points_annotation::Type;
+use foxglove::messages::{Color, ImageAnnotations, Point2, PointsAnnotation, TextAnnotation};
 use sextant_proto::{Observations, TagObservation};
 
-const LINE_LOOP: u8 = 2;
-const OUTLINE: [f64; 4] = [0.15, 0.95, 0.45, 1.0];
-const BACKGROUND: [f64; 4] = [0.0, 0.0, 0.0, 0.6];
-const CLEAR: [f64; 4] = [0.0; 4];
+const OUTLINE: Color = Color {
+    r: 0.15,
+    g: 0.95,
+    b: 0.45,
+    a: 1.0,
+};
+const BACKGROUND: Color = Color {
+    r: 0.0,
+    g: 0.0,
+    b: 0.0,
+    a: 0.6,
+};
 
 /// Topic of a camera's annotations.
 pub(super) fn topic(camera: impl std::fmt::Display) -> String {
@@ -16,44 +25,41 @@ pub(super) fn topic(camera: impl std::fmt::Display) -> String {
 }
 
 pub(super) fn message(image: &Observations) -> ViewerMessage {
-    let points = image.tags.iter().map(|tag| outline(image, tag));
-    let texts = image.tags.iter().map(|tag| label(image, tag));
-    let annotations = json!({
-        "timestamp": time(image.capture_ns),
-        "circles": [],
-        "points": points.collect::<Vec<_>>(),
-        "texts": texts.collect::<Vec<_>>(),
-    });
-    json_message(topic(&image.camera), Schema::ImageAnnotations, &annotations)
+    let annotations = ImageAnnotations {
+        timestamp: time(image.capture_ns),
+        points: image.tags.iter().map(|tag| outline(image, tag)).collect(),
+        texts: image.tags.iter().map(|tag| label(image, tag)).collect(),
+        ..ImageAnnotations::default()
+    };
+    ViewerMessage::protobuf(topic(&image.camera), &annotations)
 }
 
-fn outline(image: &Observations, tag: &TagObservation) -> Value {
-    json!({
-        "timestamp": time(image.capture_ns),
-        "type": LINE_LOOP,
-        "points": tag.corners.map(point),
-        "outline_color": colour(OUTLINE),
-        "outline_colors": [],
-        "fill_color": colour(CLEAR),
-        "thickness": 2.0,
-    })
+fn outline(image: &Observations, tag: &TagObservation) -> PointsAnnotation {
+    PointsAnnotation {
+        timestamp: time(image.capture_ns),
+        r#type: Type::LineLoop.into(),
+        points: tag.corners.map(point).into(),
+        outline_color: Some(OUTLINE),
+        thickness: 2.0,
+        ..PointsAnnotation::default()
+    }
 }
 
-fn label(image: &Observations, tag: &TagObservation) -> Value {
-    json!({
-        "timestamp": time(image.capture_ns),
-        "position": point(tag.corners[0]),
-        "text": tag.id.to_string(),
-        "font_size": 14.0,
-        "text_color": colour(OUTLINE),
-        "background_color": colour(BACKGROUND),
-    })
+fn label(image: &Observations, tag: &TagObservation) -> TextAnnotation {
+    TextAnnotation {
+        timestamp: time(image.capture_ns),
+        position: Some(point(tag.corners[0])),
+        text: tag.id.to_string(),
+        font_size: 14.0,
+        text_color: Some(OUTLINE),
+        background_color: Some(BACKGROUND),
+        ..TextAnnotation::default()
+    }
 }
 
-/// To a hundredth of a pixel, which is more than is drawn: recordings have one of these for each corner of each image.
-fn point(corner: [f32; 2]) -> Value {
-    let [x, y] = corner.map(|pixels| ((f64::from(pixels) + 0.5) * 100.0).round() / 100.0);
-    json!({ "x": x, "y": y })
+fn point(corner: [f32; 2]) -> Point2 {
+    let [x, y] = corner.map(|pixels| f64::from(pixels) + 0.5);
+    Point2 { x, y }
 }
 
 #[cfg(test)]
@@ -62,6 +68,6 @@ mod tests {
 
     #[test]
     fn pixels_are_counted_from_the_corner_of_the_first() {
-        assert_eq!(point([0.0, 1.234_567]), json!({ "x": 0.5, "y": 1.73 }));
+        assert_eq!(point([0.0, 1.25]), Point2 { x: 0.5, y: 1.75 });
     }
 }

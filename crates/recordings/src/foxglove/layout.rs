@@ -1,6 +1,6 @@
 //! A layout for viewers: the room in 3D, the picture of each camera with its tags, the diagnostics.
 
-use super::{annotations, diagnostics};
+use super::{DIAGNOSTICS, annotations};
 use crate::compressed_image as image;
 use serde_json::{Map, Value, json};
 use sextant_site_model::{CameraId, ObjectId};
@@ -21,7 +21,7 @@ pub fn layout(cameras: &[CameraId], objects: &[ObjectId]) -> Value {
     panels.insert(ROOM.to_owned(), room(objects));
     panels.insert(
         NODES.to_owned(),
-        json!({ "topicToRender": diagnostics::TOPIC, "sortByLevel": true }),
+        json!({ "topicToRender": DIAGNOSTICS, "sortByLevel": true }),
     );
     let beside = pictures.iter().map(picture_panel);
     let beside = beside.chain([NODES.to_owned()]).map(Value::from);

@@ -2,6 +2,8 @@
 //! server that only publishes says, and the two requests that it understands. Texts are JSON; data is binary and little-endian.
 
 use super::schema::Schema;
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
 use serde::Deserialize;
 use serde_json::json;
 
@@ -23,20 +25,25 @@ pub struct AdvertisedChannel<'a> {
     /// Its topic.
     pub topic: &'a str,
     /// Of its messages.
-    pub schema: Schema,
+    pub schema: fn() -> Schema,
 }
 
-/// Offers channels.
+/// Offers channels. Schemas that are no text are in base64.
 #[must_use]
 pub fn advertise<'a>(channels: impl IntoIterator<Item = AdvertisedChannel<'a>>) -> String {
     let channels = channels.into_iter().map(|channel| {
+        let schema = (channel.schema)();
+        let data = match &*schema.encoding {
+            "protobuf" => BASE64_STANDARD.encode(&schema.data),
+            _ => String::from_utf8_lossy(&schema.data).into_owned(),
+        };
         json!({
             "id": channel.id,
             "topic": channel.topic,
-            "encoding": channel.schema.message_encoding(),
-            "schemaName": channel.schema.name(),
-            "schemaEncoding": channel.schema.encoding(),
-            "schema": channel.schema.text(),
+            "encoding": schema.message_encoding,
+            "schemaName": schema.name,
+            "schemaEncoding": schema.encoding,
+            "schema": data,
         })
     });
     json!({ "op": "advertise", "channels": channels.collect::<Vec<_>>() }).to_string()
@@ -95,7 +102,10 @@ impl ClientRequest {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::foxglove::schema;
+    use ::foxglove::messages::FrameTransforms;
     use serde_json::Value;
+    use sextant_ros2::messages::CompressedImage;
 
     /// The examples of the specification.
     #[test]
@@ -137,20 +147,24 @@ mod tests {
 
     #[test]
     fn channels_carry_their_schemas() {
-        let channel = |id, topic, schema| AdvertisedChannel { id, topic, schema };
+        let channel = |id, topic, schema: fn() -> Schema| AdvertisedChannel { id, topic, schema };
         let offer = advertise([
-            channel(1, "/rig", Schema::FrameTransforms),
-            channel(2, "/camera/a/preview", Schema::CompressedImage),
+            channel(1, "/rig", schema::protobuf::<FrameTransforms>),
+            channel(2, "/camera/a/preview", schema::ros::<CompressedImage>),
         ]);
         let offer: Value = serde_json::from_str(&offer).unwrap();
         assert_eq!(offer["op"], "advertise");
         let [rig, preview] = [0, 1].map(|n| &offer["channels"][n]);
+        assert_eq!(rig["schemaName"], "foxglove.FrameTransforms");
         assert_eq!(
             (&rig["encoding"], &rig["schemaEncoding"]),
-            (&json!("json"), &json!("jsonschema"))
+            (&json!("protobuf"), &json!("protobuf"))
         );
-        let schema: Value = serde_json::from_str(rig["schema"].as_str().unwrap()).unwrap();
-        assert_eq!(schema["title"], "foxglove.FrameTransforms");
+        let descriptor = BASE64_STANDARD.decode(rig["schema"].as_str().unwrap());
+        assert_eq!(
+            descriptor.unwrap(),
+            *schema::protobuf::<FrameTransforms>().data
+        );
         assert_eq!(
             (&preview["encoding"], &preview["schemaEncoding"]),
             (&json!("cdr"), &json!("ros2msg"))

@@ -9,6 +9,7 @@ use ::mcap::records::{MessageHeader, Metadata};
 use ::mcap::write::NoSeek;
 use ::mcap::{Compression, McapError, McapResult, WriteOptions, Writer};
 use sextant_proto::{AnyMessage, VERSION};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -41,15 +42,6 @@ pub struct McapWriter<W: Write> {
 struct Channel {
     id: u16,
     next: u32,
-}
-
-/// How the messages of a channel are encoded.
-#[derive(Clone, Copy)]
-struct Encoding<'a> {
-    schema: &'a str,
-    schema_encoding: &'a str,
-    schema_text: &'a [u8],
-    message: &'a str,
 }
 
 impl<W: Write> McapWriter<W> {
@@ -106,14 +98,13 @@ impl<W: Write> McapWriter<W> {
             arrival_ns,
             capture_ns: capture_ns(&message).unwrap_or(arrival_ns),
         };
-        let kind = format!("{:?}", message.kind());
-        let encoding = Encoding {
-            schema: &kind,
-            schema_encoding: "",
-            schema_text: &[],
-            message: WIRE_ENCODING,
+        let schema = || Schema {
+            name: format!("{:?}", message.kind()),
+            encoding: String::new(),
+            data: Cow::default(),
+            message_encoding: WIRE_ENCODING.to_owned(),
         };
-        self.write(key, encoding, payload, times)?;
+        self.write(key, schema, payload, times)?;
         for shown in foxglove::messages(&message, arrival_ns) {
             self.write_shown(&shown, times)?;
         }
@@ -133,11 +124,7 @@ impl<W: Write> McapWriter<W> {
             arrival_ns,
             capture_ns: image.capture_ns,
         };
-        let shown = ViewerMessage {
-            topic: image::topic(&image.camera),
-            schema: Schema::CompressedImage,
-            data: image::encode(image),
-        };
+        let shown = ViewerMessage::ros(image::topic(&image.camera), &image::image_message(image));
         self.write_shown(&shown, times)
     }
 
@@ -146,20 +133,13 @@ impl<W: Write> McapWriter<W> {
         shown: &ViewerMessage,
         times: MessageTimes,
     ) -> Result<(), RecordingError> {
-        let schema_text = shown.schema.text();
-        let encoding = Encoding {
-            schema: shown.schema.name(),
-            schema_encoding: shown.schema.encoding(),
-            schema_text: schema_text.as_bytes(),
-            message: shown.schema.message_encoding(),
-        };
-        self.write(&shown.topic, encoding, &shown.data, times)
+        self.write(&shown.topic, shown.schema, &shown.data, times)
     }
 
     fn write(
         &mut self,
         topic: &str,
-        encoding: Encoding<'_>,
+        schema: impl FnOnce() -> Schema,
         data: &[u8],
         times: MessageTimes,
     ) -> Result<(), RecordingError> {
@@ -168,7 +148,7 @@ impl<W: Write> McapWriter<W> {
             self.dropped += 1;
             return Ok(());
         }
-        let written = self.write_message(topic, encoding, data, times);
+        let written = self.write_message(topic, schema, data, times);
         written.map_err(|cause| unwritable(&self.path, cause))?;
         self.messages += 1;
         Ok(())
@@ -177,14 +157,14 @@ impl<W: Write> McapWriter<W> {
     fn write_message(
         &mut self,
         topic: &str,
-        encoding: Encoding<'_>,
+        schema: impl FnOnce() -> Schema,
         data: &[u8],
         times: MessageTimes,
     ) -> McapResult<()> {
         let channel = match self.channels.get_mut(topic) {
             Some(channel) => channel,
             None => {
-                let channel = self.add_channel(topic, encoding)?;
+                let channel = self.add_channel(topic, &schema())?;
                 self.channels.entry(topic.to_owned()).or_insert(channel)
             }
         };
@@ -198,15 +178,17 @@ impl<W: Write> McapWriter<W> {
         self.file.write_to_known_channel(&header, data)
     }
 
-    fn add_channel(&mut self, topic: &str, encoding: Encoding<'_>) -> McapResult<Channel> {
-        let schema = self.file.add_schema(
-            encoding.schema,
-            encoding.schema_encoding,
-            encoding.schema_text,
-        )?;
+    fn add_channel(&mut self, topic: &str, schema: &Schema) -> McapResult<Channel> {
+        let Schema {
+            name,
+            encoding,
+            data,
+            message_encoding,
+        } = schema;
+        let schema = self.file.add_schema(name, encoding, data)?;
         let id = self
             .file
-            .add_channel(schema, topic, encoding.message, &self.metadata)?;
+            .add_channel(schema, topic, message_encoding, &self.metadata)?;
         Ok(Channel { id, next: 0 })
     }
 
@@ -255,7 +237,7 @@ fn capture_ns(message: &AnyMessage) -> Option<u64> {
     }
 }
 
-fn unwritable(path: &Path, cause: McapError) -> RecordingError {
+pub(super) fn unwritable(path: &Path, cause: McapError) -> RecordingError {
     let source = match cause {
         McapError::Io(source) => source,
         other => io::Error::other(other),

@@ -1,6 +1,7 @@
 //! Lenses and pictures of cameras.
 
 use sextant_proto::{CameraConfig, LensConfig, Preview};
+use sextant_site_model::CameraId;
 use zune_jpeg::JpegDecoder;
 use zune_jpeg::zune_core::bytestream::ZCursor;
 
@@ -17,10 +18,21 @@ pub fn camera_info(camera: &CameraConfig, stamp_ns: u64) -> CameraInfo {
 /// The picture of a preview as a JPEG file.
 #[must_use]
 pub fn picture(preview: &Preview) -> CompressedImage {
+    image(
+        &preview.camera,
+        preview.capture_ns,
+        "jpeg",
+        preview.jpeg.clone(),
+    )
+}
+
+/// An image of a camera as a file of the named format.
+#[must_use]
+pub fn image(camera: &CameraId, capture_ns: u64, format: &str, file: Vec<u8>) -> CompressedImage {
     CompressedImage {
-        header: Header::new(preview.capture_ns, &optical_frame(&preview.camera)),
-        format: "jpeg".to_owned(),
-        data: preview.jpeg.clone(),
+        header: Header::new(capture_ns, &optical_frame(camera)),
+        format: format.to_owned(),
+        data: file,
     }
 }
 

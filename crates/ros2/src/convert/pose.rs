@@ -5,9 +5,9 @@ use sextant_proto::{CameraConfig, LinkPose, ObjectConfig, ObjectLinks, ObjectPos
 
 use super::frames::{carrier_frame, link_frame, optical_frame, tag_frame};
 use crate::messages::{
-    Header, NamedPose, NamedPoseArray, Odometry, Point, Pose, PoseWithCovariance,
-    PoseWithCovarianceStamped, Quaternion, RigidBodies, RigidBody, Transform, TransformStamped,
-    Twist, TwistWithCovariance, Vector3,
+    Float64MultiArray, Header, MultiArrayDimension, MultiArrayLayout, NamedPose, NamedPoseArray,
+    Odometry, Point, Pose, PoseWithCovariance, PoseWithCovarianceStamped, Quaternion, RigidBodies,
+    RigidBody, Transform, TransformStamped, Twist, TwistWithCovariance, Vector3,
 };
 
 /// Variance of velocities, of which the site publishes none: large, as none is known.
@@ -60,6 +60,34 @@ pub fn odometry(pose: &ObjectPose, world: &str) -> Odometry {
             }),
         },
     }
+}
+
+/// How good a pose is, for plots: the expected lengths of the errors of position (m) and attitude (rad), the reprojection error (pixels), and
+/// the numbers of cameras and tags that entered.
+#[must_use]
+pub fn quality(pose: &ObjectPose) -> Float64MultiArray {
+    let sigma = |from: usize| {
+        let variances = (from..from + 3).map(|axis| pose.covariance[7 * axis].max(0.0));
+        variances.sum::<f64>().sqrt()
+    };
+    let data = vec![
+        sigma(0),
+        sigma(3),
+        f64::from(pose.rms_px),
+        f64::from(pose.cameras),
+        f64::from(pose.tags),
+    ];
+    let size = data.len() as u32;
+    let dimension = MultiArrayDimension {
+        label: "position_sigma_m attitude_sigma_rad rms_px cameras tags".to_owned(),
+        size,
+        stride: size,
+    };
+    let layout = MultiArrayLayout {
+        dim: vec![dimension],
+        data_offset: 0,
+    };
+    Float64MultiArray { layout, data }
 }
 
 /// `world_from_object` under the object's name, an array of one.
