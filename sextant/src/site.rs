@@ -30,6 +30,9 @@ pub struct SiteArguments {
     /// Keys of a protected site, as `sextant keys add` makes them for a viewer or an operator.
     #[arg(long, env = "SEXTANT_KEYS", value_name = "DIR/NAME")]
     keys: Option<PathBuf>,
+    /// End as at Ctrl-C when standard input ends: for programs that run this one.
+    #[arg(long, hide_short_help = true)]
+    until_input_ends: bool,
 }
 
 /// Default endpoint of the router.
@@ -83,6 +86,9 @@ impl SiteArguments {
     /// [`Exit::Unavailable`] when no router answers within three seconds.
     pub fn open(&self) -> anyhow::Result<SiteSession> {
         let shutdown = Shutdown::install()?;
+        if self.until_input_ends {
+            shutdown.request_at_end_of_input();
+        }
         let security = self.security()?;
         SiteSession::open(&self.connect, self.site.clone(), &security, shutdown).map_err(|error| {
             let failure = match error {

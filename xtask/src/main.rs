@@ -22,8 +22,8 @@ mod wasm;
 
 use plan::{Chore, Options, run_in_order};
 use sextant_test_needs::{
-    CXX, DISK, DPKG_DEB, GCC_AARCH64, GCC_ARM, LINTIAN, MOSQUITTO, NODE, PIP, PYTHON, QEMU_AARCH64,
-    QEMU_ARM, SHARED_MEMORY, SKIPS, SYSUSERS,
+    CXX, DISK, DPKG_DEB, GCC_AARCH64, GCC_ARM, LINTIAN, MMDEBSTRAP, MOSQUITTO, NAME_SPACES, NODE,
+    PIP, PYTHON, QEMU_AARCH64, QEMU_ARM, SHARED_MEMORY, SKIPS, SYSUSERS,
 };
 use std::fs;
 use std::os::unix::process::CommandExt;
@@ -241,6 +241,27 @@ const CHORES: &[Chore] = &[
         )
     },
     Chore {
+        needs: &[
+            &PYTHON,
+            &PIP,
+            &MMDEBSTRAP,
+            &NAME_SPACES,
+            &GCC_AARCH64,
+            &QEMU_AARCH64,
+        ],
+        targets: &[AARCH64],
+        fetches: &[
+            "cargo-zigbuild and zig, in target/tools",
+            "Debian's Python, in target/package/clean-system",
+        ],
+        minutes: 30,
+        ..Chore::new(
+            "wheel",
+            "Python wheels with the command line in them, tried in a clean system: target/package/wheels/",
+            package::wheels,
+        )
+    },
+    Chore {
         minutes: 45,
         ..Chore::new(
             "faults",
@@ -432,6 +453,7 @@ mod tests {
                     "python",
                     "simulate",
                     "wasm",
+                    "wheel",
                 ]
                 .contains(word)
             })

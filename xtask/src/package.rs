@@ -1,4 +1,4 @@
-//! Packages for boards and PCs: a `.deb` for each processor, and tarballs of the camera node for systems with BusyBox, all in `target/package`.
+//! Packages for boards and PCs: a `.deb` for each processor, tarballs of the camera node for systems with BusyBox, and Python wheels, all in `target/package`.
 //!
 //! Programs are linked by zig against the C library of the oldest system that they are for; none is packed that needs a newer one.
 
@@ -8,12 +8,14 @@ mod lifecycle;
 mod symbols;
 mod tarball;
 mod target;
+mod wheel;
 
 use crate::tools::{root, run};
 use contents::{CAMERA, Package, SEXTANT, stage};
 use std::fs;
 use std::path::{Path, PathBuf};
 use target::{ARMV7, TARGETS, Target};
+pub use wheel::wheels;
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 

@@ -5,7 +5,7 @@ mod generate;
 use crate::generated::Generated;
 use crate::tools::{root, run, run_in, run_with};
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 const PACKAGE: &str = "clients/python";
 const MESSAGES: Generated = Generated {
@@ -13,6 +13,8 @@ const MESSAGES: Generated = Generated {
     chore: "python",
     make: generate::module,
 };
+/// Pip as a module of an interpreter.
+pub const PIP: &[&str] = &["-m", "pip", "--quiet", "--disable-pip-version-check"];
 /// Virtual environment and wheel of the tests.
 const SCRATCH: &str = "target/python";
 
@@ -27,38 +29,13 @@ pub fn test() -> Result<(), String> {
     MESSAGES.check()?;
     let scratch = root().join(SCRATCH);
     let python = environment(&scratch.join("venv"))?;
-    let wheels = scratch.join("wheels");
-    if wheels.exists() {
-        fs::remove_dir_all(&wheels).map_err(|cause| format!("{}: {cause}", wheels.display()))?;
-    }
-    let folder = wheels.display().to_string();
-    let pip = ["-m", "pip", "--quiet", "--disable-pip-version-check"];
-    run_in(
-        PACKAGE,
-        &python,
-        &[
-            &pip[..],
-            &["wheel", "--no-deps", "--wheel-dir", &folder, "."],
-        ]
-        .concat(),
-    )?;
-    let wheel = wheels.join(concat!(
-        "sextant-",
-        env!("CARGO_PKG_VERSION"),
-        "-py3-none-any.whl"
-    ));
-    if !wheel.is_file() {
-        return Err(format!(
-            "{} was not built: {PACKAGE}/pyproject.toml has another version than the workspace",
-            wheel.display()
-        ));
-    }
+    let wheel = wheel(&python, &scratch.join("wheels"), "any", &[])?;
     let wheel = wheel.display().to_string();
     let tested = format!("{wheel}[test]");
-    run(&python, &[&pip[..], &["install", &tested]].concat())?;
+    run(&python, &[PIP, &["install", &tested]].concat())?;
     // The same version may have been installed before, with other content.
     let again = ["install", "--force-reinstall", "--no-deps", &wheel];
-    run(&python, &[&pip[..], &again].concat())?;
+    run(&python, &[PIP, &again].concat())?;
     run_in(PACKAGE, &python, &["-m", "mypy"])?;
     run(
         "cargo",
@@ -75,6 +52,30 @@ pub fn test() -> Result<(), String> {
     let package = root().join(PACKAGE).display().to_string();
     let pytest = ["-m", "pytest", "--rootdir", &package, &package];
     run_with(&[("SEXTANT_BINARY", &binary)], &python, &pytest)
+}
+
+/// The package's wheel for a platform, in a folder that is emptied first; `variables` are for `hatch_build.py`.
+pub fn wheel(
+    python: &str,
+    folder: &Path,
+    platform: &str,
+    variables: &[(&str, &str)],
+) -> Result<PathBuf, String> {
+    if folder.exists() {
+        fs::remove_dir_all(folder).map_err(|cause| format!("{}: {cause}", folder.display()))?;
+    }
+    let place = folder.display().to_string();
+    let build = ["wheel", "--no-deps", "--wheel-dir", &place, PACKAGE];
+    run_with(variables, python, &[PIP, &build].concat())?;
+    let version = env!("CARGO_PKG_VERSION");
+    let wheel = folder.join(format!("sextant-{version}-py3-none-{platform}.whl"));
+    if wheel.is_file() {
+        return Ok(wheel);
+    }
+    Err(format!(
+        "{} was not built: {PACKAGE}/pyproject.toml has another version than the workspace",
+        wheel.display()
+    ))
 }
 
 /// The interpreter of a virtual environment, made where it is missing.

@@ -83,9 +83,9 @@ def wait_for(condition):
     raise AssertionError("this did not come true")
 
 
-def guide():
-    """The Python blocks of the guide."""
-    page = Path(__file__).parents[3] / "docs" / "subscribe.md"
+def guide(name="subscribe.md"):
+    """The Python blocks of a guide."""
+    page = Path(__file__).parents[3] / "docs" / name
     blocks = page.read_text(encoding="utf-8").split("```")[1::2]
     return [block.removeprefix("python\n") for block in blocks if block.startswith("python\n")]
 

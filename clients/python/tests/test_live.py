@@ -53,6 +53,16 @@ def test_the_second_example_runs(demo):
     exec(compile(at(demo, guide()[1]), "guide", "exec"), {})
 
 
+def test_the_guide_to_everything_else_runs(demo, tmp_path, monkeypatch, capsys):
+    blocks = guide("python.md")
+    assert len(blocks) == 6
+    monkeypatch.chdir(tmp_path)
+    for block in blocks:
+        exec(compile(block.replace(DEFAULT_ENDPOINT, demo), "guide", "exec"), {})
+    printed = capsys.readouterr().out
+    assert "taken" in printed and "refused: the rig has no camera; nothing has changed" in printed
+
+
 def test_the_third_example_reads_a_replay(recording, monkeypatch, capsys):
     monkeypatch.chdir(recording)
     exec(compile(guide()[2], "guide", "exec"), {})
@@ -204,9 +214,13 @@ def test_keys_open_a_protected_site(binary, recording, tmp_path, profile, protoc
             password = (keys / "password").read_text().strip()
             with member(user="screen.1", password=password) as site:
                 assert list(site.objects()) == ["cuboid"]
+                with pytest.raises(sextant.OptionsError, match="keys=DIR"):
+                    site.record(tmp_path / "site.mcap")
             assert member(user="screen.1", password="wrong") is None
     with pytest.raises(sextant.OptionsError, match="of site lab, not of hall"):
         sextant.connect(endpoint, site="hall", keys=keys)
+    with pytest.raises(sextant.NoRouterError, match="quic/127.0.0.1:7447"):
+        sextant.connect(site="lab", keys=keys, timeout=0.5)
     os.chmod(keys / "key.pem", 0o644)
     with pytest.raises(sextant.OptionsError, match="chmod 600"):
         sextant.connect(endpoint, site="lab", keys=keys)

@@ -1,5 +1,5 @@
 //! Shutdown requests: SIGINT, SIGTERM and SIGHUP permanently set a flag and make a file descriptor readable. Loops read the flag, and
-//! waits poll the descriptor. This needs no thread.
+//! waits poll the descriptor. This needs no thread, except to watch standard input.
 
 use std::io::Write;
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd};
@@ -65,6 +65,16 @@ impl Shutdown {
         self.state.requested.store(true, Ordering::SeqCst);
         // A full pipe is readable already, which is sufficient.
         let _ = (&self.state.writable).write(&[0]);
+    }
+
+    /// Requests a shutdown when standard input ends, as it does when the program that holds its other end is killed.
+    pub fn request_at_end_of_input(&self) {
+        let shutdown = self.clone();
+        std::thread::spawn(move || {
+            // A fault of the pipe is an end too.
+            let _ = std::io::copy(&mut std::io::stdin().lock(), &mut std::io::sink());
+            shutdown.request();
+        });
     }
 
     /// Runs work that does not check for shutdown: Ctrl-C ends the process during it, with [`Exit::Interrupted`] and without cleanup.

@@ -1,4 +1,4 @@
-"""Subscribes to a Sextant site: six-degree-of-freedom poses of tagged objects, live, with covariance.
+"""A Sextant site from Python: six-degree-of-freedom poses of tagged objects, live, with covariance; its models, calibrations and recordings.
 
 >>> import sextant
 >>> with sextant.connect("tcp/127.0.0.1:7447", site="demo") as site:   # doctest: +SKIP
@@ -9,24 +9,30 @@ Metres, radians, nanoseconds since the Unix epoch by the clock of the cameras; q
 of b into a. Numbers are numpy arrays where numpy is installed, tuples otherwise.
 """
 
-from . import messages
+from . import aio, calibrate, messages
+from ._command import run
 from ._messages import Observations, State
 from ._pose import Pose, Transform
+from ._recorder import RecordedFigures, Recording
 from ._recordings import PoseTable, read_messages, read_poses
 from ._site import CameraInfo, Node, ObjectInfo, Site, connect
 from ._subscription import Subscription
 from ._wire import decode, encode
 from .errors import (
     ClosedError,
+    CommandError,
     DecodeError,
     EncodeError,
     FileError,
     InvalidNameError,
     MissingPackageError,
+    NoAnswerError,
     NoFusionError,
     NoPoseError,
+    NoProgramError,
     NoRouterError,
     OptionsError,
+    RefusedError,
     SextantError,
     UnknownNameError,
 )
@@ -34,13 +40,16 @@ from .errors import (
 __all__ = [
     "CameraInfo",
     "ClosedError",
+    "CommandError",
     "DecodeError",
     "EncodeError",
     "FileError",
     "InvalidNameError",
     "MissingPackageError",
+    "NoAnswerError",
     "NoFusionError",
     "NoPoseError",
+    "NoProgramError",
     "NoRouterError",
     "Node",
     "ObjectInfo",
@@ -48,16 +57,22 @@ __all__ = [
     "OptionsError",
     "Pose",
     "PoseTable",
+    "RecordedFigures",
+    "Recording",
+    "RefusedError",
     "SextantError",
     "Site",
     "State",
     "Subscription",
     "Transform",
     "UnknownNameError",
+    "aio",
+    "calibrate",
     "connect",
     "decode",
     "encode",
     "messages",
     "read_messages",
     "read_poses",
+    "run",
 ]

@@ -9,7 +9,7 @@ from typing import Optional
 
 from ._estimates import interpolate
 from ._messages import ObjectPose
-from .errors import NoPoseError
+from .errors import ClosedError, NoPoseError
 
 #: How long poses are kept, by their own time, s.
 KEPT_S = 10
@@ -31,6 +31,7 @@ class History:
         self._poses: list[ObjectPose] = []
         self._times: list[int] = []
         self._last_arrival: Optional[float] = None
+        self._closed = False
         self._arrival = threading.Condition()
 
     def insert(self, pose: ObjectPose) -> None:
@@ -81,7 +82,15 @@ class History:
                 pass
             return self._interpolated(name, t_ns)
 
+    def close(self) -> None:
+        """Ends whatever waits."""
+        with self._arrival:
+            self._closed = True
+            self._arrival.notify_all()
+
     def _wait(self, deadline: float) -> bool:
+        if self._closed:
+            raise ClosedError("the site was closed")
         left = deadline - monotonic()
         if left > 0:
             self._arrival.wait(min(left, _GLANCE))

@@ -122,6 +122,12 @@ def _member_of(folder: Path, site: str) -> str:
     return name[1]
 
 
+def role_of(keys: Union[str, os.PathLike[str]]) -> str:
+    """The role of the member that a folder of keys is of."""
+    found = re.search(r'^role = "([^"]*)"$', _read(Path(keys) / "node.toml"), re.MULTILINE)
+    return found[1] if found else "unknown"
+
+
 def _check_secret(file: Path) -> None:
     _read(file)
     if os.name == "posix" and stat.S_IMODE(file.stat().st_mode) & 0o077:

@@ -14,29 +14,41 @@ from typing import Any, Callable, Optional, Sequence, TypeVar, Union
 import zenoh
 
 from ._arrays import matrix, vector
+from ._changes import GLANCE_S, Model, answer_to, key_of, signature
+from ._command import Command, Word, options
 from ._epochs import EpochFilter
 from ._estimates import relative_pose, worse
 from ._history import History
 from ._messages import (
     Camera,
+    CameraSettings,
     CameraStatus,
+    ConfigAnswer,
+    ConfigAnswerOutcomeRefused,
     FusionStatus,
     ObjectConfig,
     ObjectPose,
     Observations,
+    Proposal,
     RigConfig,
     State,
 )
-from ._network import open_session
+from ._network import open_session, role_of
 from ._pose import Pose, Transform
+from ._recorder import Recording
 from ._subscription import Subscription
-from ._wire import MAX_BYTES, VERSION, decode
+from ._wire import MAX_BYTES, VERSION, decode, encode
 from .errors import (
     ClosedError,
     DecodeError,
     InvalidNameError,
+    NoAnswerError,
     NoFusionError,
     NoPoseError,
+    NoRouterError,
+    OptionsError,
+    RefusedError,
+    SextantError,
     UnknownNameError,
 )
 
@@ -122,11 +134,32 @@ def connect(
     """
     _check_id("site", site)
     if endpoint is None:
-        protocol = "tcp" if keys is None else "tls"
+        protocol = "tcp" if keys is None else "quic"
         endpoint = f"{protocol}/127.0.0.1:{DEFAULT_PORT}"
     endpoints = [endpoint] if isinstance(endpoint, str) else list(endpoint)
     session = open_session(endpoints, site, keys, user, password, timeout)
-    return Site(session, site, timeout)
+    return Site(session, site, timeout, Access(endpoints[0], keys, user))
+
+
+@dataclass(frozen=True)
+class Access:
+    """How this program has come to the site, for commands that go the same way."""
+
+    endpoint: str
+    keys: Union[str, os.PathLike[str], None]
+    user: Optional[str]
+
+    def words(self, site: str) -> list[str]:
+        if self.user is not None:
+            raise OptionsError("commands need keys where the site is protected: connect with keys=DIR instead of user and password")
+        keys = [] if self.keys is None else ["--keys", os.fspath(self.keys)]
+        return ["--connect", self.endpoint, "--site", site, *keys, "--until-input-ends"]
+
+    def check_may_change(self) -> None:
+        """The router enforces this as well, but drops the message without an answer."""
+        role = None if self.keys is None else role_of(self.keys)
+        if role not in (None, "operator", "fusion"):
+            raise OptionsError(f"keys of the role {role} may not change the site: connect with those of an operator")
 
 
 class Site:
@@ -136,12 +169,14 @@ class Site:
     for how long.
     """
 
-    def __init__(self, session: Any, site: str, timeout: float) -> None:
+    def __init__(self, session: Any, site: str, timeout: float, access: Access) -> None:
         self._session = session
+        self._access = access
         self._root = f"sextant/v{VERSION}/{site}"
         self._timeout = timeout
         self._followed: dict[str, tuple[History, Any]] = {}
-        self._subscriptions: weakref.WeakSet[Subscription[Any]] = weakref.WeakSet()
+        #: What ends with the site.
+        self._dependents: weakref.WeakSet[Union[Subscription[Any], Command, Recording]] = weakref.WeakSet()
         self._lock = threading.Lock()
         #: The name of the site.
         self.name = site
@@ -158,11 +193,13 @@ class Site:
         return f"Site({self.name!r}, {'connected' if self.is_connected else 'not connected'})"
 
     def close(self) -> None:
-        """Closes the connection and ends its subscriptions."""
+        """Closes the connection, and ends its subscriptions, recordings and calibrations, and whatever waits for a pose."""
         with self._lock:
             session, self._session = self._session, None
-        for subscription in list(self._subscriptions):
-            subscription.close()
+        for history, _ in list(self._followed.values()):
+            history.close()
+        for dependent in list(self._dependents):
+            dependent.close()
         if session is not None:
             session.close()
 
@@ -204,6 +241,86 @@ class Site:
         """The newest status of each fusion node: cameras, objects, faults and notices. Waits for a second at most."""
         return self._latest("fusion/*/status", FusionStatus)
 
+    def rig(self) -> RigConfig:
+        """The cameras that are in force. Waits for a fusion node that still starts."""
+        deadline = monotonic() + self._timeout
+        while True:
+            for rig in self._latest("config/rig", RigConfig):
+                return rig
+            if monotonic() >= deadline:
+                raise self._no_fusion()
+            sleep(_PAUSE_S)
+
+    def proposal(self) -> Optional[Proposal]:
+        """The refined calibration that a fusion node proposes, if any; `set` puts it in force."""
+        proposals = self._latest("fusion/*/proposal", Proposal)
+        return next((proposal for proposal in proposals if proposal.rig or proposal.objects), None)
+
+    def former(self) -> Optional[Proposal]:
+        """What was in force before the last change, if it is known; `set` takes the change back with it."""
+        statuses = self.statuses()
+        if not statuses:
+            raise self._no_fusion()
+        node = max(statuses, key=lambda status: status.epoch or 0).node
+        formers = self._latest(f"fusion/{node}/former", Proposal)
+        return next((former for former in formers if former.rig or former.objects), None)
+
+    def set(self, *models: Model) -> ConfigAnswer:
+        """Puts models in force: a rig, an object, settings of a camera, a proposal; or a rig and objects together.
+
+        All of it is put in force, or none. Raises `RefusedError` with the cause where the fusion node refuses it, and `NoAnswerError`
+        where none answers within 15 s. What a model leaves out is not given any more.
+        """
+        self._access.check_may_change()
+        fusion = [node for node in self.nodes() if node.kind == "fusion"]
+        if not fusion:
+            raise self._no_fusion()
+        model = models[0] if len(models) == 1 else _together(fusion[0].id, models)
+        if isinstance(model, ObjectConfig):
+            _check_id("object", model.id)
+        if isinstance(model, CameraSettings):
+            _check_id("camera", model.camera)
+        key, payload = f"{self._root}/{key_of(model)}", encode(model)
+
+        def ask() -> None:
+            self._open().put(key, payload, attachment=signature(), congestion_control=zenoh.CongestionControl.BLOCK)
+
+        def read(_: str, payload: bytes) -> ConfigAnswer:
+            answer: ConfigAnswer = decode(payload, ConfigAnswer)
+            return answer
+
+        answers = "fusion/*/answer"
+        with self._subscribe(answers, read, GLANCE_S, NoAnswerError) as subscription:
+            answer = answer_to(payload, ask, subscription, lambda: self._latest(answers, ConfigAnswer))
+        if isinstance(answer.outcome, ConfigAnswerOutcomeRefused):
+            raise RefusedError(answer.node, answer.outcome.value)
+        return answer
+
+    def remove_object(self, name: str) -> ConfigAnswer:
+        """Removes an object. Raises as `set`."""
+        self._check_object(name)
+        return self.set(ObjectConfig(name, links=(), joints=(), tags=(), frame_sigma=None, scale_sigma=None))
+
+    def record(
+        self,
+        file: Union[str, os.PathLike[str]],
+        *,
+        images: bool = False,
+        objects: Sequence[str] = (),
+        camera_config: Union[str, os.PathLike[str], None] = None,
+        force: bool = False,
+    ) -> Recording:
+        """Records the site into an MCAP file, by `sextant record`, whose options these are; use it in a `with` statement.
+
+        It has begun when this returns. Raises `CommandError`, such as for a file that exists without `force`.
+        """
+        self._open()
+        given = options({"images": images, "object": list(objects), "camera_config": camera_config, "force": force})
+        command = Command(["record", file, *given], self._access.words(self.name))
+        recording = Recording(os.fspath(file), command)
+        self._dependents.add(recording)
+        return recording
+
     def poses(self, name: Optional[str] = None, *, timeout: Optional[float] = None) -> Subscription[Pose]:
         """The poses of an object from now on, for `for` and `async for`; of all objects without a name.
 
@@ -217,7 +334,7 @@ class Site:
             message = read(key, payload)
             return None if message is None else Pose.from_message(message)
 
-        return self._subscribe(f"object/{name or '*'}/pose", pose, timeout, name or "any object")
+        return self._subscribe(f"object/{name or '*'}/pose", pose, timeout, self._silence(name or "any object"))
 
     def observations(self, camera: str, *, timeout: Optional[float] = None) -> Subscription[Observations]:
         """What each image of a camera shows, from now on, for `for` and `async for`."""
@@ -226,7 +343,7 @@ class Site:
         if camera not in known:
             raise UnknownNameError("camera", camera, self.name, known)
         read = self._reader("camera", "observations", Observations)
-        return self._subscribe(f"camera/{camera}/observations", read, timeout, camera)
+        return self._subscribe(f"camera/{camera}/observations", read, timeout, self._silence(camera))
 
     def pose(self, name: str, timeout: float = 5.0) -> Pose:
         """The pose of an object now: the newest one, if it arrived within the last second; otherwise the next.
@@ -272,6 +389,16 @@ class Site:
         why = "check that cameras see it (`sextant top`)" if self.is_connected else "the router is out of reach"
         return NoPoseError(f"no pose of {name!r} within {waited:.1f} s{last}: {why}")
 
+    def _silence(self, name: str) -> Callable[[float], Exception]:
+        return lambda waited: self._no_pose(name, waited)
+
+    def _command(self, arguments: Sequence[Word]) -> Command:
+        """Runs a command on this site, which is killed where the site is closed before."""
+        self._open()
+        command = Command(arguments, self._access.words(self.name))
+        self._dependents.add(command)
+        return command
+
     def _follow(self, name: str) -> History:
         """The history of an object, which begins with the first request."""
         followed = self._followed.get(name)
@@ -300,11 +427,11 @@ class Site:
         key: str,
         read: Callable[[str, bytes], Optional[T]],
         timeout: Optional[float],
-        name: str,
+        silence: Callable[[float], Exception],
     ) -> Subscription[T]:
-        subscription = Subscription(read, timeout, lambda waited: self._no_pose(name, waited))
+        subscription = Subscription(read, timeout, silence)
         subscription._subscriber = self._open().declare_subscriber(f"{self._root}/{key}", _handler(subscription))
-        self._subscriptions.add(subscription)
+        self._dependents.add(subscription)
         return subscription
 
     def _reader(self, kind: str, field: str, record: type[T]) -> Callable[[str, bytes], Optional[T]]:
@@ -338,8 +465,13 @@ class Site:
             if monotonic() >= deadline:
                 if any(node.kind == "fusion" for node in self.nodes()):
                     raise UnknownNameError("object", name, self.name, ())
-                raise NoFusionError(self.name, self._other_sites())
+                raise self._no_fusion()
             sleep(_PAUSE_S)
+
+    def _no_fusion(self) -> SextantError:
+        if not self.is_connected:
+            return NoRouterError([self._access.endpoint], "the connection is being made again")
+        return NoFusionError(self.name, self._other_sites())
 
     def _other_sites(self) -> list[str]:
         """Sites of the same router that have nodes. A protected router names none."""
@@ -403,6 +535,14 @@ def _transform(a: ObjectPose, b: ObjectPose) -> Transform:
         orientation=vector(orientation),
         covariance=matrix(covariance, 6),
     )
+
+
+def _together(node: str, models: Sequence[Model]) -> Proposal:
+    rigs = [encode(model) for model in models if isinstance(model, RigConfig)]
+    objects = tuple(encode(model) for model in models if isinstance(model, ObjectConfig))
+    if not models or len(rigs) > 1 or len(rigs) + len(objects) < len(models):
+        raise TypeError("give one model, or one rig and objects together")
+    return Proposal(node, 0, rigs[0] if rigs else None, objects, n_images=0, before_px=0.0, after_px=0.0)
 
 
 def _check_id(what: str, name: str) -> None:

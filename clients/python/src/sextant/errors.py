@@ -2,8 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Iterable, Optional
+from typing import Any, Iterable, Optional
 
+from ._messages import (
+    Refusal,
+    RefusalNoCamera,
+    RefusalNotStored,
+    RefusalSharedTag,
+    RefusalTooManyObjects,
+    RefusalUnknownTag,
+    RefusalWrongId,
+)
 from ._postcard import DecodeError, EncodeError
 
 
@@ -62,6 +71,66 @@ class ClosedError(SextantError):
     """The site was closed."""
 
 
+class RefusedError(SextantError, ValueError):
+    """The site refuses a change; nothing has changed."""
+
+    def __init__(self, node: str, refusal: Refusal) -> None:
+        #: The fusion node that decided.
+        self.node = node
+        #: The cause, as a message of the contract.
+        self.refusal = refusal
+        super().__init__(f"{node} refused: {_words(refusal)}; nothing has changed")
+
+
+def _words(refusal: Refusal) -> str:
+    """The words of the command line."""
+    if isinstance(refusal, RefusalWrongId):
+        return f"the payload describes object {refusal.described}, not that of its key"
+    if isinstance(refusal, RefusalNoCamera):
+        return "the rig has no camera"
+    if isinstance(refusal, RefusalUnknownTag):
+        return f"{refusal.tag.family} has no tag {refusal.tag.id}; its ids are 0 to {refusal.n_ids - 1}"
+    if isinstance(refusal, RefusalSharedTag):
+        tag = f"{refusal.tag.family}:{refusal.tag.id}"
+        return f"tag {tag} is on object {refusal.first} and on object {refusal.second}: print another id for one of them"
+    if isinstance(refusal, RefusalTooManyObjects):
+        return f"a site has at most {refusal.limit} objects"
+    if isinstance(refusal, RefusalNotStored):
+        return f"the change cannot be written to the node's files: {refusal.detail}"
+    return refusal.detail
+
+
+class NoAnswerError(SextantError, TimeoutError):
+    """No fusion node answers a change."""
+
+    def __init__(self, waited: float) -> None:
+        super().__init__(
+            f"no fusion node has answered for {waited:.0f} s; what is in force shows whether the change was made. "
+            "On a site with keys only operators may make one"
+        )
+
+
+class NoProgramError(SextantError, OSError):
+    """The command line `sextant` is not installed, or cannot be started."""
+
+    def __init__(self, cause: str = "there is none with this package and none on the path") -> None:
+        super().__init__(
+            f"the command line `sextant` cannot be started: {cause}; install a wheel that has it, or set SEXTANT_BINARY to the program"
+        )
+
+
+class CommandError(SextantError):
+    """A command of `sextant` failed; the message is what it wrote to standard error."""
+
+    def __init__(self, exit_code: int, words: str) -> None:
+        #: As `sextant --help` lists them; negative where a signal ended it.
+        self.exit_code = exit_code
+        #: What `sextant.run` had received of its output.
+        self.output: list[Any] = []
+        words = words.strip().removeprefix("error: ")
+        super().__init__(words or f"the command ended with exit code {exit_code}")
+
+
 class FileError(SextantError, ValueError):
     """A file cannot be read as poses; names file and line."""
 
@@ -75,15 +144,19 @@ class MissingPackageError(SextantError, ImportError):
 
 __all__ = [
     "ClosedError",
+    "CommandError",
     "DecodeError",
     "EncodeError",
     "FileError",
     "InvalidNameError",
     "MissingPackageError",
+    "NoAnswerError",
     "NoFusionError",
     "NoPoseError",
+    "NoProgramError",
     "NoRouterError",
     "OptionsError",
+    "RefusedError",
     "SextantError",
     "UnknownNameError",
 ]
