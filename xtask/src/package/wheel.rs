@@ -24,10 +24,12 @@ exec python /wheels/installed.py'";
 /// All wheels, in `target/package/wheels`.
 pub fn wheels() -> Result<(), String> {
     let python = python::environment(&root().join("target/python/venv"))?;
-    let targets = TARGETS
+    // This machine's first: that wheel is tried most.
+    let (own, others): (Vec<_>, Vec<_>) = TARGETS
         .iter()
-        .filter(|target| ["aarch64", "x86_64"].contains(&target.name));
-    for target in targets {
+        .filter(|target| ["aarch64", "x86_64"].contains(&target.name))
+        .partition(|target| target.name == ARCH);
+    for target in own.into_iter().chain(others) {
         let program = target.build(&SEXTANT)?;
         symbols::check(&program, target.glibc)?;
         let wheel = pack(&python, target, &program)?;
