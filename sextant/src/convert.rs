@@ -40,7 +40,8 @@ CAMERA/data.csv with CAMERA/data/*.png, and CAMERA/detections.jsonl are written;
 With --ros2, a recording in an MCAP file becomes a bag of ROS 2, a new folder for `ros2 bag`, PlotJuggler and Rerun: the topics of `sextant ros2`
 and, where images were recorded, /sextant/camera/ID/image/compressed with .../camera_info at their times. See docs/ros2.md.
 
-With --json and a recording: {\"to\",\"images\",\"detections\"}; with --ros2: {\"to\",\"messages\",\"topics\":{NAME:messages}}.
+With --json and a recording: {\"to\",\"images\",\"detections\"}; with --ros2: {\"to\",\"messages\",\"topics\":{NAME:messages},
+\"left_out\":{CAUSE:messages}}.
 With --json and --out: {\"file\",\"cameras\",\"assumed\"} or {\"file\",\"object\",\"tags\",\"assumed\"}; assumed: what FROM leaves open, such as a unit.
 
 For example: sextant convert ost.yaml --camera north --out rig.toml

@@ -123,7 +123,8 @@ fn a_viewer_sees_objects_and_what_was_there_before_it() {
     let tags = late.channel(&mut site, "/object/cube/tags");
     late.subscribe(8, &tags);
     let tags: SceneUpdate = late.data(&mut site, 8);
-    assert!(!tags.entities.is_empty() || !tags.deletions.is_empty());
+    let found = (tags.entities.len(), tags.deletions.len());
+    assert_eq!(found, (0, 1), "the object has no placed tag: {tags:?}");
     let summary = server.program.interrupt();
     assert_eq!(summary["clients"], 2, "{summary}");
     assert!(summary["sent"].as_u64() >= Some(2), "{summary}");

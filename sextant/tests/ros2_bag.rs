@@ -39,6 +39,13 @@ fn a_recording_becomes_a_bag_with_models_and_images() {
     assert_eq!(line["topics"][&images], 3, "{line}");
     // With the rig, and with the object.
     assert_eq!(line["topics"]["/tf_static"], 2, "{line}");
+    let left_out: Vec<u64> = line["left_out"]
+        .as_object()
+        .unwrap()
+        .values()
+        .map(|n| n.as_u64().unwrap())
+        .collect();
+    assert_eq!(left_out, [0; 4], "{line}");
     let metadata = fs::read_to_string(bag.join("metadata.yaml")).unwrap();
     for expected in [
         "  version: 5\n  storage_identifier: mcap\n",
@@ -47,6 +54,22 @@ fn a_recording_becomes_a_bag_with_models_and_images() {
         &format!("  message_count: {}\n", line["messages"]),
     ] {
         assert!(metadata.contains(expected), "{metadata}\n{expected}");
+    }
+    let of_topic = |name: &str| {
+        let (_, after) = metadata
+            .split_once(&format!("        name: {name}\n"))
+            .unwrap();
+        after.lines().nth(2).unwrap().trim().to_owned()
+    };
+    for (name, depth, reliability, durability) in [("/tf_static", 1, 1, 1), (&images, 5, 2, 2)] {
+        let profile = format!(
+            "- history: 1\\n  depth: {depth}\\n  reliability: {reliability}\\n  durability: {durability}\\n"
+        );
+        assert!(
+            of_topic(name).contains(&profile),
+            "{name}: {}",
+            of_topic(name)
+        );
     }
     let file = fs::read(bag.join("bag_0.mcap")).unwrap();
     assert!(file.starts_with(b"\x89MCAP0\r\n"));

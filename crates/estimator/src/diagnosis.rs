@@ -10,6 +10,7 @@ pub(crate) mod frozen_cameras;
 pub(crate) mod isolation;
 pub(crate) mod likelihood_ratio;
 pub(crate) mod misplaced_tags;
+pub(crate) mod pacing;
 pub(crate) mod print_scale;
 pub(crate) mod window;
 
@@ -19,6 +20,7 @@ use std::sync::Arc;
 use crate::diagnosis::fault_model::FaultHypothesis;
 use crate::diagnosis::isolation::Isolation;
 use crate::diagnosis::misplaced_tags::{MisplacedTags, SeenOn};
+use crate::diagnosis::pacing::Pacing;
 use crate::diagnosis::window::Window;
 use crate::fading_counter::FadingCounter;
 use crate::self_calibration::SelfCalibration;
@@ -78,8 +80,7 @@ pub(crate) struct Diagnosis {
     /// The newest finalised image of each object by each camera.
     images: BTreeMap<(usize, usize), Arc<ObjectImage>>,
     window: Window,
-    /// When an instant of each object of the window was last put into it, ns.
-    sampled_ns: BTreeMap<usize, u64>,
+    pacing: Pacing,
     isolation: Isolation,
     /// When faults were last isolated, ns.
     isolated_ns: u64,
@@ -113,28 +114,23 @@ impl Diagnosis {
         for (camera, image) in &instant.images {
             self.images.insert((object, *camera), image.clone());
         }
-        let options = &models.options.diagnosis;
-        let interval_s = self.interval_s(options);
-        // All objects together fill the window within its time, and no faster.
-        let n_objects = self.sampled_ns.len() as f64;
-        let share_s = n_objects * options.window_s / window::MOST as f64;
-        let due_ns = (self.sampled_ns.get(&object).copied().unwrap_or(0))
-            .saturating_add(nanoseconds(interval_s.max(share_s)));
-        if views.is_empty() || time_ns < due_ns {
+        if views.is_empty() {
             return Vec::new();
         }
-        let oldest_ns = time_ns.saturating_sub(2 * nanoseconds(options.window_s));
-        self.sampled_ns.retain(|_, at_ns| *at_ns >= oldest_ns);
-        self.sampled_ns.insert(object, time_ns);
-        self.sample(object, instant, &views, models);
-        if time_ns.abs_diff(self.isolated_ns) < nanoseconds(interval_s) {
+        let options = &models.options.diagnosis;
+        let interval_ns = nanoseconds(self.interval_s(options));
+        let spacing_ns = nanoseconds(options.window_s / window::MAX_KEYFRAMES as f64);
+        if self.pacing.take(object, time_ns, interval_ns, spacing_ns) {
+            self.sample(object, instant, &views, models);
+        }
+        if time_ns.abs_diff(self.isolated_ns) < interval_ns {
             return Vec::new();
         }
         self.isolated_ns = time_ns;
         self.isolate(time_ns, models)
     }
 
-    /// Seconds between two tests, and between tested images of an object.
+    /// Seconds between two isolations of faults, and between tested instants of an object.
     fn interval_s(&self, options: &DiagnosisOptions) -> f64 {
         let is_suspecting = self.is_suspecting(options.suspected_odds)
             || self.contradicting_cameras().next().is_some();

@@ -118,9 +118,10 @@ options! {
 DiagnosisOptions {
     /// Seconds of images that are tested jointly: long enough to average noise, short enough that a new fault soon fills it.
     window_s = 0.8 in 0.1 ..= 10.0;
-    /// Seconds between tested images of an object while nothing is suspected: a fault stays, so that a few suffice.
+    /// Seconds between two searches for faults, and between tested images of an object (longer with many), while nothing is suspected: a fault stays, so that a
+    /// few suffice.
     quiet_interval_s = 0.1 in 0.0 ..= 10.0;
-    /// Seconds between tested images of an object while a fault is suspected: about each instant of usual cameras.
+    /// The same while a fault is suspected: about each instant of usual cameras.
     alert_interval_s = 0.03 in 0.0 ..= 10.0;
     /// Logarithm of the likelihood ratio from which on a fault is suspected, so that more images are tested.
     suspected_odds = 5.0 in 1.0 ..= 1000.0;

@@ -216,7 +216,7 @@ impl Site {
         }
         let first = rig.cameras().first();
         self.reference = first.map_or(0, |camera| self.camera_index[&camera.id]);
-        self.is_exact = self.states_exact_models();
+        self.is_exact = self.has_exact_models();
     }
 
     /// Takes all objects over, or none of them.
@@ -277,7 +277,7 @@ impl Site {
         self.frame_sigmas = objects.iter().map(frame_sigma).collect();
         self.print_scales.clear();
         self.frames.clear();
-        self.is_exact = self.states_exact_models();
+        self.is_exact = self.has_exact_models();
         Ok(())
     }
 
@@ -286,7 +286,7 @@ impl Site {
         self.is_exact
     }
 
-    fn states_exact_models(&self) -> bool {
+    fn has_exact_models(&self) -> bool {
         let files = self
             .cameras
             .iter()
@@ -371,7 +371,7 @@ impl Site {
         }
         let variance = &mut self.scales[object];
         *variance = variance.max(PRINT_SCALE_SIGMA.powi(2));
-        self.is_exact = self.states_exact_models();
+        self.is_exact = self.has_exact_models();
     }
 
     /// Standard deviation of the lens in force of a camera, by its index.

@@ -328,7 +328,7 @@ mod tests {
             published_ns: 1,
             state: State::Tracking,
             position: [1.0, 2.0, 3.0],
-            orientation: [0.0, 0.0, 0.0, 1.0],
+            orientation: [0.1, 0.3, 0.5, 0.65_f64.sqrt()],
             covariance,
             twist: [0.0; 6],
             cameras: 1,
@@ -349,8 +349,16 @@ mod tests {
         let tf: FrameTransforms = shown(&message, "/object/cube/transform");
         assert_eq!(tf.transforms[0].timestamp.unwrap().nsec(), 5);
         assert_eq!(tf.transforms[0].translation, vector([1.0, 2.0, 3.0]));
+        let turn = Some(Quaternion {
+            x: 0.1,
+            y: 0.3,
+            z: 0.5,
+            w: 0.65_f64.sqrt(),
+        });
+        assert_eq!(tf.transforms[0].rotation, turn);
         let in_world: PoseInFrame = shown(&message, "/object/cube/pose");
         assert_eq!(in_world.pose.unwrap().position, vector([1.0, 2.0, 3.0]));
+        assert_eq!(in_world.pose.unwrap().orientation, turn);
         let scene: SceneUpdate = shown(&message, "/object/cube/ellipsoid");
         let size = scene.entities[0].spheres[0].size.unwrap();
         let mut sizes = [size.x, size.y, size.z];
@@ -364,7 +372,7 @@ mod tests {
     fn models_are_transforms_lenses_and_outlines() {
         let lens = LensConfig::Pinhole {
             fx: 600.0,
-            fy: 600.0,
+            fy: 601.0,
             cx: 319.5,
             cy: 239.5,
         };
@@ -404,7 +412,13 @@ mod tests {
             scale_sigma: None,
         });
         let lens: CameraCalibration = shown(&rig, "/camera/north/calibration");
-        assert_eq!((lens.width, lens.k[0]), (640, 600.0));
+        assert_eq!((lens.width, lens.height), (640, 480));
+        let k = [600.0, 0.0, 319.5, 0.0, 601.0, 239.5, 0.0, 0.0, 1.0];
+        assert_eq!(lens.k, k);
+        let p = [
+            600.0, 0.0, 319.5, 0.0, 0.0, 601.0, 239.5, 0.0, 0.0, 0.0, 1.0, 0.0,
+        ];
+        assert_eq!(lens.p, p);
         let tf: FrameTransforms = shown(&rig, "/rig");
         assert_eq!(tf.transforms[0].child_frame_id, "camera/north");
         let mut object = object;

@@ -12,6 +12,7 @@ use sextant_recordings::mcap::WIRE_ENCODING;
 use sextant_recordings::mcap::reader::{Ending, McapReader, RecordedMessage};
 use sextant_recordings::mcap::ros2_bag::Ros2Bag;
 use sextant_ros2::{Bridge, BridgeOptions, Outgoing};
+use std::fs;
 use std::path::Path;
 
 /// Period of `/diagnostics`, of the recording's time.
@@ -40,17 +41,24 @@ pub fn run(from: &Path, to: &Path, format: Format) -> anyhow::Result<()> {
     let site = info.exit_with(Exit::Input)?.site.clone();
     let mut conversion = Conversion::new(&site)?;
     make_empty(to).exit_with(Exit::Input)?;
-    let mut writer = Ros2Bag::begin(to, env!("CARGO_PKG_VERSION"))?;
-    while let Some(message) = next {
-        for outgoing in conversion.messages(&message) {
-            writer.write(&outgoing, message.arrival_ns)?;
+    let mut write = || {
+        let mut writer = Ros2Bag::begin(to, env!("CARGO_PKG_VERSION"))?;
+        while let Some(message) = next.take() {
+            for outgoing in conversion.messages(&message) {
+                writer.write(&outgoing, message.arrival_ns)?;
+            }
+            next = reader.next_message()?;
         }
-        next = reader.next_message()?;
-    }
+        writer.finish()
+    };
+    let topics = write().inspect_err(|_| {
+        // Half a bag would be in the way of the next try.
+        let _ = fs::remove_dir_all(to);
+    })?;
     if let Some(ending) = reader.ending().filter(|ending| **ending != Ending::Closed) {
         eprintln!("{recording}: {ending}");
     }
-    let topics = writer.finish()?;
+    let left_out = conversion.left_out();
     let total: u32 = topics.iter().map(|(_, messages)| messages).sum();
     let line = match format {
         Format::Json => {
@@ -58,13 +66,21 @@ pub fn run(from: &Path, to: &Path, format: Format) -> anyhow::Result<()> {
             let topics: Map<_, _> = topics
                 .map(|(topic, messages)| (topic.name, messages.into()))
                 .collect();
-            json!({ "to": to, "messages": total, "topics": topics }).to_string()
+            let left_out = Map::from_iter(left_out.map(|(why, n)| (why.to_owned(), n.into())));
+            json!({ "to": to, "messages": total, "topics": topics, "left_out": left_out })
+                .to_string()
         }
-        Format::Text => format!(
-            "{bag}: {} on {}",
-            words::count(total as usize, "message"),
-            words::count(topics.len(), "topic")
-        ),
+        Format::Text => {
+            for (why, n) in left_out.into_iter().filter(|(_, n)| *n > 0) {
+                let n = words::count(n as usize, "message");
+                eprintln!("{bag}: without {n}: {}", why.replace('_', " "));
+            }
+            format!(
+                "{bag}: {} on {}",
+                words::count(total as usize, "message"),
+                words::count(topics.len(), "topic")
+            )
+        }
     };
     Ok(print_line(&line)?)
 }
@@ -72,7 +88,10 @@ pub fn run(from: &Path, to: &Path, format: Format) -> anyhow::Result<()> {
 struct Conversion {
     keys: Keys,
     bridge: Bridge,
-    diagnostics_due_ns: u64,
+    /// When `/diagnostics` was written last.
+    diagnosed_ns: Option<u64>,
+    /// Images that are no pictures.
+    damaged_images: u64,
 }
 
 impl Conversion {
@@ -87,7 +106,8 @@ impl Conversion {
         Ok(Self {
             keys: keys.exit_with(Exit::Input)?,
             bridge: Bridge::new(options),
-            diagnostics_due_ns: 0,
+            diagnosed_ns: None,
+            damaged_images: 0,
         })
     }
 
@@ -102,8 +122,9 @@ impl Conversion {
             compressed_image::ENCODING => self.image(topic, &message.data),
             _ => None,
         };
-        if now_ns >= self.diagnostics_due_ns {
-            self.diagnostics_due_ns = now_ns + DIAGNOSTICS_NS;
+        let is_recent = |last_ns: u64| now_ns.abs_diff(last_ns) < DIAGNOSTICS_NS;
+        if !self.diagnosed_ns.is_some_and(is_recent) {
+            self.diagnosed_ns = Some(now_ns);
             let state = self.bridge.diagnostics(now_ns, &[]);
             outgoing.get_or_insert_default().push(state);
         }
@@ -112,10 +133,24 @@ impl Conversion {
 
     fn image(&mut self, topic: &str, message: &[u8]) -> Option<Vec<Outgoing>> {
         let camera = compressed_image::camera_of(topic)?;
-        let image = compressed_image::decode(&camera, message)?;
+        let Some(image) = compressed_image::decode(&camera, message) else {
+            self.damaged_images += 1;
+            return None;
+        };
         Some(
             self.bridge
                 .image(&camera, image.capture_ns, "png", image.png),
         )
+    }
+
+    /// Messages that the bag lacks, by cause.
+    fn left_out(&self) -> [(&'static str, u64); 4] {
+        let counts = self.bridge.counts();
+        [
+            ("damaged_images", self.damaged_images),
+            ("invalid", counts.invalid),
+            ("not_newer_than_the_one_before", counts.superseded),
+            ("name_taken", counts.name_taken),
+        ]
     }
 }

@@ -69,7 +69,7 @@ struct NodeRecord {
     /// Since when it has these.
     models_since_ns: u64,
     /// The models of others, by their last heartbeats that it has read.
-    told: BTreeMap<NodeId, ModelsState>,
+    reported: BTreeMap<NodeId, ModelsState>,
 }
 
 /// A message of a fusion node, and the site at that moment.
@@ -185,9 +185,9 @@ impl Promises {
     }
 
     /// A fusion node reads another one's heartbeat.
-    pub fn told(&mut self, index: usize, heartbeat: &Item) {
+    pub fn record_heartbeat(&mut self, index: usize, heartbeat: &Item) {
         if let Ok(beat) = heartbeat.decode::<Heartbeat>() {
-            self.nodes[index].told.insert(beat.node, beat.models);
+            self.nodes[index].reported.insert(beat.node, beat.models);
         }
     }
 
@@ -327,8 +327,8 @@ impl Promises {
         let is_newer = |theirs: &ModelsState| {
             theirs.version > own.version && theirs.fingerprint != own.fingerprint
         };
-        let mut told = self.nodes[index].told.iter();
-        if let Some((node, _)) = told.find(|(_, theirs)| is_newer(theirs)) {
+        let mut reported = self.nodes[index].reported.iter();
+        if let Some((node, _)) = reported.find(|(_, theirs)| is_newer(theirs)) {
             let how = format!("fusion {index} publishes, and knows that {node} has newer ones");
             self.record_violation(at_ns, "no node publishes with old models", how);
         }

@@ -404,7 +404,7 @@ impl World<'_> {
         };
         let (promises, scene, network) = (&mut self.promises, &self.scene, &self.network);
         let mut observer = |step: Step<'_>| match step {
-            Step::Reads(heartbeat) => promises.told(index, heartbeat),
+            Step::Reads(heartbeat) => promises.record_heartbeat(index, heartbeat),
             Step::Publishes(put, core, disk) => promises.handle_publication(&PublicationContext {
                 index,
                 put,

@@ -28,8 +28,8 @@ const LEFT: f64 = 0.15;
 const PARALLEL: f64 = 0.98;
 /// Gauss-Newton steps, and the largest change of the logarithm by one.
 const STEPS: usize = 8;
-/// Largest step, m and rad, of a solution.
-const CONVERGED: f64 = 1e-6;
+/// Largest step at the minimum, in m, rad and the logarithm of the scale.
+const LAST_STEP: f64 = 1e-6;
 const LEAST_INFORMATION: f64 = 1e-9;
 const LARGEST_STEP: f64 = 0.3;
 
@@ -166,7 +166,7 @@ fn fit(
         let step = -information.cholesky()?.solve(&gradient);
         pose = se3::perturb(&pose, &step.fixed_rows::<6>(0).into_owned());
         log_scale += step[6].clamp(-LARGEST_STEP, LARGEST_STEP);
-        if step.amax() < CONVERGED {
+        if step.amax() < LAST_STEP {
             break;
         }
     }

@@ -11,7 +11,7 @@ use crate::self_calibration::parameters::{ParameterLayout, Source};
 use sextant_site_model::TagId;
 
 /// Most keyframes; the oldest go.
-pub(crate) const MOST: usize = 90;
+pub(crate) const MAX_KEYFRAMES: usize = 90;
 /// Most cameras and tags whose errors are tested at a time: those that contradict most.
 const MOST_SOURCES: usize = 16;
 /// Information that keeps the test of a single source definite.
@@ -42,7 +42,7 @@ impl Window {
     pub fn push(&mut self, keyframe: LinearisedKeyframe, window_ns: u64) {
         let oldest_ns = keyframe.time_ns.saturating_sub(window_ns);
         self.0.retain(|one| one.time_ns >= oldest_ns);
-        if self.0.len() >= MOST {
+        if self.0.len() >= MAX_KEYFRAMES {
             self.0.pop_front();
         }
         self.0.push_back(keyframe);

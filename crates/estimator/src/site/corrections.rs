@@ -241,7 +241,7 @@ impl CameraCorrection {
     /// The file's lens with the correction; the file's where that would be no lens.
     pub fn lens(&self, lens: &Lens) -> Lens {
         if self.focal_px == 0.0 && self.distortion == 0.0 {
-            // A lens is not made for nothing: its valid field is searched for.
+            // To make a lens is slow: its valid field is searched for.
             return *lens;
         }
         let mut numbers = lens.parameters();

@@ -35,7 +35,7 @@ const ATTITUDE: TrackLine[] = [
 ];
 
 /** From the middle of the exposure: until the detector has the image, until its tags are found, until they are published. */
-const PATH: Record<string, string> = { received: BLUE, detected: GREEN, published: RED };
+const PATH = new Map([["received", BLUE], ["detected", GREEN], ["published", RED]]);
 
 /** A chart of figures: those whose name begins with the prefix, a line each. */
 interface FigureChart {
@@ -141,8 +141,8 @@ export class PlotsPanel {
   private colour(name: string): string {
     const stage = STAGES.find((stage) => stage === name);
     if (stage) return STAGE_TIME[stage];
-    const object = this.site.objects.get(name);
-    return PATH[name] ?? object?.colour ?? cameraColour([...this.site.cameras.keys()].sort().indexOf(name));
+    const camera = [...this.site.cameras.keys()].sort().indexOf(name);
+    return this.site.objects.get(name)?.colour ?? (camera < 0 ? PATH.get(name) : undefined) ?? cameraColour(camera);
   }
 }
 
