@@ -57,6 +57,16 @@ def test_an_error_in_the_program_comes_out_and_the_file_is_whole(demo, tmp_path)
     assert list(sextant.read_messages(tmp_path / "site.mcap"))
 
 
+def test_a_site_is_closed_although_its_recording_failed(demo, tmp_path):
+    site = sextant.connect(demo)
+    recording = site.record(tmp_path / "site.mcap")
+    recording._command._process.kill()
+    with pytest.raises(sextant.CommandError, match="exit code -9"):
+        site.close()
+    assert not site.is_connected
+    site.close()
+
+
 def test_images_that_do_not_come_are_an_error_and_all_else_is_recorded(demo, tmp_path):
     with sextant.connect(demo) as site:
         # A demo's images are in a place of its own.

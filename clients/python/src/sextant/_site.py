@@ -6,6 +6,7 @@ import os
 import re
 import threading
 import weakref
+from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import lru_cache
 from time import monotonic, sleep
@@ -193,15 +194,19 @@ class Site:
         return f"Site({self.name!r}, {'connected' if self.is_connected else 'not connected'})"
 
     def close(self) -> None:
-        """Closes the connection, and ends its subscriptions, recordings and calibrations, and whatever waits for a pose."""
+        """Closes the connection, and ends its subscriptions, recordings and calibrations, and whatever waits for a pose.
+
+        Raises `CommandError` where a recording failed; all is closed nevertheless.
+        """
         with self._lock:
             session, self._session = self._session, None
         for history, _ in list(self._followed.values()):
             history.close()
-        for dependent in list(self._dependents):
-            dependent.close()
-        if session is not None:
-            session.close()
+        with ExitStack() as last_first:
+            if session is not None:
+                last_first.callback(session.close)
+            for dependent in list(self._dependents):
+                last_first.callback(dependent.close)
 
     @property
     def is_connected(self) -> bool:
