@@ -3,7 +3,9 @@
 import asyncio
 import subprocess
 import sys
+import threading
 import time
+from contextlib import nullcontext
 
 import pytest
 import sextant
@@ -29,6 +31,8 @@ def test_what_blocks_is_awaited(demo):
             assert pose.object == "cuboid" and (transform.a, transform.b) == ("cuboid", "prism")
             assert await site.rig() == site.blocking.rig()
             assert (await site.set(await site.rig())).outcome.to_json() == "same"
+            assert site.name == "demo" and site.is_connected
+            assert {name for name in dir(site.blocking) if name[0] != "_"} - {"close"} <= set(dir(site))
 
     asyncio.run(look())
 
@@ -72,6 +76,27 @@ def test_the_end_of_async_with_ends_what_waits(demo):
     started = time.monotonic()
     asyncio.run(leave())
     assert time.monotonic() - started < PATIENCE / 2
+
+
+@pytest.mark.parametrize("is_cancelled", [False, True])
+def test_the_loop_runs_while_the_site_is_closed(demo, monkeypatch, is_cancelled):
+    may_close, closed, close = threading.Event(), [], sextant.Site.close
+
+    def close_later(site):
+        closed.append(may_close.wait(PATIENCE))
+        close(site)
+
+    async def leave():
+        async with sextant.aio.connect(demo):
+            asyncio.get_running_loop().call_later(0.1, may_close.set)
+            if is_cancelled:
+                asyncio.current_task().cancel()
+            await asyncio.sleep(0)
+
+    monkeypatch.setattr(sextant.Site, "close", close_later)
+    with pytest.raises(asyncio.CancelledError) if is_cancelled else nullcontext():
+        asyncio.run(leave())
+    assert closed == [True]
 
 
 @pytest.mark.parametrize(

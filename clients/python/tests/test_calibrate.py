@@ -152,6 +152,20 @@ def test_a_command_ends_with_the_program_that_runs_it(demo, tmp_path):
     assert list(sextant.read_messages(file))
 
 
+def test_a_calibration_computes_from_its_images_where_its_program_is_killed(demo, in_force):
+    before = in_force["rig"].read_text()
+    code = (
+        "import sextant, sys\n"
+        f"sextant.calibrate.rig(sextant.connect({demo!r}), rig=sys.argv[1], object=sys.argv[2],\n"
+        "    progress=lambda progress: print(progress['images'], flush=True))"
+    )
+    with subprocess.Popen([sys.executable, "-c", code, *in_force.values()], stdout=subprocess.PIPE, text=True) as program:
+        while int(program.stdout.readline()) < 60:
+            pass
+        program.send_signal(signal.SIGKILL)
+    wait_for(lambda: in_force["rig"].read_text() != before)
+
+
 def is_alive(process):
     """Neither gone nor a zombie that nobody has waited for yet."""
     try:

@@ -1,5 +1,6 @@
-"""Rig and objects of a running site, changed from Python: answers, refusals, taking back, and who may not."""
+"""Rig, objects and camera settings of a running site, changed from Python: answers, refusals, taking back, and who may not."""
 
+import getpass
 import subprocess
 from contextlib import contextmanager
 from dataclasses import replace
@@ -8,7 +9,8 @@ import numpy
 import pytest
 import sextant
 from conftest import free_port, running, wait_for
-from sextant.messages import CameraSettings, RefusalSharedTag, TagId
+from sextant._changes import signature
+from sextant.messages import CameraSettings, Proposal, RefusalSharedTag, TagId
 
 
 @pytest.fixture
@@ -36,7 +38,7 @@ def connected(endpoint, **proof):
 
 def shifted(rig, by):
     first = rig.cameras[0]
-    place = replace(first.world_from_camera, position=numpy.add(first.world_from_camera.position, by))
+    place = replace(first.world_from_camera, position=tuple(numpy.add(first.world_from_camera.position, by)))
     return replace(rig, cameras=(replace(first, world_from_camera=place), *rig.cameras[1:]))
 
 
@@ -70,6 +72,34 @@ def test_objects_come_and_go_and_models_change_together(site):
     assert set(site.objects()) == {"cuboid"}
     with pytest.raises(sextant.UnknownNameError, match="it has cuboid"):
         site.remove_object("other")
+
+
+def test_a_proposal_is_put_in_force(site):
+    rig = shifted(site.rig(), [0.001, 0, 0])
+    proposed = Proposal("other", 0, sextant.encode(rig), (), n_images=100, before_px=0.5, after_px=0.2)
+    key = "sextant/v1/lab/fusion/other/proposal"
+    queryable = site._session.declare_queryable(key, lambda query: query.reply(key, sextant.encode(proposed)))
+    assert site.proposal() == proposed
+    assert site.set(site.proposal()).outcome.to_json() == "taken"
+    assert site.rig() == rig
+    queryable.undeclare()
+
+
+def test_settings_of_a_camera_are_put_in_force(demo):
+    with sextant.connect(demo) as site:
+        controls = lambda: site.cameras()["north"].status.controls  # noqa: E731
+        assert site.set(CameraSettings("north", None, None, 20.0)).key == "config/camera/north"
+        wait_for(lambda: controls().outcome.to_json() == "applied" and controls().rate_hz.value == 20)
+        assert site.set(CameraSettings("north", None, None, None)).outcome.to_json() == "taken"
+        wait_for(lambda: controls().outcome.to_json() == "none")
+
+
+def test_a_change_is_made_where_the_user_has_no_name(monkeypatch):
+    def unknown():
+        raise ImportError("pwd")
+
+    monkeypatch.setattr(getpass, "getuser", unknown)
+    assert signature().startswith("somebody@")
 
 
 def test_a_refusal_is_an_error_with_the_words_of_the_command_line(site):

@@ -1,19 +1,25 @@
 """Recordings of a running demo: what is in the file, its end, failures."""
 
 import asyncio
+import multiprocessing
+import time
 
 import pytest
 import sextant
 import sextant.aio
-from conftest import PATIENCE
+from conftest import PATIENCE, free_port
 
 
-def test_what_is_received_is_recorded(demo, binary, tmp_path):
+@pytest.mark.parametrize("objects", ["cuboid", ["cuboid"]])
+def test_what_is_received_is_recorded(demo, binary, tmp_path, objects):
     file = tmp_path / "site.mcap"
     with sextant.connect(demo) as site:
-        with site.record(file, objects=["cuboid"]) as recording:
+        with site.record(file, objects=objects) as recording:
             poses = site.poses("cuboid", timeout=PATIENCE)
             first, *_, last = [next(poses) for _ in range(30)]
+            # The recorder receives the last one as well before it ends.
+            for _ in range(30):
+                next(poses)
         assert recording.figures["messages"] > 30 and recording.figures["dropped"] == 0
     recorded = sextant.read_poses(file)
     assert set(recorded.object) == {"cuboid"}
@@ -59,12 +65,51 @@ def test_an_error_in_the_program_comes_out_and_the_file_is_whole(demo, tmp_path)
 
 def test_a_site_is_closed_although_its_recording_failed(demo, tmp_path):
     site = sextant.connect(demo)
-    recording = site.record(tmp_path / "site.mcap")
-    recording._command._process.kill()
+    session = site._session
+    failed, *others = [site.record(tmp_path / name) for name in ("1.mcap", "2.mcap", "3.mcap")]
+    failed._command._process.kill()
     with pytest.raises(sextant.CommandError, match="exit code -9"):
         site.close()
-    assert not site.is_connected
+    assert session.is_closed() and all(other.figures for other in others)
     site.close()
+
+
+def test_an_error_in_the_program_is_not_replaced_by_that_of_a_recording(demo, tmp_path):
+    with pytest.raises(ZeroDivisionError):
+        with sextant.connect(demo) as site:
+            recording = site.record(tmp_path / "site.mcap")
+            recording._command._process.kill()
+            1 / 0
+
+
+def test_a_recording_ends_although_a_forked_process_keeps_its_input_open(demo, tmp_path):
+    with sextant.connect(demo) as site:
+        recording = site.record(tmp_path / "site.mcap")
+        fork = multiprocessing.get_context("fork").Process(target=time.sleep, args=(PATIENCE,))
+        fork.start()
+        recording.close()
+        assert fork.is_alive() and recording.figures
+        fork.kill()
+        fork.join()
+
+
+def test_a_recording_that_begins_while_its_site_is_closed_ends(demo, tmp_path, monkeypatch):
+    site, commands = sextant.connect(demo), []
+
+    def begun(file, command):
+        commands.append(command)
+        site.close()
+        return sextant.Recording(file, command)
+
+    monkeypatch.setattr("sextant._site.Recording", begun)
+    with pytest.raises(sextant.ClosedError):
+        site.record(tmp_path / "site.mcap")
+    assert commands[0]._process.poll() is not None
+
+
+def test_commands_go_to_the_endpoint_that_answers(demo, tmp_path):
+    with sextant.connect([f"tcp/127.0.0.1:{free_port()}", demo]) as site:
+        assert sextant.run("config", "get", "rig", site=site)[0]["kind"] == "rig"
 
 
 def test_images_that_do_not_come_are_an_error_and_all_else_is_recorded(demo, tmp_path):

@@ -16,9 +16,9 @@ Model = Union[RigConfig, ObjectConfig, CameraSettings, Proposal]
 #: How long the answer may take, s: the disk of the fusion node may be slow.
 PATIENCE_S = 15.0
 #: After so long the change is asked for again, s: the fusion node that decides may just have been replaced.
-AGAIN_S = 2.0
+RETRY_S = 2.0
 #: Silence after which the last answers are asked for, s: one that came early may have been missed.
-GLANCE_S = 0.2
+POLL_S = 0.2
 
 
 def key_of(model: Model) -> str:
@@ -34,7 +34,7 @@ def key_of(model: Model) -> str:
     raise TypeError(f"{type(model).__name__} is no model of a site: RigConfig, ObjectConfig, CameraSettings or Proposal is")
 
 
-def fingerprint(payload: bytes) -> int:
+def fnv1a(payload: bytes) -> int:
     """The 64-bit FNV-1a hash by which an answer names the payload that it answers."""
     value = 0xCBF29CE484222325
     for byte in payload:
@@ -46,7 +46,7 @@ def signature() -> str:
     """Who makes a change: what the fusion node's log and status name."""
     try:
         user = getpass.getuser()
-    except (KeyError, OSError):
+    except (ImportError, KeyError, OSError):
         user = "somebody"
     return f"{user}@{socket.gethostname()}".encode()[:64].decode("utf-8", "ignore")
 
@@ -57,23 +57,26 @@ def answer_to(
     answers: Subscription[ConfigAnswer],
     latest: Callable[[], list[ConfigAnswer]],
 ) -> ConfigAnswer:
-    """Asks for a change and waits for its answer, which comes by itself or, if it came too early, among the latest."""
-    mark, before = fingerprint(payload), latest()
-    started, asked = monotonic(), 1
+    """Asks for a change and waits for its answer, which comes by itself or, if it came too early, among the latest.
+
+    `answers` raises `TimeoutError` when none came for `POLL_S`.
+    """
+    fingerprint, before = fnv1a(payload), latest()
+    started, is_repeated = monotonic(), False
     ask()
     while True:
         try:
             found = [next(answers)]
-        except NoAnswerError:
+        except TimeoutError:
             found = [answer for answer in latest() if answer not in before]
         except StopIteration:
             raise ClosedError("the site was closed") from None
         for answer in found:
-            if answer.fingerprint == mark:
+            if answer.fingerprint == fingerprint:
                 return answer
         waited = monotonic() - started
         if waited >= PATIENCE_S:
             raise NoAnswerError(waited)
-        if waited >= asked * AGAIN_S and asked == 1:
-            asked += 1
+        if waited >= RETRY_S and not is_repeated:
+            is_repeated = True
             ask()

@@ -21,6 +21,11 @@ Word = Union[str, int, float, "os.PathLike[str]"]
 #: The value of an option: true for one without a value, a list where it is repeated, a tuple for several words.
 Option = Union[None, bool, Word, "tuple[Word, ...]", Sequence[Union[Word, "tuple[Word, ...]"]]]
 
+#: How long a command may take to clean up after SIGTERM before it is killed, s.
+GRACE_S = 3.0
+#: Commands that would compute a result at SIGTERM and write it.
+_CALIBRATIONS = {"calibrate", "learn"}
+
 
 def program() -> str:
     """The program that runs: `SEXTANT_BINARY`, the one that was installed with this package, or the first on the path."""
@@ -57,13 +62,15 @@ def _text(word: Any) -> str:
 
 
 class Command:
-    """A running command. Ctrl-C in a terminal does not reach it: this program decides, and kills it at the end of a `with` statement.
+    """A running command. Ctrl-C in a terminal does not reach it: this program decides, and ends it at the end of a `with` statement.
 
-    Commands of a site end by themselves, as at Ctrl-C, when this program has ended or calls `finish`.
+    Commands of a site end by themselves, as at Ctrl-C, when this program has ended or calls `finish`. Others outlive a program that
+    is killed.
     """
 
     def __init__(self, arguments: Sequence[Word], access: Sequence[str] = ()) -> None:
         words = [program(), "--json", *map(_text, arguments), *access]
+        self._is_calibration = not _CALIBRATIONS.isdisjoint(words)
         self._errors = tempfile.TemporaryFile()
         self._is_closed = False
         try:
@@ -85,8 +92,7 @@ class Command:
     def __exit__(self, *_: object) -> None:
         self.close()
         self._process.wait()
-        self.finish()
-        for pipe in (self._process.stdout, self._errors):
+        for pipe in (self._process.stdin, self._process.stdout, self._errors):
             if pipe is not None:
                 pipe.close()
 
@@ -100,20 +106,29 @@ class Command:
         """Asks a command of a site to end with what it has."""
         if self._process.stdin is not None:
             self._process.stdin.close()
+            # Processes that were forked from this one may keep its input open.
+            self._process.terminate()
 
     def wait(self) -> None:
         """Waits for its end. Raises `CommandError` where it failed."""
         code = self._process.wait()
-        if self._is_closed:
-            raise ClosedError("the site was closed")
         if code:
+            if self._is_closed:
+                raise ClosedError("the site was closed")
             self._errors.seek(0)
             raise CommandError(code, self._errors.read().decode("utf-8", "replace"))
 
     def close(self) -> None:
-        """Kills it, if it still runs; from any thread."""
+        """Ends it, if it still runs: kills a calibration, so that it writes nothing, and others that take too long to end. From any thread."""
         self._is_closed = True
-        self._process.kill()
+        try:
+            if not self._is_calibration:
+                self._process.terminate()
+                self._process.wait(GRACE_S)
+        except subprocess.TimeoutExpired:
+            pass
+        finally:
+            self._process.kill()
 
 
 def run(*arguments: Word, site: Optional[Site] = None) -> list[Any]:

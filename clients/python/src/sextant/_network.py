@@ -7,6 +7,7 @@ import os
 import re
 import socket
 import stat
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Optional, Sequence, Union
 
@@ -29,18 +30,26 @@ def open_session(
     timeout: float,
 ) -> Any:
     """A session with one of these routers. Raises `NoRouterError` when none answers in time."""
+    protection = _protection(endpoints, site, keys, user, password)
+    share = timeout / len(endpoints)
+    for first in range(len(endpoints)):
+        # Zenoh tries the first one until the time is over.
+        topology = _topology([*endpoints[first:], *endpoints[:first]], share)
+        config = _config({**topology, **protection})
+        with suppress(zenoh.ZError):
+            return zenoh.open(config)
+    raise NoRouterError(endpoints, _why_no_router(endpoints))
+
+
+def _config(settings: dict[str, Any]) -> Any:
     config = zenoh.Config()
-    settings = {**_topology(endpoints, timeout), **_protection(endpoints, site, keys, user, password)}
     for key, value in settings.items():
         try:
             config.insert_json5(key, json.dumps(value))
         except zenoh.ZError as cause:
             # The values of a section with a password are not repeated.
             raise OptionsError(f"zenoh refuses {key}: {cause}" if "auth" not in key else f"zenoh refuses {key}") from None
-    try:
-        return zenoh.open(config)
-    except zenoh.ZError:
-        raise NoRouterError(endpoints, _why_no_router(endpoints)) from None
+    return config
 
 
 def _topology(endpoints: Sequence[str], timeout: float) -> dict[str, Any]:

@@ -6,7 +6,7 @@ import os
 import re
 import threading
 import weakref
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from time import monotonic, sleep
@@ -15,7 +15,7 @@ from typing import Any, Callable, Optional, Sequence, TypeVar, Union
 import zenoh
 
 from ._arrays import matrix, vector
-from ._changes import GLANCE_S, Model, answer_to, key_of, signature
+from ._changes import POLL_S, Model, answer_to, key_of, signature
 from ._command import Command, Word, options
 from ._epochs import EpochFilter
 from ._estimates import relative_pose, worse
@@ -43,7 +43,6 @@ from .errors import (
     ClosedError,
     DecodeError,
     InvalidNameError,
-    NoAnswerError,
     NoFusionError,
     NoPoseError,
     NoRouterError,
@@ -60,6 +59,7 @@ DEFAULT_PORT = 7447
 _ANSWER_S = 1.0
 #: Between two looks for a fusion node that still starts, s.
 _PAUSE_S = 0.2
+_RECONNECTING = "the connection is being made again"
 _ID = re.compile(r"[a-z0-9_-]{1,32}")
 
 
@@ -70,8 +70,9 @@ _OPEN: weakref.WeakSet[Site] = weakref.WeakSet()
 def _close_all_at_the_end() -> None:
     """Zenoh calls back on threads for which the interpreter waits before anything else at its end, so that it would wait for ever."""
     threading.main_thread().join()
-    for site in list(_OPEN):
-        site.close()
+    with ExitStack() as sites:
+        for site in list(_OPEN):
+            sites.callback(site.close)
 
 
 @lru_cache(maxsize=None)
@@ -128,10 +129,10 @@ def connect(
 ) -> Site:
     """Connects to a site.
 
-    `endpoint` is the router's, `tcp/<address>:<port>` or, with keys, `quic/<address>:<port>`; of several the first that answers is used.
-    Default: port 7447 of this machine. `keys` is the folder that `sextant keys add` makes for a viewer or an operator of a protected site;
-    `user` and `password` take its place in the profile lab. `timeout` is how long connecting may take, and how long to wait
-    for a fusion node that still starts, in seconds.
+    `endpoint` is the router's, `tcp/<address>:<port>` or, with keys, `quic/<address>:<port>`; of several the first that answers is used,
+    and each has an equal share of `timeout`. Default: port 7447 of this machine. `keys` is the folder that `sextant keys add` makes
+    for a viewer or an operator of a protected site; `user` and `password` take its place in the profile lab. `timeout` is how long
+    connecting may take, and how long to wait for a fusion node that still starts, in seconds.
     """
     _check_id("site", site)
     if endpoint is None:
@@ -139,22 +140,34 @@ def connect(
         endpoint = f"{protocol}/127.0.0.1:{DEFAULT_PORT}"
     endpoints = [endpoint] if isinstance(endpoint, str) else list(endpoint)
     session = open_session(endpoints, site, keys, user, password, timeout)
-    return Site(session, site, timeout, Access(endpoints[0], keys, user))
+    return Site(session, site, timeout, Access(endpoints, keys, user))
 
 
 @dataclass(frozen=True)
 class Access:
     """How this program has come to the site, for commands that go the same way."""
 
-    endpoint: str
+    endpoints: Sequence[str]
     keys: Union[str, os.PathLike[str], None]
     user: Optional[str]
 
-    def words(self, site: str) -> list[str]:
+    def words(self, site: str, session: Any) -> list[str]:
         if self.user is not None:
             raise OptionsError("commands need keys where the site is protected: connect with keys=DIR instead of user and password")
         keys = [] if self.keys is None else ["--keys", os.fspath(self.keys)]
-        return ["--connect", self.endpoint, "--site", site, *keys, "--until-input-ends"]
+        return ["--connect", self._endpoint(session), "--site", site, *keys, "--until-input-ends"]
+
+    def _endpoint(self, session: Any) -> str:
+        """The endpoint that answers."""
+        if len(self.endpoints) == 1:
+            return self.endpoints[0]
+        connected = [link.dst for link in session.info.links()]
+        if not connected:
+            raise NoRouterError(self.endpoints, _RECONNECTING)
+        # The certificate of a quic endpoint may be for its name, which the link does not tell.
+        if connected[0] not in self.endpoints and connected[0].startswith("quic/"):
+            raise OptionsError(f"commands cannot tell which of {', '.join(self.endpoints)} has answered: connect to one of them")
+        return str(connected[0])
 
     def check_may_change(self) -> None:
         """The router enforces this as well, but drops the message without an answer."""
@@ -187,8 +200,13 @@ class Site:
     def __enter__(self) -> Site:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self.close()
+    def __exit__(self, kind: object, *_: object) -> None:
+        if kind is None:
+            self.close()
+        else:
+            # The first error matters more.
+            with suppress(Exception):
+                self.close()
 
     def __repr__(self) -> str:
         return f"Site({self.name!r}, {'connected' if self.is_connected else 'not connected'})"
@@ -196,17 +214,25 @@ class Site:
     def close(self) -> None:
         """Closes the connection, and ends its subscriptions, recordings and calibrations, and whatever waits for a pose.
 
-        Raises `CommandError` where a recording failed; all is closed nevertheless.
+        Raises `CommandError` where a recording failed, after everything is closed.
         """
         with self._lock:
             session, self._session = self._session, None
-        for history, _ in list(self._followed.values()):
-            history.close()
-        with ExitStack() as last_first:
+            dependents = list(self._dependents)
+        errors = []
+        try:
+            for history, _ in self._followed.values():
+                history.close()
+            for dependent in dependents:
+                try:
+                    dependent.close()
+                except Exception as error:
+                    errors.append(error)
+        finally:
             if session is not None:
-                last_first.callback(session.close)
-            for dependent in list(self._dependents):
-                last_first.callback(dependent.close)
+                session.close()
+        if errors:
+            raise errors[0]
 
     @property
     def is_connected(self) -> bool:
@@ -295,7 +321,7 @@ class Site:
             return answer
 
         answers = "fusion/*/answer"
-        with self._subscribe(answers, read, GLANCE_S, NoAnswerError) as subscription:
+        with self._subscribe(answers, read, POLL_S, TimeoutError) as subscription:
             answer = answer_to(payload, ask, subscription, lambda: self._latest(answers, ConfigAnswer))
         if isinstance(answer.outcome, ConfigAnswerOutcomeRefused):
             raise RefusedError(answer.node, answer.outcome.value)
@@ -311,7 +337,7 @@ class Site:
         file: Union[str, os.PathLike[str]],
         *,
         images: bool = False,
-        objects: Sequence[str] = (),
+        objects: Union[str, Sequence[str]] = (),
         camera_config: Union[str, os.PathLike[str], None] = None,
         force: bool = False,
     ) -> Recording:
@@ -319,11 +345,15 @@ class Site:
 
         It has begun when this returns. Raises `CommandError`, such as for a file that exists without `force`.
         """
-        self._open()
-        given = options({"images": images, "object": list(objects), "camera_config": camera_config, "force": force})
-        command = Command(["record", file, *given], self._access.words(self.name))
+        names = [objects] if isinstance(objects, str) else list(objects)
+        given = options({"images": images, "object": names, "camera_config": camera_config, "force": force})
+        command = self._command(["record", file, *given])
         recording = Recording(os.fspath(file), command)
-        self._dependents.add(recording)
+        with self._lock:
+            # Where the site was closed in the meantime, so was the command.
+            self._open()
+            self._dependents.discard(command)
+            self._dependents.add(recording)
         return recording
 
     def poses(self, name: Optional[str] = None, *, timeout: Optional[float] = None) -> Subscription[Pose]:
@@ -398,10 +428,10 @@ class Site:
         return lambda waited: self._no_pose(name, waited)
 
     def _command(self, arguments: Sequence[Word]) -> Command:
-        """Runs a command on this site, which is killed where the site is closed before."""
-        self._open()
-        command = Command(arguments, self._access.words(self.name))
-        self._dependents.add(command)
+        """Runs a command on this site, which ends where the site is closed before."""
+        with self._lock:
+            command = Command(arguments, self._access.words(self.name, self._open()))
+            self._dependents.add(command)
         return command
 
     def _follow(self, name: str) -> History:
@@ -435,8 +465,9 @@ class Site:
         silence: Callable[[float], Exception],
     ) -> Subscription[T]:
         subscription = Subscription(read, timeout, silence)
-        subscription._subscriber = self._open().declare_subscriber(f"{self._root}/{key}", _handler(subscription))
-        self._dependents.add(subscription)
+        with self._lock:
+            subscription._subscriber = self._open().declare_subscriber(f"{self._root}/{key}", _handler(subscription))
+            self._dependents.add(subscription)
         return subscription
 
     def _reader(self, kind: str, field: str, record: type[T]) -> Callable[[str, bytes], Optional[T]]:
@@ -475,7 +506,7 @@ class Site:
 
     def _no_fusion(self) -> SextantError:
         if not self.is_connected:
-            return NoRouterError([self._access.endpoint], "the connection is being made again")
+            return NoRouterError(self._access.endpoints, _RECONNECTING)
         return NoFusionError(self.name, self._other_sites())
 
     def _other_sites(self) -> list[str]:

@@ -1,4 +1,4 @@
-"""Sites in asynchronous programs: what `sextant.connect` and `sextant.Site` have, without blocking the event loop.
+"""Sites in asynchronous programs: what `sextant.connect` and `sextant.Site` have except `close`, without blocking the event loop.
 
 >>> import asyncio, sextant.aio
 >>> async def main():
@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import asyncio
 import os
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager, asynccontextmanager
 from functools import wraps
 from typing import TYPE_CHECKING, Any, AsyncIterator, Callable, Coroutine, Generator, Generic, Optional, Sequence, TypeVar, Union
@@ -43,10 +44,22 @@ async def connect(
     """As `sextant.connect`, for `async with`."""
     proof: dict[str, Any] = {"keys": keys, "user": user, "password": password}
     blocking = await asyncio.to_thread(_site.connect, endpoint, site, timeout=timeout, **proof)
+    error: Optional[type[BaseException]] = None
     try:
         yield Site(blocking)
+    except BaseException as cause:
+        error = type(cause)
+        raise
     finally:
-        blocking.close()
+        await _on_own_thread(blocking.__exit__, error)
+
+
+async def _on_own_thread(end: Callable[..., object], *arguments: object) -> None:
+    """Ends something, also where its task is cancelled; the threads of the event loop's executor may all wait for that."""
+    executor = ThreadPoolExecutor(1)
+    ended = asyncio.get_running_loop().run_in_executor(executor, end, *arguments)
+    executor.shutdown(wait=False)
+    await asyncio.shield(ended)
 
 
 class Opening(Generic[R]):
@@ -65,7 +78,7 @@ class Opening(Generic[R]):
 
     async def __aexit__(self, *error: Any) -> None:
         if self._begun is not None:
-            await asyncio.to_thread(self._begun.__exit__, *error)
+            await _on_own_thread(self._begun.__exit__, *error)
 
 
 class Stream(Opening[Subscription[T]]):
@@ -107,6 +120,13 @@ class Site:
     def __init__(self, blocking: _site.Site) -> None:
         #: The same connection for code that blocks, such as `sextant.calibrate` on a thread.
         self.blocking = blocking
+        #: The name of the site.
+        self.name = blocking.name
+
+    @property
+    def is_connected(self) -> bool:
+        """Whether the router answers now. While it does not, the connection is being made again."""
+        return self.blocking.is_connected
 
     objects = _awaited(_site.Site.objects)
     cameras = _awaited(_site.Site.cameras)
