@@ -48,7 +48,7 @@ const ANSWER: Duration = Duration::from_millis(800);
     after_help = "The file holds observations, poses, rig, objects, statuses, clocks, truth of simulations, and what the fusion node took in, with
 its times, so that `sextant replay` gives the poses that were published, bit for bit, if the recording begins before the node's first
 image. Begun later, it gives the same poses at each replay, which approach those published live within seconds. The file is complete up
-to the last half second at any time, also after kill -9. It opens in Foxglove and Lichtblick.
+to the last half second at any time, also after kill -9. It opens in Foxglove, Lichtblick and Rerun.
 
 --images records the images of cameras on this host from shared memory, lossless, as PNG; run it as the user who runs the camera node.
 Where none has come after 5 s, the command ends with exit code 4. Images

@@ -5,9 +5,6 @@
 use sextant_ros2::messages::{CompressedImage, Header};
 use sextant_site_model::CameraId;
 
-/// Encoding of the messages.
-pub const ENCODING: &str = "cdr";
-
 /// CDR, little-endian, no options.
 const HEADER: [u8; 4] = [0, 1, 0, 0];
 

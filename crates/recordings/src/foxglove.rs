@@ -134,22 +134,22 @@ fn rig_messages(rig: &RigConfig, arrival_ns: u64) -> Vec<ViewerMessage> {
 }
 
 fn calibration(camera: &CameraConfig, arrival_ns: u64) -> CameraCalibration {
-    let [fx, fy, cx, cy] = camera.lens.intrinsics();
-    let (model, distortion) = match camera.lens {
-        LensConfig::Pinhole { .. } => ("plumb_bob", &[0.0; 5][..]),
-        LensConfig::BrownConrady { .. } => ("plumb_bob", camera.lens.distortion()),
-        LensConfig::KannalaBrandt { .. } => ("kannala_brandt", camera.lens.distortion()),
+    let info = convert::camera_info(camera, arrival_ns);
+    let distortion_model = match camera.lens {
+        // ROS calls it equidistant.
+        LensConfig::KannalaBrandt { .. } => "kannala_brandt".to_owned(),
+        _ => info.distortion_model,
     };
     CameraCalibration {
         timestamp: time(arrival_ns),
         frame_id: image::frame_of(&camera.id),
-        width: camera.resolution[0],
-        height: camera.resolution[1],
-        distortion_model: model.to_owned(),
-        d: distortion.to_vec(),
-        k: vec![fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0],
-        r: vec![1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
-        p: vec![fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0],
+        width: info.width,
+        height: info.height,
+        distortion_model,
+        d: info.d,
+        k: info.k.to_vec(),
+        r: info.r.to_vec(),
+        p: info.p.to_vec(),
     }
 }
 

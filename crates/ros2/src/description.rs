@@ -33,6 +33,11 @@ pub trait RosMessage: Field {
     const TYPE_NAME: &'static str;
 }
 
+/// Encoding of messages, as MCAP names it.
+pub const MESSAGE_ENCODING: &str = "cdr";
+/// Encoding of [`definition`], as MCAP names it.
+pub const SCHEMA_ENCODING: &str = "ros2msg";
+
 /// The bytes of a message: CDR with its header.
 #[must_use]
 pub fn encode(message: &impl RosMessage) -> Vec<u8> {
@@ -54,12 +59,12 @@ pub fn type_hash<M: RosMessage>() -> String {
 /// The definition of a message's type, in the format `ros2msg` of MCAP and rosbag2: its fields, then those of each type that they refer to.
 #[must_use]
 pub fn definition<M: RosMessage>() -> String {
-    let (own, referenced) = types_of::<M>();
+    let (fields, referenced) = types_of::<M>();
     let referenced = referenced.into_iter().map(|(name, fields)| {
         let rule = "=".repeat(80);
         format!("{rule}\nMSG: {}\n{}", resource_name(name), lines(&fields))
     });
-    lines(&own) + &referenced.collect::<String>()
+    lines(&fields) + &referenced.collect::<String>()
 }
 
 fn lines(fields: &Fields) -> String {

@@ -20,7 +20,9 @@ mod topic;
 
 pub use attachment::{ATTACHMENT_BYTES, Attachment};
 pub use bridge::{Also, Bridge, BridgeCounts, BridgeOptions, Outgoing};
-pub use description::{Field, RosMessage, definition, encode, type_hash};
+pub use description::{
+    Field, MESSAGE_ENCODING, RosMessage, SCHEMA_ENCODING, definition, encode, type_hash,
+};
 pub use graph::{Distribution, Endpoint, Gid, Graph, UnknownDistribution};
 pub use names::{NameError, Namespace};
 pub use topic::{Durability, Qos, Reliability, Topic, TopicKind};

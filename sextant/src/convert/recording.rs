@@ -341,7 +341,7 @@ fn write_images(
     let mut tables: BTreeMap<CameraId, BTreeMap<u64, String>> = BTreeMap::new();
     while let Some(message) = reader.next_message()? {
         let camera = image::camera_of(&message.channel.topic);
-        let camera = camera.filter(|_| message.channel.encoding == image::ENCODING);
+        let camera = camera.filter(|_| message.channel.encoding == sextant_ros2::MESSAGE_ENCODING);
         let Some(image) = camera.and_then(|camera| image::decode(&camera, &message.data)) else {
             continue;
         };

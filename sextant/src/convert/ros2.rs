@@ -119,7 +119,7 @@ impl Conversion {
                 .keys
                 .parse(topic)
                 .map(|key| self.bridge.handle(now_ns, &key, None, Ok(&message.data))),
-            compressed_image::ENCODING => self.image(topic, &message.data),
+            sextant_ros2::MESSAGE_ENCODING => self.image(topic, &message.data),
             _ => None,
         };
         let is_recent = |last_ns: u64| now_ns.abs_diff(last_ns) < DIAGNOSTICS_NS;

@@ -53,7 +53,7 @@ impl<'a> Publishers<'a> {
         let topic = &message.channel.topic;
         match message.channel.encoding.as_str() {
             WIRE_ENCODING => self.put_payload(topic, &message.data),
-            image::ENCODING => match image::camera_of(topic) {
+            sextant_ros2::MESSAGE_ENCODING => match image::camera_of(topic) {
                 Some(camera) => self.put_image(&camera, &message.data),
                 None => Ok(()),
             },

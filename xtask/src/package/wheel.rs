@@ -82,10 +82,10 @@ fn try_in_clean_system(python: &str, wheel: &Path) -> Result<(), String> {
         0o644,
     )?;
     let system = system.display().to_string();
-    let apart = ["--mount", "--pid", "--fork", "--kill-child"];
+    let name_spaces = ["--mount", "--pid", "--fork", "--kill-child"];
     run(
         "unshare",
-        &[&apart[..], &["sh", "-ec", TRIAL, "sh", &system]].concat(),
+        &[&name_spaces[..], &["sh", "-ec", TRIAL, "sh", &system]].concat(),
     )
 }
 
@@ -95,12 +95,12 @@ fn make_system(system: &Path) -> Result<(), String> {
         fs::remove_dir_all(&fresh).map_err(|cause| format!("{}: {cause}", fresh.display()))?;
     }
     let place = fresh.display().to_string();
-    let what = ["--quiet", "--variant=essential", "--include=python3-venv"];
-    let how = [
+    let contents = ["--quiet", "--variant=essential", "--include=python3-venv"];
+    let source = [
         "--aptopt=APT::Install-Recommends \"false\"",
         RELEASE,
         &place,
     ];
-    run("mmdebstrap", &[&what[..], &how].concat())?;
+    run("mmdebstrap", &[&contents[..], &source].concat())?;
     fs::rename(&fresh, system).map_err(|cause| format!("{}: {cause}", system.display()))
 }

@@ -49,11 +49,11 @@ def options(given: dict[str, Option]) -> list[str]:
     words = []
     for name, value in given.items():
         repeated = value if isinstance(value, list) else [value]
-        for one in repeated:
-            if one is None or one is False:
+        for item in repeated:
+            if item is None or item is False:
                 continue
-            own = () if one is True else one if isinstance(one, tuple) else (one,)
-            words += [f"--{name.replace('_', '-')}", *map(_text, own)]
+            values = () if item is True else item if isinstance(item, tuple) else (item,)
+            words += [f"--{name.replace('_', '-')}", *map(_text, values)]
     return words
 
 

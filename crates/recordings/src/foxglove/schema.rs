@@ -35,8 +35,8 @@ pub fn protobuf<M: Encode>() -> Schema {
 pub fn ros<M: RosMessage>() -> Schema {
     Schema {
         name: M::TYPE_NAME.to_owned(),
-        encoding: "ros2msg".to_owned(),
+        encoding: sextant_ros2::SCHEMA_ENCODING.to_owned(),
         data: sextant_ros2::definition::<M>().into_bytes().into(),
-        message_encoding: "cdr".to_owned(),
+        message_encoding: sextant_ros2::MESSAGE_ENCODING.to_owned(),
     }
 }

@@ -5,7 +5,9 @@ use super::writer::unwritable;
 use crate::error::RecordingError;
 use ::mcap::records::MessageHeader;
 use ::mcap::{Compression, McapResult, WriteOptions, Writer};
-use sextant_ros2::{Durability, Outgoing, Qos, Reliability, Topic};
+use sextant_ros2::{
+    Durability, MESSAGE_ENCODING, Outgoing, Qos, Reliability, SCHEMA_ENCODING, Topic,
+};
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::BufWriter;
@@ -85,9 +87,11 @@ impl Ros2Bag {
 
     fn add_channel(&mut self, topic: &Topic) -> McapResult<Channel> {
         let definition = topic.kind.definition();
-        let schema =
-            self.file
-                .add_schema(topic.kind.type_name(), "ros2msg", definition.as_bytes())?;
+        let schema = self.file.add_schema(
+            topic.kind.type_name(),
+            SCHEMA_ENCODING,
+            definition.as_bytes(),
+        )?;
         let metadata = BTreeMap::from([
             (
                 "offered_qos_profiles".to_owned(),
@@ -97,7 +101,7 @@ impl Ros2Bag {
         ]);
         let id = self
             .file
-            .add_channel(schema, &topic.name, "cdr", &metadata)?;
+            .add_channel(schema, &topic.name, MESSAGE_ENCODING, &metadata)?;
         Ok(Channel { id, messages: 0 })
     }
 

@@ -93,7 +93,7 @@ impl SiteRecording {
         if message.channel.encoding == WIRE_ENCODING {
             let taken = self.take_payload(topic, &message.data, message.arrival_ns);
             self.rejected += u64::from(taken.is_none());
-        } else if message.channel.encoding == image::ENCODING
+        } else if message.channel.encoding == sextant_ros2::MESSAGE_ENCODING
             && let Some(camera) = image::camera_of(topic)
         {
             *self.images.entry(camera).or_default() += 1;
