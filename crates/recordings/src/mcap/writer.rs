@@ -15,7 +15,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// Most channels of a file: a flood of keys must not fill the memory.
-const MOST_CHANNELS: usize = 8192;
+const MOST_CHANNELS: usize = 16384;
 /// Longest message.
 const MOST_BYTES: usize = 32 << 20;
 
