@@ -230,7 +230,7 @@ impl Fusion {
     }
 
     /// A calibration that explains images better than that in force; `None` while there is no clearly better one, or while a fault of a
-    /// camera or a tag is named. Takes some milliseconds.
+    /// camera or a tag is named.
     pub fn proposal(&self) -> Option<Proposal> {
         let spoils_nothing = |fault: &Fault| {
             matches!(
@@ -244,9 +244,9 @@ impl Fusion {
                     | Fault::ObjectUnplaced { .. }
             )
         };
-        let (corrections, held_back) = self.self_calibration.proposal(&self.site)?;
+        let (corrections, held_back) = self.self_calibration.proposal()?;
         let models = (&self.rig, &self.objects[..]);
-        let proposal = Proposal::of(models, (&corrections, held_back), &self.site);
+        let proposal = Proposal::of(models, (corrections, *held_back), &self.site);
         self.faults().iter().all(spoils_nothing).then_some(proposal)
     }
 

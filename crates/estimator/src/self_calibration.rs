@@ -39,6 +39,7 @@ use crate::self_calibration::held_back::HeldBackKeyframes;
 use crate::self_calibration::keyframes::{FIRST, Keyframes};
 use crate::self_calibration::quarantine::Quarantine;
 use crate::site::Site;
+use sextant_geometry::Pose;
 use sextant_site_report::Imperfection;
 
 /// Share by which the number of keyframes grows between adjustments: early ones change much, late ones little.
@@ -76,8 +77,8 @@ pub(crate) struct SelfCalibration {
     /// Present time before which no other becomes due, ns.
     rests_until_ns: u64,
     imperfections: Vec<Imperfection>,
-    /// As adjusted last.
-    newest: Option<Corrections>,
+    /// What the last adjustment corrects of the files, and what images say of it that are held back; `None` unless they are explained clearly better.
+    proposal: Option<(Corrections, HeldBack)>,
     /// What the trackers work with.
     applied: Option<Corrections>,
 }
@@ -100,10 +101,8 @@ impl SelfCalibration {
         self.due().is_some_and(|task| task.n_keyframes() < YOUNG)
     }
 
-    /// Offers an instant of an object; it is kept where it shows something new, and where one pose explains what it shows. Some are held
-    /// back from the adjustment and judge it.
-    pub fn offer(&mut self, mut keyframe: Keyframe, site: &Site) {
-        self.adjustment.align(&mut keyframe, site);
+    /// Offers an instant of an object; it is kept where it shows something new. Some are held back from the adjustment and judge it.
+    pub fn offer(&mut self, keyframe: Keyframe) {
         let Some(keyframe) = self.held_back.offer(keyframe, &self.keyframes) else {
             return;
         };
@@ -125,9 +124,9 @@ impl SelfCalibration {
     }
 
     /// Offers the quarantined keyframes up to a time: they show no fault.
-    pub fn release_quarantine(&mut self, until_ns: u64, site: &Site) {
+    pub fn release_quarantine(&mut self, until_ns: u64) {
         while let Some(keyframe) = self.quarantine.release(until_ns) {
-            self.offer(keyframe, site);
+            self.offer(keyframe);
         }
     }
 
@@ -159,7 +158,8 @@ impl SelfCalibration {
         let enough = (GROWTH * self.keyframes.len() as f64).max(1.0);
         let is_enough = self.added as f64 >= enough;
         if is_enough && self.due.is_none() && now_ns >= self.rests_until_ns {
-            let task = AdjustmentTask::new(&self.adjustment, &self.keyframes, site);
+            let task =
+                AdjustmentTask::new(&self.adjustment, &self.keyframes, &self.held_back, site);
             self.due = Some((Arc::new(task), std::mem::take(&mut self.added)));
             let rest_ns = self.keyframes.len() as u64 * REST_NS;
             self.rests_until_ns = now_ns.saturating_add(rest_ns);
@@ -189,24 +189,15 @@ impl SelfCalibration {
             return false;
         };
         self.adjustment = found.adjustment.clone();
-        let since = self.keyframes.take_adjusted(&found.keyframes);
+        self.keyframes.take_adjusted(&found.keyframes);
         self.imperfections.clone_from(&found.imperfections);
-        self.newest = Some(corrections.clone());
+        self.proposal.clone_from(&found.proposal);
         let applied = self.applied.as_ref();
         if applied.is_some_and(|applied| corrections.is_close(applied)) {
             return false;
         }
         self.applied = Some(corrections.clone());
         site.correct(corrections);
-        let since = |one: &&mut Keyframe| since.contains(&one.key());
-        for keyframe in self.keyframes.iter_mut().filter(since) {
-            for one in &mut keyframe.views {
-                if let Some(place) = site.placement(&one.view.tag) {
-                    one.view.set_model(&place.tag);
-                }
-            }
-            self.adjustment.align(keyframe, site);
-        }
         true
     }
 
@@ -220,23 +211,16 @@ impl SelfCalibration {
         &self.imperfections
     }
 
-    /// The corrections that are more than negligible, with what the images that are held back say of them; `None` unless these are
-    /// explained clearly better.
-    pub fn proposal(&self, site: &Site) -> Option<(Corrections, HeldBack)> {
-        let corrections = self
-            .newest
-            .as_ref()?
-            .for_files(|camera| Some(&site.file_camera(camera)?.lens));
-        if corrections.cameras.is_empty() && corrections.tags.is_empty() {
-            return None;
-        }
-        let judged = self.held_back.judge(&self.adjustment, &corrections, site);
-        Some((corrections, judged?))
+    /// The corrections of the files that are more than negligible, with what the images that are held back say of them; `None` unless these
+    /// are explained clearly better.
+    pub fn proposal(&self) -> Option<&(Corrections, HeldBack)> {
+        self.proposal.as_ref()
     }
 
-    /// The pose of an object in its newest keyframe as the trackers had it, and as it is after the last adjustment.
-    pub fn newest(&self, object: usize) -> Option<&Keyframe> {
-        self.keyframes.newest(object)
+    /// The pose of an object in its newest adjusted keyframe as the trackers had it, and as it is after the last adjustment.
+    pub fn moved(&self, object: usize) -> Option<(Pose, Pose)> {
+        let newest = self.keyframes.newest_adjusted(object)?;
+        Some((newest.before, newest.pose))
     }
 
     /// From now on `by_s` seconds more are subtracted from the timestamps of a camera.
@@ -251,11 +235,9 @@ impl SelfCalibration {
         }
     }
 
-    /// The trackers have taken the corrections over.
+    /// The trackers have taken the corrections over, and moved along with them; so do the instants that wait for an adjustment.
     pub fn mark_applied(&mut self) {
-        for keyframe in self.keyframes.iter_mut() {
-            keyframe.before = keyframe.pose;
-        }
+        self.keyframes.move_along();
     }
 
     /// Forgets everything: the files have changed.

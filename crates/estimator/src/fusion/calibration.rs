@@ -47,8 +47,7 @@ impl Fusion {
         }
         let lag_ns = nanoseconds(self.options.window_s + self.options.diagnosis.window_s);
         let judged_ns = before_ns.saturating_sub(lag_ns);
-        self.self_calibration
-            .release_quarantine(judged_ns, &self.site);
+        self.self_calibration.release_quarantine(judged_ns);
         self.self_calibration.prepare(self.now_ns, &self.site);
         if !self.adjusts_apart || self.self_calibration.is_due_at_once() {
             self.take_adjusted();
@@ -69,8 +68,7 @@ impl Fusion {
         if self.self_calibration.take_adjusted(&mut self.site) {
             self.diagnosis.reset();
             for (object, timeline) in self.timelines.iter_mut().enumerate() {
-                let newest = self.self_calibration.newest(object);
-                let moved = newest.map(|newest| (newest.before, newest.pose));
+                let moved = self.self_calibration.moved(object);
                 timeline.remodel(moved, &self.site, &self.options);
             }
             self.self_calibration.mark_applied();
@@ -109,7 +107,7 @@ impl Fusion {
             let keyframes = self.keyframes_of(object, track, images, &mut offered);
             for keyframe in keyframes {
                 if is_new {
-                    self.self_calibration.offer(keyframe, &self.site);
+                    self.self_calibration.offer(keyframe);
                 } else {
                     self.self_calibration.quarantine(keyframe);
                 }

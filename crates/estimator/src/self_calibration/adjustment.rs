@@ -219,6 +219,11 @@ impl Adjustment {
     /// single tags that is nearest to.
     pub fn align(&self, keyframe: &mut Keyframe, site: &Site) {
         let cameras = cameras_in_force(keyframe, site);
+        for one in &mut keyframe.views {
+            if let Some(place) = site.placement(&one.view.tag) {
+                one.view.set_model(&place.tag);
+            }
+        }
         self.set_clocks(keyframe);
         let mut best: Option<(f64, Pose, Option<Path>)> = None;
         for start in starts(keyframe, &cameras) {

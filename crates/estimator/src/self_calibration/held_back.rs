@@ -41,7 +41,7 @@ pub struct HeldBack {
 }
 
 /// Keyframes that the adjustment never sees, oldest first.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct HeldBackKeyframes {
     keyframes: Vec<Keyframe>,
     /// New keyframes since the last that was held back.
@@ -98,6 +98,9 @@ impl HeldBackKeyframes {
         corrections: &Corrections,
         site: &Site,
     ) -> Option<HeldBack> {
+        if self.keyframes.len() < LEAST {
+            return None;
+        }
         let models = [&Corrections::default(), corrections];
         let models = models.map(|corrections| (corrections, self.cameras(corrections, site)));
         let pairs = self.keyframes.iter().filter_map(|keyframe| {

@@ -133,6 +133,7 @@ impl KeyframeBuilder<'_> {
                     time_ns: self.track.time_ns,
                     pose,
                     before: pose,
+                    is_adjusted: false,
                     path: None,
                     views: Vec::new(),
                 }

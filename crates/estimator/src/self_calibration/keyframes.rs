@@ -28,8 +28,10 @@ pub(crate) struct Keyframe {
     pub time_ns: u64,
     /// `world_from_object`, or from the link, as adjusted last.
     pub pose: Pose,
-    /// As it was before the last adjustment.
+    /// As the trackers have it.
     pub before: Pose,
+    /// Whether it has been adjusted; its pose is the trackers' up to then.
+    pub is_adjusted: bool,
     /// How it moves; `None` where all images are of one instant.
     pub path: Option<Path>,
     pub views: Vec<KeyframeView>,
@@ -223,8 +225,9 @@ impl Keyframes {
         self.0.iter().filter(|one| one.object == object).count()
     }
 
-    pub fn newest(&self, object: usize) -> Option<&Keyframe> {
-        self.0.iter().rev().find(|one| one.object == object)
+    pub fn newest_adjusted(&self, object: usize) -> Option<&Keyframe> {
+        let mut newest_first = self.0.iter().rev();
+        newest_first.find(|one| one.object == object && one.is_adjusted)
     }
 
     fn own(&self, like: &Keyframe) -> impl Iterator<Item = &Keyframe> {
@@ -243,23 +246,33 @@ impl Keyframes {
         self.own(instant).any(|one| one.time_ns == instant.time_ns)
     }
 
-    /// Takes over poses and models of the same keyframes as they were adjusted; returns those that were not.
-    pub fn take_adjusted(&mut self, adjusted: &Self) -> BTreeSet<(Body, u64)> {
+    /// Takes over poses and models of the same keyframes as they were adjusted.
+    pub fn take_adjusted(&mut self, adjusted: &Self) {
         let adjusted: BTreeMap<_, _> = adjusted.iter().map(|one| (one.key(), one)).collect();
-        let mut since = BTreeSet::new();
         for own in &mut self.0 {
-            match adjusted.get(&own.key()) {
-                Some(adjusted) if adjusted.views.len() == own.views.len() => {
-                    let before = own.before;
-                    *own = (*adjusted).clone();
-                    own.before = before;
-                }
-                _ => {
-                    since.insert(own.key());
-                }
+            let same = adjusted.get(&own.key());
+            if let Some(same) = same.filter(|same| same.views.len() == own.views.len()) {
+                let before = own.before;
+                *own = (*same).clone();
+                own.before = before;
             }
         }
-        since
+    }
+
+    /// The trackers have moved along with what was adjusted. So do the keyframes that were not, whose poses are the trackers'.
+    pub fn move_along(&mut self) {
+        let objects: BTreeSet<usize> = self.0.iter().map(|one| one.object).collect();
+        let motion = |object: usize| {
+            let newest = self.newest_adjusted(object)?;
+            Some((object, newest.pose * newest.before.inverse()))
+        };
+        let motions: BTreeMap<usize, Pose> = objects.into_iter().filter_map(motion).collect();
+        for own in &mut self.0 {
+            if let Some(motion) = motions.get(&own.object).filter(|_| !own.is_adjusted) {
+                own.pose = motion * own.pose;
+            }
+            own.before = own.pose;
+        }
     }
 
     /// Keeps a keyframe that shows the object in a new pose, or to another camera or by another tag than a near one. Where there are too
