@@ -210,7 +210,11 @@ impl Plan {
         let n_faults = [0, 1, 2, 3, 5, 8][random.below(6)];
         plan.faults = (0..n_faults).map(|_| plan.fault(&mut random)).collect();
         let n_wishes = [0, 0, 1, 3, 6][random.below(5)];
-        plan.requests = (0..n_wishes).map(|_| plan.request(&mut random)).collect();
+        for _ in 0..n_wishes {
+            let at_ns = plan.time_of_request(&mut random);
+            let request = plan.request(&mut random);
+            plan.requests.push((at_ns, request));
+        }
         plan.requests.sort_by_key(|(at_ns, _)| *at_ns);
         plan.records = !plan.shares && random.chance(0.3);
         plan
@@ -272,18 +276,38 @@ impl Plan {
         }
     }
 
-    fn request(&self, random: &mut Random) -> (u64, ChangeRequest) {
-        let at_ns = 2 * S + (random.uniform() * (self.end_ns - QUIET_NS - 2 * S) as f64) as u64;
+    /// Any time; half of the requests come while something is wrong, and some shortly after another one, since what goes wrong together is seldom
+    /// met by chance.
+    fn time_of_request(&self, random: &mut Random) -> u64 {
+        let (first_ns, last_ns) = (2 * S, self.end_ns - QUIET_NS);
+        let within = |random: &mut Random, from_ns: u64, until_ns: u64| {
+            from_ns + (random.uniform() * until_ns.saturating_sub(from_ns) as f64) as u64
+        };
+        let at_ns = match (
+            random.below(4),
+            self.faults.as_slice(),
+            self.requests.last(),
+        ) {
+            (0 | 1, faults @ [_, ..], _) => {
+                let fault = &faults[random.below(faults.len())];
+                within(random, fault.from_ns, fault.until_ns)
+            }
+            (2, _, Some((at_ns, _))) => within(random, *at_ns, at_ns + 300 * MS),
+            _ => within(random, first_ns, last_ns),
+        };
+        at_ns.clamp(first_ns, last_ns)
+    }
+
+    fn request(&self, random: &mut Random) -> ChangeRequest {
         let object = random.below(self.objects);
         let world = random.below(9) as i32 - 4;
-        let request = match random.below(6) {
+        match random.below(6) {
             0 | 1 => ChangeRequest::World(world),
             2 => ChangeRequest::Remove(object),
             3 => ChangeRequest::Restore(object),
             4 => ChangeRequest::Gain(random.below(self.cameras), 10 + random.below(20) as u8),
             _ => ChangeRequest::Both(world, object),
-        };
-        (at_ns, request)
+        }
     }
 }
 
