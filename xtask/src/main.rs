@@ -59,15 +59,6 @@ const CHORES: &[Chore] = &[
     },
     Chore {
         needs: &[&DISK],
-        minutes: 5,
-        ..Chore::new(
-            "crates",
-            "tests of the lowest crates, which show a failure early",
-            suites::crates,
-        )
-    },
-    Chore {
-        needs: &[&DISK],
         minutes: 20,
         ..Chore::new("build", "compiles every program and test", suites::build)
     },
@@ -76,9 +67,9 @@ const CHORES: &[Chore] = &[
         after: Some("build"),
         minutes: 5,
         ..Chore::new(
-            "nodes",
-            "tests of the nodes, of the crates that they are made of and of the command line",
-            suites::nodes,
+            "crates",
+            "tests of all crates, of the nodes and of the command line",
+            suites::crates,
         )
     },
     Chore {
@@ -185,12 +176,12 @@ const CHORES: &[Chore] = &[
         )
     },
     Chore {
-        needs: &[&GCC_ARM, &GCC_AARCH64],
-        targets: &[AARCH64, ARMV7],
-        minutes: 6,
+        needs: &[&GCC_AARCH64],
+        targets: &[AARCH64],
+        minutes: 3,
         ..Chore::new(
             "cross",
-            "the camera node compiles for the boards' processors",
+            "the camera node compiles for 64-bit boards",
             chores::cross,
         )
     },
@@ -304,9 +295,8 @@ const LISTS: &[(&str, &str, &[&str])] = &[
         &[
             "web",
             "page",
-            "crates",
             "build",
-            "nodes",
+            "crates",
             "system",
             "python-test",
             "ros2",
@@ -317,7 +307,7 @@ const LISTS: &[(&str, &str, &[&str])] = &[
     (
         "workspace",
         "tests of every crate and of the whole system on this machine",
-        &["crates", "build", "nodes", "system"],
+        &["build", "crates", "system"],
     ),
     (
         "check",

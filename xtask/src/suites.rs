@@ -1,4 +1,4 @@
-//! The tests of Rust code, quick ones first: the lowest crates, then all others and the nodes, then the whole system. The programs that cargo builds for all of the workspace are
+//! The tests of Rust code, quick ones first: crates and nodes, then the whole system. The programs that cargo builds for all of the workspace are
 //! run one by one, so that each package is tested once, with the features that all others are built with, and one failure does not hide the next.
 
 use crate::chores::{PAGE, page_packages};
@@ -7,19 +7,6 @@ use sextant_test_needs::NODE;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
-/// Packages that compile within minutes on a fresh machine (floors 0 to 2 of ARCHITECTURE.md, and what needs the standard library alone), by folder.
-const LOWEST: &[&str] = &[
-    "crates/contract",
-    "crates/geometry",
-    "crates/tag-families",
-    "crates/drp-circuits",
-    "crates/site-model",
-    "crates/apriltag",
-    "crates/site-report",
-    "crates/simulator",
-    "crates/test-needs",
-    "xtask",
-];
 /// Packages that test or measure all others.
 const SYSTEM: &[&str] = &["tests", "tests/simulation", "benches", "benches/examine"];
 
@@ -30,25 +17,14 @@ const SLOW: &[&str] = &[
     "tests/tests/fault_table/main.rs",
 ];
 
-/// Tests of the lowest crates. Some of what they depend on is compiled once more for the others, with more features: the price of a failure that shows
-/// early.
-pub fn crates() -> Result<(), String> {
-    let names = LOWEST.iter().map(|folder| package(folder));
-    let names: Vec<String> = names.collect::<Result<_, _>>()?;
-    let chosen = names.iter().flat_map(|name| ["--package", name]);
-    let test = ["test", "--release", "--quiet", "--no-fail-fast"];
-    run("cargo", &test.into_iter().chain(chosen).collect::<Vec<_>>())
-}
-
 /// Compiles every program and test.
 pub fn build() -> Result<(), String> {
     programs().map(drop)
 }
 
-/// Tests of all packages between the lowest and the whole system, and of all documentation.
-pub fn nodes() -> Result<(), String> {
-    let is_node = |folder: &str| !LOWEST.contains(&folder) && !SYSTEM.contains(&folder);
-    let tested = run_programs("nodes", is_node);
+/// Tests of all packages but those of the whole system, and of all documentation.
+pub fn crates() -> Result<(), String> {
+    let tested = run_programs("crates", |folder| !SYSTEM.contains(&folder));
     let doc = ["test", "--release", "--workspace", "--doc", "--quiet"];
     tested.and(run("cargo", &doc))
 }
@@ -234,18 +210,6 @@ fn text(json: &str, field: &str) -> Option<String> {
     rest.split_once('"').map(|(text, _)| text.to_owned())
 }
 
-/// The name of the package in a folder.
-fn package(folder: &str) -> Result<String, String> {
-    let file = root().join(folder).join("Cargo.toml");
-    let manifest =
-        std::fs::read_to_string(&file).map_err(|cause| format!("{}: {cause}", file.display()))?;
-    let name = manifest
-        .lines()
-        .find_map(|line| line.strip_prefix("name = \"")?.strip_suffix('"'));
-    name.map(str::to_owned)
-        .ok_or_else(|| format!("{}: no name", file.display()))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -264,7 +228,7 @@ mod tests {
         assert_eq!(Program::read(&line("true", "null")), None);
     }
 
-    /// The lists are those of ARCHITECTURE.md.
+    /// The list is that of ARCHITECTURE.md.
     #[test]
     fn packages_are_listed_by_the_floors_of_the_map() {
         let map = std::fs::read_to_string(root().join("ARCHITECTURE.md")).expect("a page");
@@ -277,7 +241,6 @@ mod tests {
             };
             for folder in packages.split('`').skip(1).step_by(2) {
                 let is_own = ["crates/test-needs", "xtask"].contains(&folder);
-                assert_eq!(LOWEST.contains(&folder), floor <= 2 || is_own, "{folder}");
                 assert_eq!(SYSTEM.contains(&folder), floor == 10 && !is_own, "{folder}");
             }
         }
