@@ -116,7 +116,8 @@ impl StatusReporter {
         let elapsed_s = now_ns.saturating_sub(self.last_ns) as f64 / 1e9;
         self.last_ns = now_ns;
         let cameras = intake.cameras(elapsed_s).into_iter();
-        let cameras = cameras.map(|camera| with_statistics(camera, machine.statistics()));
+        let statistics = machine.statistics();
+        let cameras = cameras.map(|camera| with_statistics(camera, &statistics));
         let cameras = cameras.collect();
         let mut faults = machine.faults();
         let faults_left_out = faults.len().saturating_sub(limits::MAX_FAULTS);

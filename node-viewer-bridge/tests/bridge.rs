@@ -149,6 +149,7 @@ impl Site {
             },
             lens_sigma: None,
             world_from_camera: None,
+            mount: None,
             world_from_camera_sigma: None,
             line_delay_s: None,
             exposure: None,

@@ -63,6 +63,6 @@ pub use messages::preview::Preview;
 pub use messages::proposal::{ModelPayload, Proposal};
 pub use messages::refusal::Refusal;
 pub use messages::rig_config::{
-    CameraConfig, ExposureConfig, LensConfig, LensSigmaConfig, RigConfig,
+    CameraConfig, ExposureConfig, LensConfig, LensSigmaConfig, MountConfig, RigConfig,
 };
 pub use sextant_site_report::{Severity, State};

@@ -8,6 +8,7 @@ use anyhow::bail;
 use clap::Args;
 use sextant_calibrator::procedure::{Outcome, Plan, Procedure, Product, Report};
 use sextant_calibrator::{DiscoveredTags, DiscoveryPlan, Gauge, LearnPlan, LearnReport};
+use sextant_geometry::Pose;
 use sextant_process::{Exit, WithExit};
 use sextant_site_files::write_object;
 use sextant_site_model::{CameraId, ObjectId, ObjectModel, TagId};
@@ -63,6 +64,9 @@ pub struct LearnArguments {
     /// Object frame: `centroid` of the tags, or `tag:NUMBER` for the frame of that tag.
     #[arg(long, value_name = "FRAME", default_value = "centroid", value_parser = frame)]
     origin: Frame,
+    /// The tags stand still, and the object's frame is the world: carried cameras are localised by them.
+    #[arg(long, requires = "tags")]
+    world: bool,
     /// Object file to extend: its tags keep their poses, those of --tags are added or replaced.
     #[arg(long, value_name = "FILE")]
     from: Option<PathBuf>,
@@ -157,8 +161,11 @@ fn finish(outcome: &Outcome, arguments: &LearnArguments, format: Format) -> anyh
     else {
         bail!("learning gave no object");
     };
+    let place = arguments.world.then(Pose::identity);
+    let place = place.or_else(|| object.world_from_object().copied());
+    let object = object.clone().with_world_from_object(place)?;
     arguments.images.keep(outcome, || {
-        write_object(&arguments.out, object)?;
+        write_object(&arguments.out, &object)?;
         match format {
             Format::Json => print_line(&serde_json::to_string(report)?)?,
             Format::Text => print_line(&text(report, arguments))?,

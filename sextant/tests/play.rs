@@ -39,6 +39,7 @@ fn recorded() -> Vec<u8> {
         tags: vec![tag()],
         frame_sigma: None,
         scale_sigma: None,
+        world_from_object: None,
     };
     let grey = GreyImage {
         width: 32,

@@ -25,7 +25,7 @@ use sextant_site_report::{Fault, Imperfection, ObjectEstimate};
 /// Most cameras, those of former rigs included; when there are more, everything begins anew.
 const MOST_CAMERAS: usize = 1024;
 
-/// An input of [`Fusion`].
+/// An input of [`crate::Fusion`].
 #[derive(Debug, Clone, PartialEq)]
 pub enum Input {
     /// An image's corners.
@@ -39,13 +39,13 @@ pub enum Input {
         /// By how many ns it was set forward; below zero where it was set back.
         by_ns: i64,
     },
-    /// The adjustment that is due applies ([`Fusion::adjustment`]); it is solved now unless it has been. Means nothing where none is due.
+    /// The adjustment that is due applies ([`crate::Fusion::adjustment`]); it is solved now unless it has been. Means nothing where none is due.
     Adjusted,
     /// Time has passed.
     Tick,
 }
 
-/// An output of [`Fusion`].
+/// An output of [`crate::Fusion`].
 #[derive(Debug, Clone, PartialEq)]
 #[expect(
     clippy::large_enum_variant,
@@ -63,9 +63,9 @@ pub enum Output {
     },
 }
 
-/// Fuses the images of all cameras into one pose per object.
+/// Fuses the images of cameras that hold still to one another into one pose per object.
 #[derive(Debug)]
-pub struct Fusion {
+pub(crate) struct RigFusion {
     site: Site,
     options: FusionOptions,
     rig: Rig,
@@ -102,7 +102,7 @@ struct Emitted {
     prediction_ns: u64,
 }
 
-impl Fusion {
+impl RigFusion {
     /// A machine for these cameras and objects.
     ///
     /// # Errors
@@ -143,6 +143,11 @@ impl Fusion {
     /// [`Input::Adjusted`] comes, so that no image waits for them. Otherwise each is solved at once.
     pub fn adjust_apart(&mut self) {
         self.adjusts_apart = true;
+    }
+
+    /// Whether adjustments wait for [`Input::Adjusted`].
+    pub fn adjusts_apart(&self) -> bool {
+        self.adjusts_apart
     }
 
     /// The adjustment that is due, for another thread to solve.
@@ -187,8 +192,9 @@ impl Fusion {
             .timelines
             .iter()
             .find(|timeline| timeline.object() == object)?;
-        let estimate = timeline.estimate(time_ns, &self.site, &self.options);
-        estimate.filter(ObjectEstimate::is_finite)
+        let estimate = timeline.estimate(time_ns, &self.site, &self.options)?;
+        let index = self.site.objects().iter().position(|id| id == object)?;
+        Some(self.with_frame(index, estimate)).filter(ObjectEstimate::is_finite)
     }
 
     /// Faults of the site.
@@ -248,6 +254,11 @@ impl Fusion {
         let models = (&self.rig, &self.objects[..]);
         let proposal = Proposal::of(models, (corrections, *held_back), &self.site);
         self.faults().iter().all(spoils_nothing).then_some(proposal)
+    }
+
+    /// The cameras and objects in force.
+    pub fn models(&self) -> (&Rig, &[ObjectModel]) {
+        (&self.rig, &self.objects)
     }
 
     /// Counts since the start.
@@ -570,7 +581,7 @@ mod tests {
             };
             Rig::new((0..256).map(camera).collect()).unwrap()
         };
-        let mut fusion = Fusion::new(rig(0), Vec::new(), FusionOptions::default()).unwrap();
+        let mut fusion = RigFusion::new(rig(0), Vec::new(), FusionOptions::default()).unwrap();
         for n in 1..10 * MOST_CAMERAS / 256 {
             fusion.handle(n as u64, Input::Rig(rig(n)));
             assert!(fusion.site.cameras().len() <= MOST_CAMERAS);

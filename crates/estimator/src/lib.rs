@@ -9,7 +9,7 @@
 //! - `ObjectEstimate`, `ClockOffset`, `Fault` and `Imperfection` of `sextant_site_report`, [`Proposal`], [`Statistics`]: what it reports.
 //! - Rooms, each depending on earlier ones only: `measurement` and `kinematics` (residuals of a view, links and joints), `site` (models in
 //!   force, data association), `filter` (the state of an object), `tracker` (hypotheses and the fixed lag), `self_calibration` (errors of the
-//!   files), `clocks` (far clock offsets) and `diagnosis` (faults), `fusion` (intake and outputs).
+//!   files), `clocks` (far clock offsets) and `diagnosis` (faults), `fusion` (intake and outputs), `localisation` (cameras that objects carry).
 //!
 //! This crate knows no clock (time is an argument), no image, no network and no file.
 
@@ -19,6 +19,7 @@ mod fading_counter;
 mod filter;
 mod fusion;
 mod kinematics;
+mod localisation;
 mod measurement;
 mod options;
 mod proposal;
@@ -28,7 +29,8 @@ mod statistics;
 mod time;
 mod tracker;
 
-pub use fusion::{Fusion, Input, Output};
+pub use fusion::{Input, Output};
+pub use localisation::Fusion;
 pub use options::{DiagnosisOptions, FusionOptions, OptionsError};
 pub use proposal::Proposal;
 pub use self_calibration::{AdjustmentTask, HeldBack};

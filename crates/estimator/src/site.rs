@@ -161,15 +161,17 @@ impl Site {
         self.cameras.len() + rig.cameras().iter().filter(is_new).count()
     }
 
+    /// Takes the cameras over that stand still.
     pub fn set_rig(&mut self, rig: &Rig) {
+        let still = || rig.cameras().iter().filter(|camera| camera.mount.is_none());
         // The world is where the cameras are: a camera by itself is off from nothing, and needs no place.
-        let is_only = rig.cameras().len() == 1;
+        let is_only = still().count() == 1;
         let place = |camera: &Camera| {
             camera
                 .world_from_camera
                 .or_else(|| is_only.then(Pose::identity))
         };
-        let is_alone = rig.cameras().iter().filter_map(place).count() == 1;
+        let is_alone = still().filter_map(place).count() == 1;
         let file = |camera: &Camera| {
             let middle_row = 0.5 * f64::from(camera.resolution[1] - 1);
             Some(FileCamera {
@@ -205,7 +207,7 @@ impl Site {
         self.rig_scale_variance = rig.scale_sigma().unwrap_or(0.0).powi(2);
         self.frames.clear();
         self.camera_index.clear();
-        for camera in rig.cameras().iter().map(site_camera) {
+        for camera in still().map(site_camera) {
             let known = self.cameras.iter().position(|known| known.id == camera.id);
             let index = known.unwrap_or(self.cameras.len());
             self.camera_index.insert(camera.id.clone(), index);
@@ -214,7 +216,7 @@ impl Site {
                 None => self.cameras.push(camera),
             }
         }
-        let first = rig.cameras().first();
+        let first = still().next();
         self.reference = first.map_or(0, |camera| self.camera_index[&camera.id]);
         self.is_exact = self.has_exact_models();
     }

@@ -386,6 +386,7 @@ mod tests {
             lens,
             lens_sigma: None,
             world_from_camera: Some(placed),
+            mount: None,
             world_from_camera_sigma: None,
             line_delay_s: None,
             exposure: None,
@@ -406,6 +407,7 @@ mod tests {
             tags: vec![tag],
             frame_sigma: None,
             scale_sigma: None,
+            world_from_object: None,
         };
         let rig = AnyMessage::RigConfig(RigConfig {
             cameras: vec![camera],

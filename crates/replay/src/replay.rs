@@ -169,7 +169,7 @@ impl Replayed {
             cameras: cameras.collect(),
             objects: objects.collect(),
             faults: fusion.faults(),
-            imperfections: fusion.imperfections().to_vec(),
+            imperfections: fusion.imperfections(),
             live: None,
             poses,
         }

@@ -35,6 +35,7 @@ fn camera(id: &str) -> CameraConfig {
             position: [0.0, 0.0, 1.0],
             orientation: [-0.5, 0.5, -0.5, 0.5],
         }),
+        mount: None,
         world_from_camera_sigma: None,
         line_delay_s: None,
         exposure: None,
@@ -386,6 +387,7 @@ fn a_rig_makes_lenses_and_all_static_transforms() {
         }],
         frame_sigma: None,
         scale_sigma: None,
+        world_from_object: None,
     };
     let key = || KeyRef::ConfigObject(object.id.clone());
     let first = take(&mut bridge, key(), &object);

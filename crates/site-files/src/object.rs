@@ -31,6 +31,8 @@ struct ObjectFile {
     frame_sigma: Option<SigmaTable>,
     /// Standard deviation of the common scale, as a share of it; optional.
     scale_sigma: Option<f64>,
+    /// Where it stands still in the world, if it is a landmark.
+    world_from_object: Option<PoseParts>,
     /// Empty for a rigid object.
     #[serde(default)]
     link: Vec<LinkTable>,
@@ -164,6 +166,11 @@ fn object_of(file: &ObjectFile, document: &Document<'_>) -> Result<ObjectModel, 
     let object = object
         .with_scale_sigma(file.scale_sigma)
         .map_err(|error| Complaint::new("scale_sigma", error.to_string(), SCALE_SIGMA_REMEDY))?;
+    let place = pose_of(file.world_from_object.as_ref(), "world_from_object")?;
+    let object = object.with_world_from_object(place).map_err(|error| {
+        let remedy = "write finite numbers, or remove it where the object moves";
+        Complaint::new("world_from_object", error.to_string(), remedy)
+    })?;
     Ok(if file.exact { object.exact() } else { object })
 }
 
@@ -288,6 +295,9 @@ pub fn object_toml(object: &ObjectModel) -> String {
     }
     if let Some(sigma) = object.scale_sigma() {
         let _ = writeln!(text, "scale_sigma = {sigma:?}");
+    }
+    if let Some(pose) = object.world_from_object() {
+        let _ = writeln!(text, "world_from_object = {}", pose_toml(&pose.into()));
     }
     let tree = object.articulation().map(articulation_toml);
     text.push_str(&tree.unwrap_or_default());

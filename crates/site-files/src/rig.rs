@@ -8,7 +8,9 @@ use crate::pose::{SCALE_SIGMA_REMEDY, SigmaTable, pose_of, pose_toml, sigma_toml
 use crate::read::read_text;
 use serde::Deserialize;
 use sextant_geometry::{Lens, PoseParts};
-use sextant_site_model::{Camera, CameraId, Exposure, LensSigma, PoseSigma, Rig, RigError, Stamp};
+use sextant_site_model::{
+    Camera, CameraId, Exposure, LensSigma, Mount, ObjectId, PoseSigma, Rig, RigError, Stamp,
+};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -38,6 +40,12 @@ struct CameraTable {
     world_from_camera: Option<PoseParts>,
     /// Standard deviation; optional.
     world_from_camera_sigma: Option<SigmaTable>,
+    /// The object that carries it; omitted where it stands still.
+    carrier: Option<ObjectId>,
+    /// Replaces `world_from_camera` there.
+    carrier_from_camera: Option<PoseParts>,
+    /// Standard deviation; optional.
+    carrier_from_camera_sigma: Option<SigmaTable>,
     /// Line delay of a rolling shutter, s.
     line_delay: Option<f64>,
     /// Exposure time of a row, s.
@@ -130,12 +138,18 @@ fn camera_of((index, table): (usize, &CameraTable)) -> Result<Camera, Complaint>
         table.world_from_camera.as_ref(),
         &format!("{key}.world_from_camera"),
     )?;
-    let pose_sigma = table.world_from_camera_sigma.as_ref().map(PoseSigma::from);
+    let mount = mount_of(table, &key)?;
+    let pose_sigma = match &mount {
+        None => &table.world_from_camera_sigma,
+        Some(_) => &table.carrier_from_camera_sigma,
+    };
+    let pose_sigma = pose_sigma.as_ref().map(PoseSigma::from);
     let lens_sigma = table.lens_sigma.as_ref().map(|sigma| LensSigma {
         focal_px: sigma.focal,
         distortion_px: sigma.distortion,
     });
     let camera = Camera {
+        mount,
         pose_prior: pose_sigma.into(),
         lens_prior: lens_sigma.into(),
         line_delay_s: table.line_delay,
@@ -147,6 +161,46 @@ fn camera_of((index, table): (usize, &CameraTable)) -> Result<Camera, Complaint>
     Ok(camera)
 }
 
+/// The place of a camera on its carrier; `None` where it has none.
+fn mount_of(table: &CameraTable, key: &str) -> Result<Option<Mount>, Complaint> {
+    let of_mount = [
+        ("carrier_from_camera", table.carrier_from_camera.is_some()),
+        (
+            "carrier_from_camera_sigma",
+            table.carrier_from_camera_sigma.is_some(),
+        ),
+    ];
+    let Some(carrier) = &table.carrier else {
+        return match of_mount.iter().find(|(_, is_there)| *is_there) {
+            None => Ok(None),
+            Some((part, _)) => Err(Complaint::new(
+                format!("{key}.{part}"),
+                "the camera has no carrier",
+                "add `carrier = ...` with the object that carries it, or remove the key",
+            )),
+        };
+    };
+    if table.world_from_camera_sigma.is_some() {
+        return Err(Complaint::new(
+            format!("{key}.world_from_camera_sigma"),
+            "the camera is carried",
+            "write `carrier_from_camera_sigma`",
+        ));
+    }
+    let part = format!("{key}.carrier_from_camera");
+    match pose_of(table.carrier_from_camera.as_ref(), &part)? {
+        Some(carrier_from_camera) => Ok(Some(Mount {
+            carrier: carrier.clone(),
+            carrier_from_camera,
+        })),
+        None => Err(Complaint::new(
+            format!("{key}.carrier"),
+            "the place of the camera on its carrier is missing",
+            "add `carrier_from_camera = { position = [x, y, z], orientation = [qx, qy, qz, qw] }`; `sextant calibrate robot --on-hand` finds it",
+        )),
+    }
+}
+
 fn complaint(key: &str, error: &RigError) -> Complaint {
     let (part, remedy) = match error {
         RigError::Resolution { .. } => (
@@ -154,6 +208,11 @@ fn complaint(key: &str, error: &RigError) -> Complaint {
             "write width and height of the camera's images in pixels",
         ),
         RigError::Pose(_) => (".world_from_camera", "write finite numbers"),
+        RigError::Mount(_) => (".carrier_from_camera", "write finite numbers"),
+        RigError::TwoPlaces(_) => (
+            ".world_from_camera",
+            "remove it, or `carrier` where the camera stands still",
+        ),
         RigError::PoseSigma(_) => (
             ".world_from_camera_sigma",
             "write metres and radians, one sigma an axis, or leave it out",
@@ -200,8 +259,17 @@ pub fn rig_toml(rig: &Rig) -> String {
         if let Some(pose) = &camera.world_from_camera {
             let _ = writeln!(text, "world_from_camera = {}", pose_toml(&pose.into()));
         }
+        if let Some(mount) = &camera.mount {
+            let pose = pose_toml(&(&mount.carrier_from_camera).into());
+            let _ = writeln!(
+                text,
+                "carrier = \"{}\"\ncarrier_from_camera = {pose}",
+                mount.carrier
+            );
+        }
         if let Some(sigma) = camera.pose_prior.given() {
-            let _ = writeln!(text, "world_from_camera_sigma = {}", sigma_toml(&sigma));
+            let outer = camera.mount.as_ref().map_or("world", |_| "carrier");
+            let _ = writeln!(text, "{outer}_from_camera_sigma = {}", sigma_toml(&sigma));
         }
         if let Some(delay_s) = camera.line_delay_s {
             let _ = writeln!(text, "line_delay = {delay_s:?}");

@@ -23,5 +23,6 @@ pub use object::{ObjectError, ObjectModel, ObjectTag, SIZE_SIGMA};
 pub use observation::{ImageObservation, TagCorners};
 pub use prior::{Deviation, Prior};
 pub use rig::{
-    Camera, Exposure, LensSigma, MOST_LENS_SIGMA_PX, PoseSigma, Rig, RigError, Stamp, is_finite,
+    Camera, Exposure, LensSigma, MOST_LENS_SIGMA_PX, Mount, PoseSigma, Rig, RigError, Stamp,
+    is_finite,
 };

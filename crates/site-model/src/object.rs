@@ -52,6 +52,7 @@ pub struct ObjectModel {
     articulation: Option<Articulation>,
     frame_sigma: Option<PoseSigma>,
     scale_sigma: Option<f64>,
+    world_from_object: Option<Pose>,
 }
 
 /// An invalid object.
@@ -102,6 +103,12 @@ pub enum ObjectError {
     /// An invalid sigma of the common scale.
     #[error("object {0}: the sigma of its scale must lie between 0 and 1")]
     ScaleSigma(ObjectId),
+    /// A place in the world that is not finite.
+    #[error("object {0}: world_from_object is not finite")]
+    Place(ObjectId),
+    /// A place in the world of an object with links.
+    #[error("object {0} has links, and a place in the world: only rigid objects are landmarks")]
+    MovingLandmark(ObjectId),
     /// An invalid sigma of a size.
     #[error(
         "object {object}: the sigma of the size of tag {tag} must lie between 0 and the size itself"
@@ -154,6 +161,8 @@ impl ObjectError {
             Self::NoTag(_)
             | Self::FrameSigma(_)
             | Self::ScaleSigma(_)
+            | Self::Place(_)
+            | Self::MovingLandmark(_)
             | Self::Articulation { .. } => None,
         }
     }
@@ -194,6 +203,7 @@ impl ObjectModel {
             articulation,
             frame_sigma: None,
             scale_sigma: None,
+            world_from_object: None,
         };
         let mut seen = BTreeSet::new();
         for tag in tags {
@@ -288,6 +298,26 @@ impl ObjectModel {
         self.scale_sigma
     }
 
+    /// The object as a landmark, which stands still in the world: carried cameras are localised by its tags.
+    ///
+    /// # Errors
+    /// Where the pose is not finite, or the object has links.
+    pub fn with_world_from_object(mut self, pose: Option<Pose>) -> Result<Self, ObjectError> {
+        if !pose.as_ref().is_none_or(is_finite) {
+            return Err(ObjectError::Place(self.id));
+        }
+        if pose.is_some() && self.articulation.is_some() {
+            return Err(ObjectError::MovingLandmark(self.id));
+        }
+        self.world_from_object = pose;
+        Ok(self)
+    }
+
+    /// Maps points of the object into the world; `None` unless it is a landmark.
+    pub fn world_from_object(&self) -> Option<&Pose> {
+        self.world_from_object.as_ref()
+    }
+
     /// As [`Self::scale_sigma`], by default that of a printer; zero if all sizes are exact.
     pub fn scale_sigma_or_usual(&self) -> f64 {
         let is_exact = |tag: &ObjectTag| tag.size_prior == Prior::Exact;
@@ -318,8 +348,8 @@ impl ObjectModel {
         self
     }
 
-    /// Takes over the pose priors of a former model for tags with unchanged poses, and the sigmas of its frame and scale where some pose
-    /// is unchanged, unless this model has its own.
+    /// Takes over the pose priors of a former model for tags with unchanged poses, and the sigmas of its frame and scale and its place in the
+    /// world where some pose is unchanged, unless this model has its own.
     #[must_use]
     pub fn holding_on_to(mut self, former: &Self) -> Self {
         let mut is_placed_alike = false;
@@ -335,6 +365,7 @@ impl ObjectModel {
         if is_placed_alike {
             self.frame_sigma = self.frame_sigma.or(former.frame_sigma);
             self.scale_sigma = self.scale_sigma.or(former.scale_sigma);
+            self.world_from_object = self.world_from_object.or(former.world_from_object);
         }
         self
     }

@@ -6,7 +6,7 @@ use nalgebra::Vector6;
 use sextant_geometry::{Lens, Pose};
 use thiserror::Error;
 
-use crate::{CameraId, Deviation, ImageObservation, Prior};
+use crate::{CameraId, Deviation, ImageObservation, ObjectId, Prior};
 
 mod exposure;
 
@@ -21,10 +21,12 @@ pub struct Camera {
     pub resolution: [u32; 2],
     /// Camera frame (x right, y down, z forward) to pixels.
     pub lens: Lens,
-    /// Maps points of the camera into the world; `None` until calibrated.
+    /// Maps points of the camera into the world; `None` until calibrated, and where an object carries it.
     pub world_from_camera: Option<Pose>,
-    /// Prior of `world_from_camera`, in axes of the world. Fusion and calibration default to [`PoseSigma::OF_CAMERA`]; a camera that alone
-    /// has a pose is exact to fusion, since it is the frame.
+    /// What carries it; `None` where it stands still.
+    pub mount: Option<Mount>,
+    /// Prior of `world_from_camera`, in axes of the world, or of `carrier_from_camera`, in axes of the carrier. Fusion and calibration default to
+    /// [`PoseSigma::OF_CAMERA`]; a camera that alone has a pose is exact to fusion, since it is the frame.
     pub pose_prior: Prior<PoseSigma>,
     /// Prior of `lens`. Fusion defaults to [`LensSigma::usual`], with a wider focal length where nothing checks it; calibration has its own
     /// defaults.
@@ -34,6 +36,15 @@ pub struct Camera {
     pub line_delay_s: Option<f64>,
     /// Exposure and reference of timestamps; `None` if the timestamps are capture times.
     pub exposure: Option<Exposure>,
+}
+
+/// A camera's place on the object that carries it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mount {
+    /// The object.
+    pub carrier: ObjectId,
+    /// Maps points of the camera into the object.
+    pub carrier_from_camera: Pose,
 }
 
 impl Camera {
@@ -54,6 +65,7 @@ impl Camera {
             resolution,
             lens,
             world_from_camera,
+            mount: None,
             pose_prior: Prior::Default,
             lens_prior: Prior::Default,
             line_delay_s: None,
@@ -223,6 +235,12 @@ pub enum RigError {
     /// A position or orientation that is not finite.
     #[error("camera {0}: world_from_camera is not finite")]
     Pose(CameraId),
+    /// A position or orientation on its carrier that is not finite.
+    #[error("camera {0}: carrier_from_camera is not finite")]
+    Mount(CameraId),
+    /// A camera that stands still and is carried.
+    #[error("camera {0} has a pose in the world and a carrier")]
+    TwoPlaces(CameraId),
 }
 
 impl RigError {
@@ -235,7 +253,9 @@ impl RigError {
             | Self::LensSigma(camera)
             | Self::LineDelay(camera)
             | Self::Exposure(camera)
-            | Self::Pose(camera) => Some(camera),
+            | Self::Pose(camera)
+            | Self::Mount(camera)
+            | Self::TwoPlaces(camera) => Some(camera),
             Self::ScaleSigma => None,
         }
     }
@@ -308,7 +328,10 @@ impl Rig {
             let Some(before) = former.camera(&camera.id) else {
                 continue;
             };
-            if is_same(before.world_from_camera, camera.world_from_camera) {
+            let on_carrier = |camera: &Camera| Some(camera.mount.as_ref()?.carrier_from_camera);
+            if is_same(before.world_from_camera, camera.world_from_camera)
+                || is_same(on_carrier(before), on_carrier(camera))
+            {
                 camera.pose_prior = camera.pose_prior.or(before.pose_prior);
                 is_placed_alike = true;
             }
@@ -351,6 +374,14 @@ fn checked(mut camera: Camera) -> Result<Camera, RigError> {
     }
     if !camera.world_from_camera.as_ref().is_none_or(is_finite) {
         return Err(RigError::Pose(id()));
+    }
+    if let Some(mount) = &camera.mount {
+        if camera.world_from_camera.is_some() {
+            return Err(RigError::TwoPlaces(id()));
+        }
+        if !is_finite(&mount.carrier_from_camera) {
+            return Err(RigError::Mount(id()));
+        }
     }
     let (pose_sigma, lens_sigma) = (camera.pose_prior.given(), camera.lens_prior.given());
     if !pose_sigma.is_none_or(|sigma| sigma.is_sound()) {

@@ -81,6 +81,7 @@ fn rig(ids: &[&str]) -> RigConfig {
         },
         lens_sigma: None,
         world_from_camera: None,
+        mount: None,
         world_from_camera_sigma: None,
         line_delay_s: None,
         exposure: None,

@@ -30,6 +30,7 @@ impl From<&ObjectModel> for ObjectConfig {
                 .collect(),
             frame_sigma: object.frame_sigma().map(SigmaConfig::from),
             scale_sigma: object.scale_sigma(),
+            world_from_object: object.world_from_object().map(PoseConfig::from),
         }
     }
 }
@@ -56,7 +57,8 @@ impl TryFrom<&ObjectConfig> for ObjectModel {
         let frame_sigma = message.frame_sigma.map(PoseSigma::from);
         object?
             .with_frame_sigma(frame_sigma)?
-            .with_scale_sigma(message.scale_sigma)
+            .with_scale_sigma(message.scale_sigma)?
+            .with_world_from_object(message.world_from_object.as_ref().map(Pose::from))
     }
 }
 

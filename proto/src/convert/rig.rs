@@ -2,10 +2,10 @@
 
 use crate::messages::pose_config::{PoseConfig, SigmaConfig};
 use crate::messages::rig_config::{
-    CameraConfig, ExposureConfig, LensConfig, LensSigmaConfig, RigConfig,
+    CameraConfig, ExposureConfig, LensConfig, LensSigmaConfig, MountConfig, RigConfig,
 };
 use sextant_geometry::{Intrinsics, Lens, LensError, LensModel, Pose};
-use sextant_site_model::{Camera, CameraId, Exposure, LensSigma, PoseSigma, Rig, RigError};
+use sextant_site_model::{Camera, CameraId, Exposure, LensSigma, Mount, PoseSigma, Rig, RigError};
 
 /// A message whose cameras make no rig.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -42,6 +42,10 @@ impl From<&Rig> for RigConfig {
             lens: LensConfig::from(&camera.lens),
             lens_sigma: camera.lens_prior.given().map(LensSigmaConfig::from),
             world_from_camera: camera.world_from_camera.as_ref().map(PoseConfig::from),
+            mount: camera.mount.as_ref().map(|mount| MountConfig {
+                carrier: mount.carrier.clone(),
+                carrier_from_camera: PoseConfig::from(&mount.carrier_from_camera),
+            }),
             world_from_camera_sigma: camera.pose_prior.given().map(SigmaConfig::from),
             line_delay_s: camera.line_delay_s,
             exposure: camera.exposure.map(ExposureConfig::from),
@@ -68,7 +72,12 @@ fn camera(message: &CameraConfig) -> Result<Camera, RigConfigError> {
         source,
     })?;
     let pose = message.world_from_camera.as_ref().map(Pose::from);
+    let mount = message.mount.as_ref().map(|mount| Mount {
+        carrier: mount.carrier.clone(),
+        carrier_from_camera: Pose::from(&mount.carrier_from_camera),
+    });
     Ok(Camera {
+        mount,
         pose_prior: message.world_from_camera_sigma.map(PoseSigma::from).into(),
         lens_prior: message.lens_sigma.map(LensSigma::from).into(),
         line_delay_s: message.line_delay_s,

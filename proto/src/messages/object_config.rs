@@ -27,6 +27,8 @@ pub struct ObjectConfig {
     pub frame_sigma: Option<SigmaConfig>,
     /// Standard deviation of the scale that the sizes and places of its tags share, as a share of it; none where the file gives none.
     pub scale_sigma: Option<f64>,
+    /// Where it stands still in the world; none unless it is a landmark.
+    pub world_from_object: Option<PoseConfig>,
 }
 
 /// One tag of an object.
@@ -80,6 +82,7 @@ impl ObjectConfig {
             tags: Vec::new(),
             frame_sigma: None,
             scale_sigma: None,
+            world_from_object: None,
         }
     }
 
@@ -100,6 +103,7 @@ impl Message for ObjectConfig {
         self.joints.iter().try_for_each(JointConfig::check)?;
         SigmaConfig::check(self.frame_sigma, "frame_sigma")?;
         check::amount(self.scale_sigma.unwrap_or(0.0), "scale_sigma")?;
+        PoseConfig::check(self.world_from_object, "world_from_object")?;
         let n_links = self.links.len();
         self.tags.iter().try_for_each(|tag| tag.check(n_links))
     }

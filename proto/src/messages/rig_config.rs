@@ -6,7 +6,7 @@ use crate::limits::MAX_CAMERAS;
 use crate::messages::pose_config::{PoseConfig, SigmaConfig};
 use crate::wire;
 use serde::{Deserialize, Serialize};
-use sextant_site_model::{CameraId, Stamp};
+use sextant_site_model::{CameraId, ObjectId, Stamp};
 
 /// The cameras of a site.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -29,14 +29,25 @@ pub struct CameraConfig {
     pub lens: LensConfig,
     /// Standard deviations of the lens.
     pub lens_sigma: Option<LensSigmaConfig>,
-    /// `world_from_camera`; none until calibrated.
+    /// `world_from_camera`; none until calibrated, and where an object carries the camera.
     pub world_from_camera: Option<PoseConfig>,
-    /// Standard deviation of that pose.
+    /// Its place on the object that carries it; none where it stands still.
+    pub mount: Option<MountConfig>,
+    /// Standard deviation of that pose, whichever it is.
     pub world_from_camera_sigma: Option<SigmaConfig>,
     /// Seconds from one row of an image to the next, negative where the bottom row is read first; none for a global shutter.
     pub line_delay_s: Option<f64>,
     /// How its images are exposed and stamped.
     pub exposure: Option<ExposureConfig>,
+}
+
+/// A camera's place on the object that carries it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MountConfig {
+    /// The object.
+    pub carrier: ObjectId,
+    /// `carrier_from_camera`.
+    pub carrier_from_camera: PoseConfig,
 }
 
 /// A lens; on the wire the number of the variant, from 0. Focal lengths and centre in pixels.
@@ -121,6 +132,8 @@ impl CameraConfig {
             check::amount(sigma.distortion_px, "cameras[].lens_sigma")?;
         }
         PoseConfig::check(self.world_from_camera, "cameras[].world_from_camera")?;
+        let mount = self.mount.as_ref().map(|mount| mount.carrier_from_camera);
+        PoseConfig::check(mount, "cameras[].mount.carrier_from_camera")?;
         SigmaConfig::check(
             self.world_from_camera_sigma,
             "cameras[].world_from_camera_sigma",

@@ -445,6 +445,7 @@ pub fn rig_config() -> RigConfig {
         lens: LensConfig::Pinhole { fx, fy, cx, cy },
         lens_sigma: None,
         world_from_camera: Some(pose),
+        mount: None,
         world_from_camera_sigma: None,
         line_delay_s: None,
         exposure: None,
@@ -462,6 +463,7 @@ pub fn rig_config() -> RigConfig {
             focal_px: 0.25,
             distortion_px: 0.125,
         }),
+        mount: None,
         world_from_camera_sigma: Some(SigmaConfig {
             position_m: 0.000_5,
             orientation_rad: 0.000_25,
@@ -483,6 +485,10 @@ pub fn rig_config() -> RigConfig {
             distortion: [0.03125, 0.0, -0.015_625, 0.5e-3],
         },
         world_from_camera: None,
+        mount: Some(MountConfig {
+            carrier: ObjectId::new("drone").unwrap(),
+            carrier_from_camera: pose,
+        }),
         ..north.clone()
     };
     RigConfig {
@@ -523,6 +529,7 @@ pub fn object_config() -> ObjectConfig {
             orientation_rad: 0.004,
         }),
         scale_sigma: Some(0.001),
+        world_from_object: None,
     }
 }
 
@@ -558,6 +565,10 @@ pub fn rigid_object_config() -> ObjectConfig {
         tags: vec![learned, new],
         frame_sigma: None,
         scale_sigma: None,
+        world_from_object: Some(PoseConfig {
+            position: [2.5, -1.0, 0.5],
+            orientation: [0.0, 0.6, 0.0, 0.8],
+        }),
     }
 }
 

@@ -52,6 +52,7 @@ impl Site {
                 tags: vec![tag()],
                 frame_sigma: None,
                 scale_sigma: None,
+                world_from_object: None,
             };
             let kept = self.bus.raw_latest(&key, Qos::Config).unwrap();
             kept.put(&encode(&object).unwrap()).unwrap();

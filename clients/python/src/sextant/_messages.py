@@ -696,6 +696,15 @@ class CameraLensSigma(Record):
     distortion_px: F64
 
 
+@dataclass(frozen=True)
+class CameraMount(Record):
+    """`mount` of Camera."""
+
+    #: the object that carries it
+    carrier: str
+    carrier_from_camera: Pose
+
+
 class CameraExposureStamp(Word):
     """`stamp` of CameraExposure."""
 
@@ -721,8 +730,11 @@ class Camera(Record):
     resolution: Annotated[tuple[U32, ...], Length(2)]
     lens: Lens
     lens_sigma: Optional[CameraLensSigma]
-    #: none until calibrated
+    #: none until calibrated, and where it is carried
     world_from_camera: Optional[Pose]
+    #: none where it stands still
+    mount: Optional[CameraMount]
+    #: of either pose
     world_from_camera_sigma: Optional[Sigma]
     #: from a row to the next; negative where the bottom row is read first; none: global shutter
     line_delay_s: Optional[F64]
@@ -799,6 +811,8 @@ class ObjectConfig(Record):
     frame_sigma: Optional[Sigma]
     #: of the scale that its tags share, as a share of it
     scale_sigma: Optional[F64]
+    #: where it stands still as a landmark, by which carried cameras are localised
+    world_from_object: Optional[Pose]
 
 
 class JointKind(Word):
@@ -1322,6 +1336,7 @@ __all__ = [
     "RigConfig",
     "Camera",
     "CameraLensSigma",
+    "CameraMount",
     "CameraExposure",
     "CameraExposureStamp",
     "Lens",

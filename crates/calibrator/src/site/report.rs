@@ -347,7 +347,10 @@ impl SiteSolution {
         if tags.is_empty() {
             return Ok(None);
         }
-        named(ROOM, tags, scale).map(Some)
+        let room = named(ROOM, tags, scale)?;
+        room.with_world_from_object(Some(Pose::identity()))
+            .map(Some)
+            .map_err(|error| SiteError::Result(error.to_string()))
     }
 }
 

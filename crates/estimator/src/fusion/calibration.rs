@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::fusion::Fusion;
+use crate::fusion::RigFusion;
 use crate::self_calibration::keyframe_builder::{KeyframeBuilder, TOGETHER_NS};
 use crate::self_calibration::{Keyframe, Offered};
 use crate::site::ObjectImage;
@@ -11,7 +11,7 @@ use crate::tracker::timeline::Timeline;
 use crate::tracker::track::Track;
 use sextant_site_report::ObjectEstimate;
 
-impl Fusion {
+impl RigFusion {
     /// Offers the newest instant of an object that has only just appeared, so that even its first poses are corrected.
     pub(crate) fn self_calibrate_from_start(&mut self, object: usize, capture_ns: u64) {
         if self.self_calibration.is_beginning(object) {

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::clocks::offset_search::Arrival;
 use crate::diagnosis::Action;
-use crate::fusion::Fusion;
+use crate::fusion::RigFusion;
 use crate::site::AssociatedImage;
 use crate::tracker::timeline::Timeline;
 use sextant_site_model::{CameraId, ImageObservation};
@@ -28,7 +28,7 @@ fn is_far(offset: &ClockOffset) -> bool {
     off_s > FAR_S && offset.sigma_s < KNOWN_S.min(off_s / SIGNIFICANT)
 }
 
-impl Fusion {
+impl RigFusion {
     /// Offset of a camera's clock as the filter of an object estimates it, s; zero unless [`is_far`]. Until it is subtracted from the
     /// timestamps, it is subtracted from the times of published poses.
     pub(crate) fn ahead_s(&self, object: usize, camera_index: usize) -> f64 {

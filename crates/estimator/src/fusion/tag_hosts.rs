@@ -1,12 +1,12 @@
 //! Objects at the places of tags that are far from where their own object has them.
 
 use crate::diagnosis::misplaced_tags::SeenOn;
-use crate::fusion::Fusion;
+use crate::fusion::RigFusion;
 use crate::measurement::ray::Ray;
 use crate::tracker::finalised_views::FinalisedView;
 use sextant_site_model::ObjectModel;
 
-impl Fusion {
+impl RigFusion {
     /// What is where a view shows a tag far from its place; `None` where it is near.
     pub(crate) fn host(&self, object: usize, time_ns: u64, view: &FinalisedView) -> Option<SeenOn> {
         let on = |ray: Ray| self.object_on(&ray, object, time_ns);

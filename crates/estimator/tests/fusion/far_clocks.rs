@@ -325,7 +325,7 @@ fn a_camera_ahead_of_its_arrivals_is_kept_away_until_it_is_found_out_or_all_is_s
         let image = eye.image(camera.unwrap(), image.capture_ns, &still, &mut random);
         fusion.handle(arrival_ns, Input::Image(image));
     }
-    let counts = &fusion.statistics().cameras[&camera_id(WRONG)];
+    let counts = fusion.statistics().cameras[&camera_id(WRONG)];
     assert!(counts.used_tags > 20 && counts.ahead > 100, "{counts:?}");
 }
 
@@ -348,7 +348,7 @@ fn a_slow_camera_whose_clock_is_right_is_gone_back_for_once_that_is_known() {
         fusion.handle(arrival_ns, Input::Image(image));
         assert_eq!(fusion.faults(), []);
     }
-    let counts = &fusion.statistics().cameras[&camera_id(WRONG)];
+    let counts = fusion.statistics().cameras[&camera_id(WRONG)];
     assert!((1..30).contains(&counts.late), "{counts:?}");
 }
 

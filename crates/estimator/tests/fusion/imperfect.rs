@@ -110,7 +110,7 @@ fn cameras_placed_by_hand_are_corrected_within_a_second() {
             as_given > learned,
             "seed {seed}: {as_given} against {learned} m"
         );
-        let named = with.imperfections().iter();
+        let named = with.imperfections().into_iter();
         let mut named = named.filter(|one| matches!(one, Imperfection::CamerasDisagree { .. }));
         assert!(
             named.next().is_some(),

@@ -18,6 +18,7 @@ mod faults;
 mod floods;
 mod imperfect;
 mod limits;
+mod localisation;
 mod misplaced_from_start;
 mod order;
 mod prediction;

@@ -53,12 +53,15 @@ fn layout_of(document: &Value) -> Option<Layout<'_>> {
 /// The object of a document that lists places of tags; nothing of another document.
 pub(super) fn object(document: &Value, id: &ObjectId) -> Option<Result<ObjectModel, Complaint>> {
     let layout = layout_of(document)?;
+    // A field is where robots localise themselves: its frame is the world.
+    let place = matches!(layout, Layout::Field(_)).then(Pose::identity);
     let tags = tag_kind(document, &layout).and_then(|kind| match layout {
         Layout::Bundles(bundles) => list(bundle(bundles)?, "layout", kind, of_bundle),
         Layout::Field(_) => list(document, "tags", kind, of_field),
     });
     let object = |tags| {
         ObjectModel::new(id.clone(), tags)
+            .and_then(|object| object.with_world_from_object(place))
             .map_err(|error| Complaint::new("", error.to_string(), "write metres"))
     };
     Some(tags.and_then(object))

@@ -297,6 +297,7 @@ fn a_field_of_wpilib_is_an_object() {
     assert_near(upper_right, [4.0, 0.24 + half, 1.35 + half]);
     let normal = object.tags()[0].object_from_tag.unwrap() * nalgebra::Vector3::z();
     assert!((normal - nalgebra::Vector3::x()).norm() < 1e-12);
+    assert!(object.world_from_object().is_some());
     let error = read("field.json", &field.replace("\"ID\": 1", "\"ID\": 9999")).unwrap_err();
     assert!(
         error.contains("tags[0].ID: tag36h11 has no such tag"),
