@@ -145,15 +145,15 @@ impl FusionCore {
             true => Company::Alone,
             false => Company::Others,
         };
-        let objects = &models.objects;
+        let posed = models.rig.posed_objects(&models.objects);
         let mut core = Self {
             machine,
             input_log: InputLog::new(node.clone()),
             intake: Intake::new(keys.clone(), cameras_of(&models.rig), config.max_age_s),
-            standby: Standby::new(&node, &config.sharding, objects, company, now),
-            status: StatusReporter::new(node.clone(), objects, now.monotonic_ns),
+            standby: Standby::new(&node, &config.sharding, &models, company, now),
+            status: StatusReporter::new(node.clone(), posed.clone(), now.monotonic_ns),
             clocks: DriftEstimator::default(),
-            outbox: Outbox::new(keys.clone(), node.clone(), objects),
+            outbox: Outbox::new(keys.clone(), node.clone(), posed),
             replica: Replica::new(node.clone(), models, formers, record, config.keep_changes),
             estimates: VecDeque::new(),
             actions: VecDeque::new(),
@@ -282,7 +282,7 @@ impl FusionCore {
 
     /// Publishes or stands by, as the other fusion nodes of the site leave it to this one. To be called before images are handed over.
     pub(crate) fn update_duty(&mut self, now: Moment) {
-        let duty = self.standby.tick(&self.replica.models().objects, now);
+        let duty = self.standby.tick(self.replica.models(), now);
         let is_shared = self.standby.is_shared();
         match duty {
             Some(Duty::Publish { epoch }) if !is_shared => {
@@ -435,10 +435,11 @@ impl FusionCore {
 
     /// Works from the models of the replica, which these changes have made.
     fn apply_changes(&mut self, changes: &[Change], now: Moment) {
-        let objects = &self.replica.models().objects;
-        self.status.take_objects(objects);
-        self.standby.take_objects(objects);
-        self.outbox.take_objects(objects);
+        let models = self.replica.models();
+        let posed = models.rig.posed_objects(&models.objects);
+        self.status.take_objects(posed.clone());
+        self.standby.take_models(models);
+        self.outbox.take_objects(posed);
         self.outbox.announce_changes(changes, self.replica.models());
         for change in changes {
             if let Change::Rig(rig) = change {

@@ -74,8 +74,8 @@ impl Unpublished {
 impl Outbox {
     /// An empty one, for these objects.
     #[must_use]
-    pub fn new(keys: Keys, node: NodeId, objects: &[ObjectModel]) -> Self {
-        let objects = objects.iter().map(|object| (object.id().clone(), 0));
+    pub fn new(keys: Keys, node: NodeId, objects: Vec<ObjectId>) -> Self {
+        let objects = objects.into_iter().map(|id| (id, 0));
         Self {
             keys,
             node,
@@ -228,13 +228,13 @@ impl Outbox {
     }
 
     /// The site has these objects now.
-    pub fn take_objects(&mut self, objects: &[ObjectModel]) {
+    pub fn take_objects(&mut self, objects: Vec<ObjectId>) {
         let before = std::mem::take(&mut self.objects);
-        let known = |id: &ObjectId| before.get(id).copied().unwrap_or(0);
-        self.objects = objects
-            .iter()
-            .map(|object| (object.id().clone(), known(object.id())))
-            .collect();
+        let last = |id: ObjectId| {
+            let last = before.get(&id).copied().unwrap_or(0);
+            (id, last)
+        };
+        self.objects = objects.into_iter().map(last).collect();
         for id in before.keys().filter(|id| !self.objects.contains_key(*id)) {
             for key in [self.keys.pose(id), self.keys.links(id)] {
                 self.queue.push_back(Publication::Withdrawal(key));

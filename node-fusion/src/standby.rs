@@ -3,6 +3,7 @@
 //! Input: heartbeats and liveliness of the other nodes. Output: heartbeats, and the epoch of the poses. Knows no network and no clock.
 
 use crate::config::ShardingConfig;
+use crate::models::Models;
 use sextant_election::{Assignment, Company, Election, Input, Link, Moment, Sharding};
 use sextant_proto::{Heartbeat, ModelsState, NodeId};
 use sextant_site_model::{ObjectId, ObjectModel, TagId};
@@ -49,7 +50,7 @@ impl Standby {
     pub fn new(
         node: &NodeId,
         sharding: &ShardingConfig,
-        objects: &[ObjectModel],
+        models: &Models,
         company: Company,
         now: Moment,
     ) -> Self {
@@ -61,7 +62,7 @@ impl Standby {
             duty: Duty::StandBy,
             published_models: ModelsState::default(),
         };
-        standby.take_objects(objects);
+        standby.take_models(models);
         standby
     }
 
@@ -91,13 +92,13 @@ impl Standby {
     }
 
     /// Does what is due; a change of duty, if there is one.
-    pub fn tick(&mut self, objects: &[ObjectModel], now: Moment) -> Option<Duty> {
+    pub fn tick(&mut self, models: &Models, now: Moment) -> Option<Duty> {
         self.election.handle(now, Input::Tick);
         if let Some(sharding) = &mut self.sharding
             && sharding.evaluate(now, &self.election)
         {
             self.election.hasten_heartbeat(now.monotonic_ns);
-            self.note_foreign_tags(objects);
+            self.note_foreign_tags(models);
         }
         let duty = match self.election.claim() {
             Some(epoch) => Duty::Publish { epoch },
@@ -120,16 +121,21 @@ impl Standby {
         Some(beat)
     }
 
-    /// The site has these objects now.
-    pub fn take_objects(&mut self, objects: &[ObjectModel]) {
+    /// The site has these models now.
+    pub fn take_models(&mut self, models: &Models) {
         if let Some(sharding) = &mut self.sharding {
-            sharding.set_objects(objects.iter().map(ObjectModel::id));
-            self.note_foreign_tags(objects);
+            let posed = models.rig.posed_objects(&models.objects);
+            sharding.set_objects(posed.iter());
+            self.note_foreign_tags(models);
         }
     }
 
-    fn note_foreign_tags(&mut self, objects: &[ObjectModel]) {
-        let others = objects.iter().filter(|object| !self.tracks(object.id()));
+    /// Landmarks concern whoever tracks a carrier of cameras.
+    fn note_foreign_tags(&mut self, models: &Models) {
+        let others = models
+            .objects
+            .iter()
+            .filter(|object| !self.tracks(object.id()) && object.world_from_object().is_none());
         let tags = others.flat_map(ObjectModel::tags).map(|tag| tag.tag);
         self.foreign_tags = tags.collect();
     }

@@ -8,7 +8,7 @@ use crate::proposing;
 use crate::refusals::{Refusals, detail};
 use sextant_estimator::{Fusion, HeldBack, Statistics};
 use sextant_proto::{CameraIntake, FusionStatus, NodeId, Notice, ObjectHealth, limits};
-use sextant_site_model::{ObjectId, ObjectModel};
+use sextant_site_model::ObjectId;
 use sextant_site_report::{ObjectEstimate, State};
 use std::collections::BTreeMap;
 
@@ -52,7 +52,7 @@ struct ObjectCount {
 impl StatusReporter {
     /// A reporter from `now_ns` on, by the monotonic clock as all times here; every object is lost until it is seen.
     #[must_use]
-    pub fn new(node: NodeId, objects: &[ObjectModel], now_ns: u64) -> Self {
+    pub fn new(node: NodeId, objects: Vec<ObjectId>, now_ns: u64) -> Self {
         let mut reporter = Self {
             node,
             started_ns: now_ns,
@@ -71,13 +71,13 @@ impl StatusReporter {
     }
 
     /// The site has other objects now; those that stay keep their state.
-    pub fn take_objects(&mut self, objects: &[ObjectModel]) {
+    pub fn take_objects(&mut self, objects: Vec<ObjectId>) {
         let before = std::mem::take(&mut self.objects);
-        let counts = |object: &ObjectModel| {
-            let known = before.get(object.id()).copied();
-            (object.id().clone(), known.unwrap_or(ObjectCount::UNSEEN))
+        let counts = |id: ObjectId| {
+            let known = before.get(&id).copied();
+            (id, known.unwrap_or(ObjectCount::UNSEEN))
         };
-        self.objects = objects.iter().map(counts).collect();
+        self.objects = objects.into_iter().map(counts).collect();
     }
 
     /// Counts a pose that was published.

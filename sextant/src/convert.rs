@@ -279,7 +279,11 @@ fn merged(out: Option<&Path>, cameras: &[Camera]) -> anyhow::Result<String> {
         let known = former.camera(&camera.id);
         let pose = camera.world_from_camera;
         let pose = pose.or(known.and_then(|known| known.world_from_camera));
-        let taken = Camera::new(camera.id.clone(), camera.resolution, camera.lens, pose);
+        let mount = known.and_then(|known| known.mount.clone());
+        let taken = Camera {
+            mount: mount.filter(|_| pose.is_none()),
+            ..Camera::new(camera.id.clone(), camera.resolution, camera.lens, pose)
+        };
         match all.iter_mut().find(|known| known.id == camera.id) {
             Some(known) => *known = taken,
             None => all.push(taken),

@@ -229,11 +229,12 @@ fn fusion_status(status: &FusionStatus) -> String {
 fn rig_config(rig: &RigConfig) -> String {
     let cameras = rig.cameras.iter().map(|camera| {
         let [width, height] = camera.resolution;
-        let calibrated = match camera.world_from_camera {
-            Some(_) => "",
-            None => " (not calibrated)",
+        let place = match (&camera.world_from_camera, &camera.mount) {
+            (_, Some(mount)) => format!(" (on {})", mount.carrier),
+            (Some(_), None) => String::new(),
+            (None, None) => " (not calibrated)".to_owned(),
         };
-        format!("{} {width}x{height}{calibrated}", camera.id)
+        format!("{} {width}x{height}{place}", camera.id)
     });
     format!("cameras: {}", cameras.collect::<Vec<_>>().join(", "))
 }

@@ -5,7 +5,7 @@
 //! files, and names faults. Its inverse is the carrier's pose. Where cameras that stand still see the carrier too, both estimates are
 //! independent of each other and are combined by their information.
 
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
@@ -203,21 +203,16 @@ impl Fusion {
         let (rig, objects) = self.still.models();
         let landmarks = Landmarks::of(objects);
         let mut former = std::mem::take(&mut self.carriers);
-        let mounted = rig.cameras().iter().filter_map(|camera| {
-            let mount = camera.mount.as_ref()?;
-            Some(mount.carrier.clone())
-        });
-        let carriers: BTreeSet<ObjectId> = mounted.collect();
-        for object in carriers {
-            let Some((rig, landmarks)) = rig_of(&object, rig).zip(landmarks.clone()) else {
+        for object in rig.carriers() {
+            let Some((rig, landmarks)) = rig_of(object, rig).zip(landmarks.clone()) else {
                 continue;
             };
             let same = former.iter().position(|one| {
-                one.object == object && *one.fusion.models().0 == rig && one.landmarks == landmarks
+                one.object == *object && *one.fusion.models().0 == rig && one.landmarks == landmarks
             });
             let carrier = match same {
                 Some(same) => Some(former.swap_remove(same)),
-                None => Carrier::new(object, rig, landmarks, &self.still, &self.options),
+                None => Carrier::new(object.clone(), rig, landmarks, &self.still, &self.options),
             };
             self.carriers.extend(carrier);
         }

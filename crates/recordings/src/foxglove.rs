@@ -27,7 +27,7 @@ use sextant_proto::{
 };
 use sextant_ros2::messages::{DiagnosticArray, DiagnosticStatus, Header};
 use sextant_ros2::{RosMessage, convert, encode};
-use sextant_site_model::CameraId;
+use sextant_site_model::{CameraId, ObjectId};
 
 /// A message for a viewer.
 #[derive(Debug, Clone)]
@@ -114,6 +114,11 @@ fn picture(preview: &Preview) -> ViewerMessage {
     ViewerMessage::ros(image::preview_topic(camera), &message)
 }
 
+/// The frame of an object.
+fn object_frame(object: &ObjectId) -> String {
+    format!("object/{object}")
+}
+
 /// Topic of a camera's lens.
 fn calibration_topic(camera: &CameraId) -> String {
     format!("/camera/{camera}/calibration")
@@ -121,9 +126,14 @@ fn calibration_topic(camera: &CameraId) -> String {
 
 fn rig_messages(rig: &RigConfig, arrival_ns: u64) -> Vec<ViewerMessage> {
     let transforms = rig.cameras.iter().filter_map(|camera| {
-        let world_from_camera = camera.world_from_camera.as_ref()?;
-        let frame = image::frame_of(&camera.id);
-        Some(transform(arrival_ns, frame, world_from_camera))
+        let (parent, pose) = match &camera.mount {
+            Some(mount) => (object_frame(&mount.carrier), &mount.carrier_from_camera),
+            None => (WORLD.to_owned(), camera.world_from_camera.as_ref()?),
+        };
+        Some(FrameTransform {
+            parent_frame_id: parent,
+            ..transform(arrival_ns, image::frame_of(&camera.id), pose)
+        })
     });
     let transforms = transforms_message("/rig".to_owned(), transforms.collect());
     let calibrations = rig.cameras.iter().map(|camera| {
@@ -155,7 +165,7 @@ fn calibration(camera: &CameraConfig, arrival_ns: u64) -> CameraCalibration {
 
 fn pose_messages(pose: &ObjectPose) -> Vec<ViewerMessage> {
     let topic = |what: &str| format!("/object/{}/{what}", pose.object);
-    let frame = format!("object/{}", pose.object);
+    let frame = object_frame(&pose.object);
     let world_from_object = PoseConfig {
         position: pose.position,
         orientation: pose.orientation,
@@ -224,7 +234,7 @@ fn tags_of(object: &ObjectConfig, arrival_ns: u64) -> ViewerMessage {
             .and_then(|link| object.links.get(usize::from(link)))
         {
             Some(link) => format!("object/{}/{link}", object.id),
-            None => format!("object/{}", object.id),
+            None => object_frame(&object.id),
         };
         Some(SceneEntity {
             timestamp: time(arrival_ns),

@@ -45,6 +45,17 @@ pub enum ModelsError {
         /// The camera.
         camera: CameraId,
     },
+    /// Nothing stands still by which a carried camera is localised.
+    #[error(
+        "{}: camera \"{camera}\" is carried, and no object is a landmark; give the object file of tags that stand still a `world_from_object`",
+        rig.display()
+    )]
+    NoLandmarks {
+        /// The rig file.
+        rig: PathBuf,
+        /// The camera.
+        camera: CameraId,
+    },
 }
 
 /// Cameras and objects.
@@ -85,10 +96,14 @@ impl Models {
                         camera: id.clone(),
                     });
                 }
-                Some(camera)
-                    if camera.world_from_camera.is_none() && self.rig.cameras().len() > 1 =>
-                {
+                Some(camera) if !camera.is_placed() && self.rig.cameras().len() > 1 => {
                     return Err(ModelsError::NoPose {
+                        rig: self.rig_file.clone(),
+                        camera: id.clone(),
+                    });
+                }
+                Some(camera) if camera.mount.is_some() && !self.has_landmarks() => {
+                    return Err(ModelsError::NoLandmarks {
                         rig: self.rig_file.clone(),
                         camera: id.clone(),
                     });
@@ -97,6 +112,11 @@ impl Models {
             }
         }
         Ok(())
+    }
+
+    fn has_landmarks(&self) -> bool {
+        let mut objects = self.objects.iter();
+        objects.any(|object| object.world_from_object().is_some())
     }
 
     /// The capture time of a row: the middle of its exposure, whichever moment its stamp is of.

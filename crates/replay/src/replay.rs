@@ -94,8 +94,8 @@ where
     )?;
     let images = dataset.cameras().iter();
     let images = images.map(|camera| (camera.camera.clone(), camera.rows.len()));
-    let objects = models.objects.iter().map(|object| object.id().clone());
-    Ok(Replayed::of(pass, images, objects))
+    let objects = models.rig.posed_objects(&models.objects);
+    Ok(Replayed::of(pass, images, objects.into_iter()))
 }
 
 /// Replays the inputs of a plan; `live` are the poses that were published then.
@@ -130,7 +130,7 @@ where
         if number > 0 {
             pass.fusion = of_run(&run)?;
         }
-        objects.extend(run.objects.iter().map(|object| object.id().clone()));
+        objects.extend(run.rig.posed_objects(&run.objects));
         for (now_ns, input) in run.steps {
             pass.handle(now_ns, input, observer)?
                 .iter()

@@ -6,7 +6,7 @@ use nalgebra::Vector6;
 use sextant_geometry::{Lens, Pose};
 use thiserror::Error;
 
-use crate::{CameraId, Deviation, ImageObservation, ObjectId, Prior};
+use crate::{CameraId, Deviation, ImageObservation, ObjectId, ObjectModel, Prior};
 
 mod exposure;
 
@@ -51,6 +51,11 @@ impl Camera {
     /// Whether an image has the size of the lens, as far as it is known: of another size the lens tells nothing.
     pub fn fits(&self, image: &ImageObservation) -> bool {
         image.resolution.is_none_or(|size| size == self.resolution)
+    }
+
+    /// Whether it has a place, in the world or on a carrier.
+    pub fn is_placed(&self) -> bool {
+        self.world_from_camera.is_some() || self.mount.is_some()
     }
 
     /// A camera with default priors and a global shutter, whose timestamps are capture times.
@@ -352,6 +357,32 @@ impl Rig {
     /// The cameras in the given order.
     pub fn cameras(&self) -> &[Camera] {
         &self.cameras
+    }
+
+    /// The objects that carry cameras.
+    pub fn carriers(&self) -> BTreeSet<&ObjectId> {
+        let mounts = self
+            .cameras
+            .iter()
+            .filter_map(|camera| camera.mount.as_ref());
+        mounts.map(|mount| &mount.carrier).collect()
+    }
+
+    /// The objects of these whose poses are to be expected: all of them, but landmarks only where some camera stands still; then carriers
+    /// without a model.
+    pub fn posed_objects(&self, objects: &[ObjectModel]) -> Vec<ObjectId> {
+        let is_still = |camera: &Camera| camera.mount.is_none();
+        let some_stand_still = self.cameras.iter().any(is_still);
+        let is_posed =
+            |object: &&ObjectModel| some_stand_still || object.world_from_object().is_none();
+        let modelled = objects.iter().filter(is_posed).map(ObjectModel::id);
+        let mut posed: Vec<ObjectId> = modelled.cloned().collect();
+        for carrier in self.carriers() {
+            if !posed.contains(carrier) {
+                posed.push(carrier.clone());
+            }
+        }
+        posed
     }
 
     /// The camera of that name.

@@ -7,7 +7,7 @@ use sextant_estimator::HeldBack;
 use sextant_geometry::{Intrinsics, Lens, Pose};
 use sextant_proto::{FusionStatus, Message, ObjectPose, Observations, Timing, decode, encode};
 use sextant_site_files::parse_toml;
-use sextant_site_model::{Camera, ObjectId, ObjectModel, ObjectTag, TagId};
+use sextant_site_model::{Camera, Mount, ObjectId, ObjectModel, ObjectTag, TagId};
 use sextant_tag_families::Family;
 use std::path::Path;
 
@@ -72,10 +72,14 @@ struct Bench {
 
 impl Bench {
     fn new() -> Self {
+        Self::of(models())
+    }
+
+    fn of(models: Models) -> Self {
         let text = "site = \"lab\"\nrig = \"rig.toml\"\n";
         let config: FusionConfig = parse_toml(Path::new("fusion.toml"), text, |_| Ok(())).unwrap();
         let initial = InitialState {
-            models: models(),
+            models,
             formers: Formers::default(),
             record: None,
             others: Vec::new(),
@@ -238,6 +242,37 @@ fn estimate(now: Moment, x_m: f64, variance: f64) -> ObjectEstimate {
         rms_px: 0.1,
         articulated: None,
     }
+}
+
+#[test]
+fn a_carrier_of_cameras_is_published_though_no_file_describes_it() {
+    let drone = ObjectId::new("drone").unwrap();
+    let mut models = models();
+    let carried = models.rig.cameras().iter().map(|camera| Camera {
+        world_from_camera: None,
+        mount: Some(Mount {
+            carrier: drone.clone(),
+            carrier_from_camera: Pose::identity(),
+        }),
+        ..camera.clone()
+    });
+    models.rig = Rig::new(carried.collect()).unwrap();
+    let mut bench = Bench::of(models);
+    bench.status();
+    let seen = estimate(bench.clock.0, 1.0, 1e-6);
+    bench.core.estimates.push_back(ObjectEstimate {
+        object: drone.clone(),
+        ..seen
+    });
+    let published: Vec<ObjectPose> = bench.messages();
+    assert_eq!(published[0].object, drone);
+    let objects = bench.status().objects;
+    assert!(
+        objects
+            .iter()
+            .any(|one| one.object == drone && one.rate_hz > 0.0),
+        "{objects:?}"
+    );
 }
 
 #[test]

@@ -56,8 +56,24 @@ impl CrossChecks {
         for (path, rig) in &self.rigs {
             complaints.extend(self.unknown_cameras(path, rig));
             complaints.extend(self.other_sizes(path, rig));
+            complaints.extend(self.without_landmarks(path, rig));
         }
         complaints
+    }
+
+    /// A carried camera, where objects were read and none of them is a landmark.
+    fn without_landmarks(&self, path: &Path, rig: &Rig) -> Option<String> {
+        let mut objects = self.objects.iter();
+        if self.objects.is_empty() || objects.any(|object| object.world_from_object().is_some()) {
+            return None;
+        }
+        let mut cameras = rig.cameras().iter();
+        let carried = cameras.find(|camera| camera.mount.is_some())?;
+        Some(format!(
+            "{}: camera \"{}\" is carried, and no object is a landmark; give the object file of tags that stand still a `world_from_object`",
+            path.display(),
+            carried.id
+        ))
     }
 
     fn unknown_cameras<'a>(

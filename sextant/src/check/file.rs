@@ -116,7 +116,7 @@ fn rig(path: &Path, together: &mut CrossChecks) -> anyhow::Result<String> {
     let rig = read_rig(path)?;
     encode(&RigConfig::from(&rig)).with_context(|| path.display().to_string())?;
     let cameras = rig.cameras();
-    let uncalibrated = cameras.iter().filter(|c| c.world_from_camera.is_none());
+    let uncalibrated = cameras.iter().filter(|camera| !camera.is_placed());
     let summary = format!(
         "{} cameras{}",
         cameras.len(),

@@ -151,7 +151,7 @@ pub fn link_transform(links: &ObjectLinks, link: &LinkPose, world: &str) -> Tran
     }
 }
 
-/// What does not move: `world_from_camera` of the calibrated cameras, `object_from_tag` of the tags with a known pose. The time is
+/// What does not move: `world_from_camera` or `carrier_from_camera` of the calibrated cameras, `object_from_tag` of the tags with a known pose. The time is
 /// that of the publication, ns since the Unix epoch.
 pub fn static_transforms<'a>(
     cameras: impl Iterator<Item = &'a CameraConfig>,
@@ -165,8 +165,11 @@ pub fn static_transforms<'a>(
         transform: transform(&RigidMotion::from(parent_from_child)),
     };
     let cameras = cameras.filter_map(|camera| {
-        let pose = camera.world_from_camera.as_ref()?;
-        Some(fixed(world, optical_frame(&camera.id), pose))
+        let (parent, pose) = match &camera.mount {
+            Some(mount) => (mount.carrier.as_str(), &mount.carrier_from_camera),
+            None => (world, camera.world_from_camera.as_ref()?),
+        };
+        Some(fixed(parent, optical_frame(&camera.id), pose))
     });
     let tags = objects.flat_map(|object| {
         object.tags.iter().filter_map(move |tag| {
