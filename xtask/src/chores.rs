@@ -1,7 +1,7 @@
 //! The chores themselves: each a short list of commands.
 
 use crate::page_types;
-use crate::tools::{files_below, run, run_in, run_with};
+use crate::tools::{Zigbuild, files_below, run, run_in, run_with};
 use std::path::Path;
 
 pub const PAGE: &str = "node-viewer-bridge/page";
@@ -106,6 +106,17 @@ pub fn cross() -> Result<(), String> {
     [AARCH64, ARMV7]
         .iter()
         .try_for_each(|target| run("cargo", &[&check[..], &["--target", target]].concat()))
+}
+
+/// Nothing is linked. zig is the C compiler of the few dependencies that have C in them: ring, and psm below pest.
+pub fn elsewhere(targets: &[&str]) -> Result<(), String> {
+    let zigbuild = Zigbuild::installed()?;
+    let compiler = [("CARGO_ZIGBUILD_ZIG_PATH", &*zigbuild.compiler)];
+    let check = ["check", "--release", "--quiet", "--package"];
+    targets.iter().try_for_each(|target| {
+        let what = ["sextant-client", "--target", target];
+        run_with(&compiler, &zigbuild.program, &[&check[..], &what].concat())
+    })
 }
 
 pub fn bench() -> Result<(), String> {
