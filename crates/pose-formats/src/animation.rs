@@ -2,7 +2,7 @@
 //! [`crate::glb`] write it.
 //!
 //! An object is visible while it is tracked or coasting. It is hidden while it is initialising or lost, and where no pose came for
-//! [`LONGEST_GAP_NS`]. Cameras and tags are as in the last models given. A sample takes about 100 bytes of memory.
+//! [`LONGEST_GAP_NS`]. Cameras and tags are as in the last models given. A sample takes up to 200 bytes of memory.
 
 use sextant_geometry::Pose;
 use sextant_proto::{EpochFilter, ObjectLinks, ObjectPose};

@@ -8,7 +8,7 @@ use crate::animation::{AnimatedObject, Animation, PlacedTag, world_from_gl_camer
 use crate::narrowed;
 use nalgebra::{UnitQuaternion, Vector3};
 use serde_json::{Map, Value, json};
-use sextant_geometry::{LensModel, Pose, PoseParts, tag_corners_in_tag};
+use sextant_geometry::{Pose, PoseParts, tag_corners_in_tag};
 use sextant_site_model::Camera;
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
@@ -17,8 +17,14 @@ const MAGIC: &[u8; 4] = b"glTF";
 const VERSION: u32 = 2;
 const JSON_CHUNK: &[u8; 4] = b"JSON";
 const BINARY_CHUNK: &[u8; 4] = b"BIN\0";
-const FLOAT: u32 = 5126;
-const UNSIGNED_SHORT: u32 = 5123;
+const INDEX: Element = Element {
+    component: 5123,
+    kind: "SCALAR",
+    n_bytes: 2,
+};
+const SCALAR: Element = Element::floats("SCALAR", 1);
+const VEC3: Element = Element::floats("VEC3", 3);
+const VEC4: Element = Element::floats("VEC4", 4);
 const ARRAY_BUFFER: u32 = 34_962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34_963;
 /// Time, translation and rotation.
@@ -75,6 +81,25 @@ struct Document<'a> {
     buffer: Buffer,
 }
 
+/// What an accessor has a list of.
+struct Element {
+    /// Code of its numbers' type.
+    component: u32,
+    kind: &'static str,
+    n_bytes: usize,
+}
+
+impl Element {
+    /// So many 32-bit floats.
+    const fn floats(kind: &'static str, n: usize) -> Self {
+        Self {
+            component: 5126,
+            kind,
+            n_bytes: 4 * n,
+        }
+    }
+}
+
 /// Binary data and what it holds.
 #[derive(Default)]
 struct Buffer {
@@ -117,11 +142,7 @@ impl Document<'_> {
         let world_from_camera = camera.world_from_camera.as_ref()?;
         let [width, height] = camera.resolution.map(f64::from);
         let lens = camera.lens.intrinsics();
-        let model = match camera.lens.model() {
-            LensModel::Pinhole => "pinhole",
-            LensModel::BrownConrady => "brown-conrady",
-            LensModel::KannalaBrandt => "kannala-brandt",
-        };
+        let model = camera.lens.model().to_string();
         let described = json!({
             "name": camera.id.as_str(),
             "type": "perspective",
@@ -186,18 +207,12 @@ impl Document<'_> {
             // Counter-clockwise for who looks at the face.
             let corners = [0u16, 3, 2, 0, 2, 1];
             let bytes = corners.into_iter().flat_map(u16::to_le_bytes).collect();
-            buffer.add(
-                bytes,
-                UNSIGNED_SHORT,
-                "SCALAR",
-                6,
-                Some(ELEMENT_ARRAY_BUFFER),
-            )
+            buffer.add(bytes, &INDEX, Some(ELEMENT_ARRAY_BUFFER))
         });
         let corners = tag_corners_in_tag(size_m).map(|p| [p.x, p.y, p.z].map(narrowed));
         let half = narrowed(0.5 * size_m);
         let bytes = bytes_of(corners.into_iter().flatten());
-        let positions = buffer.add(bytes, FLOAT, "VEC3", 4, Some(ARRAY_BUFFER));
+        let positions = buffer.add(bytes, &VEC3, Some(ARRAY_BUFFER));
         buffer.accessors[positions]["min"] = json!([-half, -half, 0.0]);
         buffer.accessors[positions]["max"] = json!([half, half, 0.0]);
         let primitive = json!({
@@ -220,13 +235,12 @@ impl Document<'_> {
                 rotations.extend(rotation);
             }
         }
-        let n = times.len();
         let input = self.times(&times);
         let translations = bytes_of(translations);
-        let output = self.buffer.add(translations, FLOAT, "VEC3", n, None);
+        let output = self.buffer.add(translations, &VEC3, None);
         self.channel(node, "translation", "LINEAR", input, output);
         let rotations = bytes_of(rotations);
-        let output = self.buffer.add(rotations, FLOAT, "VEC4", n, None);
+        let output = self.buffer.add(rotations, &VEC4, None);
         self.channel(node, "rotation", "LINEAR", input, output);
     }
 
@@ -237,9 +251,8 @@ impl Document<'_> {
                 scales.extend([f32::from(*is_visible); 3]);
             }
         }
-        let n = times.len();
         let input = self.times(&times);
-        let output = self.buffer.add(bytes_of(scales), FLOAT, "VEC3", n, None);
+        let output = self.buffer.add(bytes_of(scales), &VEC3, None);
         self.channel(node, "scale", "STEP", input, output);
     }
 
@@ -255,7 +268,7 @@ impl Document<'_> {
 
     fn times(&mut self, times: &[f32]) -> usize {
         let bytes = bytes_of(times.iter().copied());
-        let input = self.buffer.add(bytes, FLOAT, "SCALAR", times.len(), None);
+        let input = self.buffer.add(bytes, &SCALAR, None);
         self.buffer.accessors[input]["min"] = json!([times.first()]);
         self.buffer.accessors[input]["max"] = json!([times.last()]);
         input
@@ -332,14 +345,7 @@ impl Document<'_> {
 
 impl Buffer {
     /// The accessor of elements that take a multiple of four bytes together.
-    fn add(
-        &mut self,
-        bytes: Vec<u8>,
-        component: u32,
-        kind: &str,
-        count: usize,
-        target: Option<u32>,
-    ) -> usize {
+    fn add(&mut self, bytes: Vec<u8>, element: &Element, target: Option<u32>) -> usize {
         let (offset, length) = (self.bytes.len(), bytes.len());
         self.bytes.extend(bytes);
         let mut view = json!({ "buffer": 0, "byteOffset": offset, "byteLength": length });
@@ -349,9 +355,9 @@ impl Buffer {
         let view = added(&mut self.views, view);
         let accessor = json!({
             "bufferView": view,
-            "componentType": component,
-            "type": kind,
-            "count": count,
+            "componentType": element.component,
+            "type": element.kind,
+            "count": length / element.n_bytes,
         });
         added(&mut self.accessors, accessor)
     }

@@ -7,7 +7,7 @@
 //! offset, distortion is in `sextant:lens:` attributes that nothing else reads.
 
 use crate::animation::{AnimatedLink, AnimatedObject, Animation, PlacedTag, world_from_gl_camera};
-use sextant_geometry::{LensModel, Pose, PoseParts, tag_corners_in_tag};
+use sextant_geometry::{Pose, PoseParts, tag_corners_in_tag};
 use sextant_site_model::Camera;
 use std::collections::BTreeSet;
 use std::io::{self, Write};
@@ -120,11 +120,7 @@ impl<W: Write> Layer<'_, W> {
             (0.5 * (width - 1.0) - lens.cx) / lens.fx,
             (lens.cy - 0.5 * (height - 1.0)) / lens.fy,
         ];
-        let model = match camera.lens.model() {
-            LensModel::Pinhole => "pinhole",
-            LensModel::BrownConrady => "brown-conrady",
-            LensModel::KannalaBrandt => "kannala-brandt",
-        };
+        let model = camera.lens.model().to_string();
         let (fx, fy, cx, cy) = (lens.fx, lens.fy, lens.cx, lens.cy);
         let distortion = joined(camera.lens.distortion());
         let [columns, rows] = camera.resolution;
