@@ -5,10 +5,10 @@ mod animation;
 mod recording;
 mod ros2;
 
+use crate::animation_file::AnimationFormat;
 use crate::model_files::{read_object, read_rig, say_assumptions};
 use crate::output::{Format, print_line};
 use crate::words;
-use animation::AnimationFormat;
 use anyhow::{Context, bail, ensure};
 use clap::{Args, ValueEnum};
 pub use recording::RecordingConversion;

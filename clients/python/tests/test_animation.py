@@ -1,5 +1,6 @@
 """A recording of a demo as USD and glTF, read by OpenUSD, pygltflib and trimesh: poses, visibility, tags and what cameras see are the recorded ones."""
 
+import json
 import subprocess
 
 import numpy
@@ -73,13 +74,13 @@ def before(camera):
 
 
 def test_usd_opens_it_and_poses_agree(binary, recorded):
-    pxr = pytest.importorskip("pxr")
+    pytest.importorskip("pxr")
     from pxr import Gf, Usd, UsdGeom
 
     file, poses = recorded
     rig, objects = models(file)
     stage = Usd.Stage.Open(str(converted(binary, file, ".usda")))
-    assert pxr and UsdGeom.GetStageUpAxis(stage) == "Z" and UsdGeom.GetStageMetersPerUnit(stage) == 1
+    assert UsdGeom.GetStageUpAxis(stage) == "Z" and UsdGeom.GetStageMetersPerUnit(stage) == 1
     start_ns, rate = int(stage.GetRootLayer().customLayerData["startTimeNs"]), stage.GetTimeCodesPerSecond()
     compared = 0
     for name, of_object in poses.items():
@@ -101,6 +102,7 @@ def test_usd_opens_it_and_poses_agree(binary, recorded):
             placed = tag.object_from_tag
             assert numpy.abs(local - motion(placed.position, placed.orientation)).max() < 1e-12
     assert compared > 100
+    check_valid(stage)
     for camera in rig.cameras:
         prim = UsdGeom.Camera(stage.GetPrimAtPath(f"/Site/Cameras/{camera.id}"))
         frustum = prim.GetCamera(Usd.TimeCode.Default()).frustum
@@ -110,6 +112,15 @@ def test_usd_opens_it_and_poses_agree(binary, recorded):
             x, y, _ = seen.Transform(Gf.Vec3d(*point.tolist()))
             found = [(x + 1) / 2 * width - 0.5, (1 - y) / 2 * height - 0.5]
             assert numpy.abs(found - pixel).max() < 1e-3
+
+
+def check_valid(stage):
+    """By every rule of OpenUSD."""
+    from pxr import UsdValidation
+
+    rules = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
+    errors = UsdValidation.ValidationContext(rules).Validate(stage)
+    assert [error.GetMessage() for error in errors] == []
 
 
 def test_gltf_opens_and_poses_agree(binary, recorded):
@@ -172,6 +183,29 @@ def test_trimesh_shows_the_first_poses(binary, recorded, tmp_path):
         first = next(pose for _, pose in sorted(of_object.items()) if is_visible(pose))
         found, _ = scene.graph.get(name)
         assert numpy.abs(found - y_up_from_z_up @ motion(first.position, first.orientation)).max() < FLOAT32
+
+
+def test_a_replay_is_an_animation(binary, recording, tmp_path):
+    pytest.importorskip("pxr")
+    from pxr import Usd, UsdGeom
+
+    site, out = recording / "site", tmp_path / "replay.usda"
+    files = ["--rig", site / "rig.toml", "--object", site / "cuboid.toml"]
+    subprocess.run([binary, "replay", site, *files, "--out", out], check=True)
+    stage = Usd.Stage.Open(str(out))
+    check_valid(stage)
+    start_ns, rate = int(stage.GetRootLayer().customLayerData["startTimeNs"]), stage.GetTimeCodesPerSecond()
+    prim = UsdGeom.Xformable(stage.GetPrimAtPath("/Site/Objects/cuboid"))
+    poses = map(json.loads, (recording / "poses.jsonl").read_text(encoding="utf-8").splitlines())
+    compared = 0
+    for pose in poses:
+        if pose["state"] == "tracking":
+            found = numpy.array(prim.ComputeLocalToWorldTransform(Usd.TimeCode((pose["t_ns"] - start_ns) / 1e9 * rate))).T
+            assert numpy.abs(found - motion(pose["position"], pose["orientation"])).max() < 1e-9
+            compared += 1
+    assert compared > 20
+    failed = subprocess.run([binary, "replay", site, *files, "--out", out, "--frame", "robot.toml"], capture_output=True, text=True, check=False)
+    assert failed.returncode == 2 and "leave out --frame" in failed.stderr
 
 
 def test_wrong_targets_say_what_to_do(binary, recorded, tmp_path):

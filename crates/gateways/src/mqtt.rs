@@ -148,11 +148,11 @@ impl MqttPublisher {
     fn retain(&self, topic: &str, payload: &[u8]) {
         let message = mqtt_publish(topic, payload, Retention::Retained);
         let mut retained = self.retained.lock().unwrap_or_else(PoisonError::into_inner);
-        let known = retained.iter_mut().find(|(known, _)| known == topic);
-        match known {
+        let has_room = retained.len() <= limits::MAX_OBJECTS;
+        match retained.iter_mut().find(|(known, _)| known == topic) {
             Some((_, known)) if *known == message => return,
             Some((_, known)) => known.clone_from(&message),
-            None if retained.len() <= limits::MAX_OBJECTS => {
+            None if has_room => {
                 retained.push((topic.to_owned(), message.clone()));
             }
             None => return,

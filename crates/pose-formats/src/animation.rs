@@ -7,7 +7,7 @@
 use sextant_geometry::Pose;
 use sextant_proto::{EpochFilter, ObjectLinks, ObjectPose};
 use sextant_site_model::{Camera, LinkId, ObjectId, ObjectModel, ObjectTag, Rig};
-use sextant_site_report::State;
+use sextant_site_report::{ObjectEstimate, State};
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
 
@@ -38,6 +38,14 @@ struct Samples {
     object: BTreeMap<u64, Option<Pose>>,
     /// `world_from_link`.
     links: BTreeMap<LinkId, BTreeMap<u64, Pose>>,
+}
+
+impl Samples {
+    fn insert(&mut self, t_ns: u64, world_from_object: Pose, state: State) {
+        let is_visible = matches!(state, State::Tracking | State::Coasting);
+        let sample = is_visible.then_some(world_from_object);
+        self.object.insert(t_ns, sample);
+    }
 }
 
 /// A site over time. Times are ns since the Unix epoch, metres, world with z up.
@@ -118,10 +126,20 @@ impl AnimationBuilder {
     /// A published pose with its arrival, ns. The last one of a capture time counts; those of a fusion node that another has replaced do not.
     pub fn pose(&mut self, pose: &ObjectPose, arrival_ns: u64) {
         if self.epochs.admits(&pose.object, pose.epoch, arrival_ns) {
-            let is_visible = matches!(pose.state, State::Tracking | State::Coasting);
-            let sample = is_visible.then(|| pose.world_from_object());
             let samples = self.objects.entry(pose.object.clone()).or_default();
-            samples.object.insert(pose.capture_ns, sample);
+            samples.insert(pose.capture_ns, pose.world_from_object(), pose.state);
+        }
+    }
+
+    /// An estimate with its links.
+    pub fn estimate(&mut self, estimate: &ObjectEstimate) {
+        let t_ns = estimate.capture_ns;
+        let samples = self.objects.entry(estimate.object.clone()).or_default();
+        samples.insert(t_ns, estimate.world_from_object, estimate.state);
+        let links = estimate.articulated.iter().flat_map(|all| &all.links);
+        for link in links {
+            let poses = samples.links.entry(link.link.clone()).or_default();
+            poses.insert(t_ns, link.world_from_link);
         }
     }
 

@@ -1,48 +1,17 @@
 //! A recording as an animation: USD as text, or binary glTF.
 
+use crate::animation_file::{AnimationFormat, say_left_out};
 use crate::output::{Format, print_line};
 use crate::words;
-use anyhow::{Context, anyhow};
+use anyhow::anyhow;
 use serde_json::json;
-use sextant_pose_formats::{Animation, AnimationBuilder, glb, write_usda};
+use sextant_pose_formats::{Animation, AnimationBuilder};
 use sextant_process::{Exit, Failure, WithExit};
 use sextant_proto::{AnyMessage, KeyRef, Keys};
 use sextant_recordings::mcap::WIRE_ENCODING;
 use sextant_recordings::mcap::reader::{Ending, McapReader, RecordedMessage};
-use sextant_site_files::Replacement;
 use sextant_site_model::{ObjectModel, Rig};
-use std::io::{BufWriter, Write};
 use std::path::Path;
-
-/// A format of animations.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum AnimationFormat {
-    /// USD as text.
-    Usda,
-    /// Binary glTF.
-    Glb,
-}
-
-impl AnimationFormat {
-    /// The format that a file's name says; `None` where it says no animation.
-    ///
-    /// # Errors
-    /// [`Exit::Usage`] for other forms of the formats.
-    pub fn named(path: &Path) -> anyhow::Result<Option<Self>> {
-        let ending = path.extension().and_then(|ending| ending.to_str());
-        let remedy = match ending {
-            Some("usda") => return Ok(Some(Self::Usda)),
-            Some("glb") => return Ok(Some(Self::Glb)),
-            Some("usd" | "usdc" | "usdz") => {
-                "USD is written as text: let the name end with .usda; `usdcat` of USD converts it"
-            }
-            Some("gltf") => "glTF is written as one binary file: let the name end with .glb",
-            _ => return Ok(None),
-        };
-        let cause = anyhow!("{}: {remedy}", path.display());
-        Err(Failure::new(Exit::Usage, cause).into())
-    }
-}
 
 /// Writes the poses of a recording as an animation.
 ///
@@ -57,13 +26,14 @@ pub fn run(
     let recording = from.display();
     if from.is_dir() {
         let cause = anyhow!(
-            "{recording} is a folder, which has no poses; give a recording of `sextant record`"
+            "{recording} is a folder, which has no poses; replay it: sextant replay {recording} --rig rig.toml --object OBJECT.toml --out {}",
+            to.display()
         );
         return Err(Failure::new(Exit::Usage, cause).into());
     }
     refuse_taken(to)?;
     let animation = read(from)?;
-    write(&animation, animation_format, to)?;
+    animation_format.write(&animation, to)?;
     report(&animation, to, format)
 }
 
@@ -99,11 +69,11 @@ fn read(from: &Path) -> anyhow::Result<Animation> {
     if let Some(ending) = reader.ending().filter(|ending| **ending != Ending::Closed) {
         eprintln!("{}: {ending}", from.display());
     }
-    let animation = builder.finish();
-    let remedy = "record a site while its fusion node publishes poses";
-    animation
-        .with_context(|| format!("{}: {remedy}", from.display()))
-        .exit_with(Exit::Input)
+    let place = from.display();
+    let animation = builder.finish().map_err(|cause| {
+        anyhow!("{place}: {cause}; if it has observations, `sextant replay {place} --out FILE.usda` computes poses")
+    });
+    animation.exit_with(Exit::Input)
 }
 
 /// `None` for a message that is not what its key promises.
@@ -133,25 +103,6 @@ fn take(builder: &mut AnimationBuilder, key: &KeyRef, message: &RecordedMessage)
     Some(())
 }
 
-fn write(animation: &Animation, format: AnimationFormat, to: &Path) -> anyhow::Result<()> {
-    let place = || format!("{}", to.display());
-    let replacement = Replacement::begin(to)
-        .with_context(place)
-        .exit_with(Exit::Input)?;
-    let mut out = BufWriter::new(replacement.file());
-    match format {
-        AnimationFormat::Usda => write_usda(animation, &mut out).with_context(place)?,
-        AnimationFormat::Glb => {
-            let bytes = glb(animation).with_context(place).exit_with(Exit::Input)?;
-            out.write_all(&bytes).with_context(place)?;
-        }
-    }
-    out.flush().with_context(place)?;
-    drop(out);
-    replacement.commit().with_context(place)?;
-    Ok(())
-}
-
 fn report(animation: &Animation, to: &Path, format: Format) -> anyhow::Result<()> {
     let (cameras, objects) = animation.counts();
     let (seconds, left_out) = (animation.duration_s(), animation.left_out());
@@ -170,18 +121,7 @@ fn report(animation: &Animation, to: &Path, format: Format) -> anyhow::Result<()
         .to_string(),
         Format::Text => {
             let place = to.display();
-            for (names, cause) in [
-                (&left_out.cameras, "their poses are unknown"),
-                (&left_out.objects, "they were never tracked"),
-            ] {
-                if !names.is_empty() {
-                    eprintln!("{place}: without {}: {cause}", names.join(", "));
-                }
-            }
-            if left_out.tags > 0 {
-                let tags = words::count(left_out.tags, "tag");
-                eprintln!("{place}: without {tags}: no place on their object is known");
-            }
+            say_left_out(left_out, to);
             let (cameras, objects) = (
                 words::count(cameras, "camera"),
                 words::count(objects, "object"),
@@ -195,18 +135,6 @@ fn report(animation: &Animation, to: &Path, format: Format) -> anyhow::Result<()
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_ending_says_the_format() {
-        let named = |name: &str| AnimationFormat::named(Path::new(name));
-        assert_eq!(named("a.usda").unwrap(), Some(AnimationFormat::Usda));
-        assert_eq!(named("a.glb").unwrap(), Some(AnimationFormat::Glb));
-        assert_eq!(named("a.mcap").unwrap(), None);
-        for (name, remedy) in [("a.usdc", ".usda"), ("a.usd", ".usda"), ("a.gltf", ".glb")] {
-            let error = named(name).unwrap_err().to_string();
-            assert!(error.contains(remedy), "{error}");
-        }
-    }
 
     #[test]
     fn what_cannot_be_animated_is_refused_and_nothing_is_written() {
