@@ -44,12 +44,12 @@ impl AnimationFormat {
     pub fn write(self, animation: &Animation, to: &Path) -> anyhow::Result<()> {
         let place = || format!("{}", to.display());
         let replacement = Replacement::begin(to)
-            .with_context(place)
+            .with_context(|| format!("{}: check the folder", to.display()))
             .exit_with(Exit::Input)?;
         let mut out = BufWriter::new(replacement.file());
         match self {
-            AnimationFormat::Usda => write_usda(animation, &mut out).with_context(place)?,
-            AnimationFormat::Glb => {
+            Self::Usda => write_usda(animation, &mut out).with_context(place)?,
+            Self::Glb => {
                 let bytes = glb(animation).with_context(place).exit_with(Exit::Input)?;
                 out.write_all(&bytes).with_context(place)?;
             }

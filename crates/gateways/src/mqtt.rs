@@ -44,13 +44,16 @@ pub struct MqttOptions {
     pub rate_hz: f64,
 }
 
+/// Messages with their topics.
+type Retained = Vec<(String, Vec<u8>)>;
+
 /// Publishes at a broker.
 #[derive(Debug)]
 pub struct MqttPublisher {
     options: MqttOptions,
     relay: Relay<Vec<u8>>,
-    /// Messages of which the broker keeps the last, with their topics; sent again on each connection.
-    retained: Arc<Mutex<Vec<(String, Vec<u8>)>>>,
+    /// Messages of which the broker keeps the last; sent again on each connection.
+    retained: Arc<Mutex<Retained>>,
     events: Subscription,
     limit: RateLimit,
     counts: MqttCounts,
