@@ -1,9 +1,12 @@
-//! `sextant convert`: lenses and poses to and from ROS, Kalibr and OpenCV, their calibration boards, and recordings, also to bags of ROS 2.
+//! `sextant convert`: lenses and poses to and from ROS, Kalibr and OpenCV, their calibration boards, and recordings, also to bags of ROS 2 and to
+//! animations.
 
+mod animation;
 mod recording;
 mod ros2;
 
-use crate::model_files::{read_rig, say_assumptions};
+use crate::animation_file::AnimationFormat;
+use crate::model_files::{read_object, read_rig, say_assumptions};
 use crate::output::{Format, print_line};
 use crate::words;
 use anyhow::{Context, bail, ensure};
@@ -14,8 +17,8 @@ use serde_json::json;
 use sextant_geometry::Lens;
 use sextant_process::{Exit, Failure, WithExit};
 use sextant_site_files::{
-    ForeignFormat, assumptions, foreign_text, has_foreign_name, is_foreign, object_toml,
-    read_board, read_text, rig_toml, write_keeping_former,
+    ForeignFormat, assumptions, field_layout, foreign_text, has_foreign_name, is_foreign,
+    object_toml, read_board, read_text, rig_toml, write_keeping_former,
 };
 use sextant_site_model::{Camera, CameraId, ObjectModel, Rig};
 use std::path::{Path, PathBuf};
@@ -27,6 +30,7 @@ use std::path::{Path, PathBuf};
 caliscope, MATLAB (JSON), nerfstudio, EuRoC, ORB-SLAM, stella_vslam, Basalt, RealSense, ZED or Metashape; the format is recognised by its contents. Or it
 describes a board: a Kalibr target.yaml, a ChArUco board with squaresX, squaresY, squareLength, markerLength and dictionary, or a grid of
 markers with markersX, markersY, markerLength, markerSeparation and dictionary; then the object file of the board is written. Such a file is also accepted wherever an object file is expected.
+With --to wpilib, an object whose frame is a field becomes a field layout of WPILib, with the size of the field from --field.
 Cameras are merged into an existing rig.toml: one with the same id gets the new lens and keeps its pose if FROM has none.
 The previous file is kept as rig.toml.former.
 
@@ -40,8 +44,11 @@ CAMERA/data.csv with CAMERA/data/*.png, and CAMERA/detections.jsonl are written;
 With --ros2, a recording in an MCAP file becomes a bag of ROS 2, a new folder for `ros2 bag`, PlotJuggler and Rerun: the topics of `sextant ros2`
 and, where images were recorded, /sextant/camera/ID/image/compressed with .../camera_info at their times. See docs/ros2.md.
 
+To a name that ends with .usda or .glb, the poses of a recording in an MCAP file are written as an animation in USD (text) or binary glTF: objects
+with their tags, and cameras with lenses. Objects are invisible while they are lost; in glTF they are scaled to zero. See docs/outputs.md.
+
 With --json and a recording: {\"to\",\"images\",\"detections\"}; with --ros2: {\"to\",\"messages\",\"topics\":{NAME:messages},
-\"left_out\":{CAUSE:messages}}.
+\"left_out\":{CAUSE:messages}}; to .usda or .glb: {\"to\",\"cameras\",\"objects\",\"seconds\",\"left_out\":{\"cameras\":[ID],\"objects\":[ID],\"tags\"}}.
 With --json and --out: {\"file\",\"cameras\",\"assumed\"} or {\"file\",\"object\",\"tags\",\"assumed\"}; assumed: what FROM leaves open, such as a unit.
 
 For example: sextant convert ost.yaml --camera north --out rig.toml
@@ -49,14 +56,16 @@ For example: sextant convert ost.yaml --camera north --out rig.toml
              sextant convert target.yaml --out board.toml
              sextant convert rig.toml --to kalibr --out camchain.yaml
              sextant convert rig.toml --to ros --camera north --out north.yaml
+             sextant convert field.toml --to wpilib --field 16.541,8.069 --out field.json
              sextant convert DIR site.mcap --rig rig.toml --object cube.toml
              sextant convert site.mcap DIR
-             sextant convert site.mcap BAG --ros2"
+             sextant convert site.mcap BAG --ros2
+             sextant convert site.mcap site.usda"
 )]
 pub struct ConvertArguments {
     /// File to read, or a recording: a folder or an MCAP file.
     from: PathBuf,
-    /// Recording to write: an MCAP file or a new folder; with --ros2 a bag, a new folder.
+    /// Recording to write: an MCAP file or a new folder; with --ros2 a bag, a new folder. Or an animation: FILE.usda, FILE.glb.
     #[arg(value_name = "RECORDING", conflicts_with = "out")]
     recording: Option<PathBuf>,
     /// Rig to put into an MCAP file.
@@ -74,6 +83,9 @@ pub struct ConvertArguments {
     /// Camera to convert, of several; or the id for the single camera of another format.
     #[arg(long, value_name = "ID")]
     camera: Option<CameraId>,
+    /// Length and width of the field of --to wpilib, m, such as 16.541,8.069.
+    #[arg(long, value_name = "LENGTH,WIDTH", value_parser = field_size)]
+    field: Option<[f64; 2]>,
     /// Location of pixel (0, 0) in the other format.
     #[arg(long, value_enum, default_value = "centre")]
     pixel_origin: PixelOrigin,
@@ -93,6 +105,19 @@ enum Target {
     Kalibr,
     /// OpenCV's YAML.
     Opencv,
+    /// WPILib's field layout, from an object file; with --field.
+    Wpilib,
+}
+
+/// Length and width of a field, m.
+fn field_size(text: &str) -> Result<[f64; 2], String> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|m| m.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[length, width]) if length > 0.0 && width > 0.0 && (length + width).is_finite() => {
+            Ok([length, width])
+        }
+        _ => Err("give length and width in metres, such as 16.541,8.069".to_owned()),
+    }
 }
 
 /// Where pixel (0, 0) lies.
@@ -110,6 +135,10 @@ enum PixelOrigin {
 /// [`Exit::Input`] for a file that cannot be used or says what the other format cannot.
 pub fn run(arguments: &ConvertArguments, format: Format) -> anyhow::Result<()> {
     if let Some(to) = &arguments.recording {
+        if let Some(animation_format) = AnimationFormat::named(to)? {
+            refuse_with_animation(arguments).exit_with(Exit::Usage)?;
+            return animation::run(&arguments.from, to, animation_format, format);
+        }
         if arguments.ros2 {
             return ros2::run(&arguments.from, to, format);
         }
@@ -123,6 +152,13 @@ pub fn run(arguments: &ConvertArguments, format: Format) -> anyhow::Result<()> {
     }
     if is_recording(&arguments.from) {
         return refuse_without_target(&arguments.from);
+    }
+    if arguments.to == Target::Wpilib {
+        return write_field(arguments, format);
+    }
+    if arguments.field.is_some() {
+        let error = anyhow::anyhow!("--field is the size of a field layout; give --to wpilib, too");
+        return Err(error).exit_with(Exit::Usage);
     }
     if let Some(board) = board(arguments)? {
         return write_board(arguments, &board, format);
@@ -150,6 +186,19 @@ pub fn run(arguments: &ConvertArguments, format: Format) -> anyhow::Result<()> {
     say(arguments, out, &cameras, format)
 }
 
+/// Options that say nothing about an animation.
+fn refuse_with_animation(arguments: &ConvertArguments) -> anyhow::Result<()> {
+    if arguments.ros2 {
+        bail!("a bag of ROS 2 is a folder; give a name without .usda or .glb, or leave out --ros2");
+    }
+    if arguments.rig.is_some() || !arguments.objects.is_empty() {
+        bail!(
+            "an animation has the rig and the objects of the recording; leave out --rig and --object"
+        );
+    }
+    Ok(())
+}
+
 /// The board that FROM describes, named after the file to write, if it describes one.
 fn board(arguments: &ConvertArguments) -> anyhow::Result<Option<ObjectModel>> {
     if !is_foreign_file(&arguments.from)? {
@@ -166,6 +215,30 @@ fn board(arguments: &ConvertArguments) -> anyhow::Result<Option<ObjectModel>> {
         say_assumptions(&arguments.from).exit_with(Exit::Input)?;
     }
     Ok(board)
+}
+
+/// Writes an object whose frame is a field as a layout of WPILib.
+fn write_field(arguments: &ConvertArguments, format: Format) -> anyhow::Result<()> {
+    let from = arguments.from.display();
+    let size = arguments.field.with_context(
+        || "--to wpilib needs the length and width of the field in metres: --field 16.541,8.069",
+    );
+    let size = size.exit_with(Exit::Usage)?;
+    let object = read_object(&arguments.from).exit_with(Exit::Input)?;
+    let text = field_layout(&object, size)
+        .map_err(|c| anyhow::anyhow!("{from}: {}; {}", c.cause, c.remedy))
+        .exit_with(Exit::Input)?;
+    let unplaced = object.tags().iter();
+    let unplaced = unplaced.filter(|tag| tag.object_from_tag.is_none()).count();
+    if unplaced > 0 {
+        let unplaced = words::count(unplaced, "tag");
+        eprintln!("{from}: {unplaced} without a place on the object left out");
+    }
+    let Some(out) = &arguments.out else {
+        return Ok(print_line(text.trim_end())?);
+    };
+    write_keeping_former(out, text.as_bytes())?;
+    say_object(arguments, out, &object, format)
 }
 
 fn is_foreign_file(path: &Path) -> anyhow::Result<bool> {
@@ -185,7 +258,8 @@ fn write_board(
 ) -> anyhow::Result<()> {
     if arguments.to != Target::Toml {
         let from = arguments.from.display();
-        let error = anyhow::anyhow!("{from} describes a board; only --to toml takes that");
+        let error =
+            anyhow::anyhow!("{from} describes a board; only --to toml and wpilib take that");
         return Err(error).exit_with(Exit::Usage);
     }
     let text = object_toml(board);
@@ -193,10 +267,20 @@ fn write_board(
         return Ok(print_line(text.trim_end())?);
     };
     write_keeping_former(out, text.as_bytes())?;
-    let tags = board.tags().len();
+    say_object(arguments, out, board, format)
+}
+
+fn say_object(
+    arguments: &ConvertArguments,
+    out: &Path,
+    object: &ObjectModel,
+    format: Format,
+) -> anyhow::Result<()> {
+    let placed = object.tags().iter();
+    let tags = placed.filter(|tag| tag.object_from_tag.is_some()).count();
     let line = match format {
         Format::Json => {
-            let (object, assumed) = (board.id().as_str(), assumed(arguments)?);
+            let (object, assumed) = (object.id().as_str(), assumed(arguments)?);
             json!({"file": out, "object": object, "tags": tags, "assumed": assumed}).to_string()
         }
         Format::Text => format!("{}: {}", out.display(), words::count(tags, "tag")),
@@ -223,7 +307,8 @@ fn say(
 
 fn foreign(target: Target) -> Option<ForeignFormat> {
     match target {
-        Target::Toml => None,
+        // An object, not cameras.
+        Target::Toml | Target::Wpilib => None,
         Target::Ros => Some(ForeignFormat::Ros),
         Target::Kalibr => Some(ForeignFormat::Kalibr),
         Target::Opencv => Some(ForeignFormat::OpenCv),
@@ -297,7 +382,6 @@ fn merged(out: Option<&Path>, cameras: &[Camera]) -> anyhow::Result<String> {
 mod tests {
     use super::*;
     use sextant_geometry::Pose;
-    use sextant_site_files::read_object;
 
     const CAMERA_INFO: &str = "image_width: 640\nimage_height: 480\ncamera_name: left\ncamera_matrix: {rows: 3, cols: 3, \
         data: [600.0, 0.0, 320.0, 0.0, 601.0, 240.0, 0.0, 0.0, 1.0]}\ndistortion_model: plumb_bob\n\
@@ -312,6 +396,7 @@ mod tests {
             ros2: false,
             to: Target::Toml,
             camera: None,
+            field: None,
             pixel_origin: PixelOrigin::Centre,
             out: Some(out.to_owned()),
         }
@@ -363,6 +448,37 @@ mod tests {
         };
         let error = run(&there, Format::Text).unwrap_err();
         assert!(error.to_string().contains("only --to toml"), "{error}");
+    }
+
+    #[test]
+    fn a_field_layout_comes_back_and_wrong_options_say_what_to_do() {
+        let folder = tempfile::tempdir().unwrap();
+        let [object, layout] = ["field.toml", "field.json"].map(|name| folder.path().join(name));
+        let text = "id = \"field\"\n[[tag]]\nfamily = \"tag36h11\"\nid = 7\nsize = 0.1651\nobject_from_tag = { position = [15.0, 1.0, 1.5], orientation = [0.0, 0.0, 0.0, 1.0] }\n";
+        std::fs::write(&object, text).unwrap();
+        let there = |field| ConvertArguments {
+            to: Target::Wpilib,
+            field,
+            ..arguments(&object, &layout)
+        };
+        let error = run(&there(None), Format::Text).unwrap_err();
+        assert!(
+            error.to_string().contains("--field 16.541,8.069"),
+            "{error}"
+        );
+        run(&there(Some([16.541, 8.069])), Format::Text).unwrap();
+        let back = arguments(&layout, &folder.path().join("field.toml"));
+        run(&back, Format::Text).unwrap();
+        assert_eq!(read_object(&back.out.unwrap()).unwrap().tags().len(), 1);
+        let without = ConvertArguments {
+            to: Target::Toml,
+            ..there(Some([16.541, 8.069]))
+        };
+        let error = run(&without, Format::Text).unwrap_err();
+        assert!(error.to_string().contains("give --to wpilib"), "{error}");
+        for wrong in ["16", "16,", "0,8", "nan,8", "1,2,3"] {
+            assert!(field_size(wrong).is_err(), "{wrong}");
+        }
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Sextant on the command line: one program for every node and every tool.
 
+mod animation_file;
 mod arguments;
 mod axes;
 mod calibrate;

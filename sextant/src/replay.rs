@@ -11,7 +11,7 @@ use crate::robot_frame::OutputFrame;
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use delivery::Delivery;
-use poses_file::PosesFile;
+use poses_file::{PosesFile, Scene};
 use sextant_evaluation::reference::{self, ReferenceError};
 use sextant_evaluation::{
     Alignment, compare as compared, no_common_time, other_conventions, plots,
@@ -43,7 +43,7 @@ With --json and --out, one line on standard output: {\"images\",\"cameras\":[{\"
 \"notices\"}, of an MCAP file \"live\":{\"identical\",\"different\",\"without_inputs\"}, with --against \"against\":[\"none\"|\"rigid\",[{\"object\",\"compared\",
 \"without_reference\",\"position_mm\":{\"rms\",\"median\",\"p95\",\"max\"},\"attitude_deg\":{...},\"nees\",\"within_95\"}]]
 TUM: timestamp tx ty tz qx qy qz qw, as `evo` reads it; one object only. C3D: a point (its origin, mm) and a rotation of each object, at a
-constant rate; docs/formats.md has more."
+constant rate; docs/formats.md has more. USD (.usda) and glTF (.glb): objects and cameras as an animation; docs/outputs.md has more."
 )]
 pub struct ReplayArguments {
     /// The recording: an MCAP file of `sextant record`, or DIR/CAMERA/data.csv with the pictures in DIR/CAMERA/data, or
@@ -59,7 +59,7 @@ pub struct ReplayArguments {
     /// Fusion node whose inputs are replayed; by default the one with the most in the file.
     #[arg(long, value_name = "ID")]
     node: Option<NodeId>,
-    /// File for the poses, FILE.jsonl, FILE.tum or FILE.c3d, written atomically. By default JSON lines go to standard output.
+    /// File for the poses, FILE.jsonl, FILE.tum, FILE.c3d, FILE.usda or FILE.glb, written atomically. By default JSON lines go to standard output.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Give poses in the base of this robot, a file of `sextant calibrate robot`, instead of the world; those of --against are then in the
@@ -108,18 +108,24 @@ impl From<AlignmentName> for Alignment {
 /// [`Exit::Input`] for a recording, rig or object that cannot be used; then nothing is written.
 pub fn run(arguments: &ReplayArguments, format: Format) -> anyhow::Result<()> {
     let file = arguments.out.as_deref().map(PosesFile::named).transpose()?;
+    if file.as_ref().is_some_and(PosesFile::is_animation) && arguments.frame.is_some() {
+        let cause = anyhow::anyhow!(
+            "an animation has cameras, which stand in the world; leave out --frame"
+        );
+        bail!(Failure::new(Exit::Usage, cause));
+    }
     let delivery = Delivery {
         frame: OutputFrame::read(arguments.frame.as_deref())?,
         is_realtime: arguments.realtime,
         prints: file.is_none(),
     };
-    let (poses, mut summary) = if arguments.recording.is_file() {
+    let (poses, mut summary, scene) = if arguments.recording.is_file() {
         file_replayed(arguments, delivery)?
     } else {
         folder_replayed(arguments, delivery)?
     };
     if let Some(file) = &file {
-        file.write(&poses)?;
+        file.write(&poses, scene)?;
     }
     compare(arguments, &poses, &mut summary)?;
     match format {
@@ -174,7 +180,7 @@ fn compare(
 fn folder_replayed(
     arguments: &ReplayArguments,
     delivery: Delivery,
-) -> anyhow::Result<(Vec<ObjectEstimate>, Summary)> {
+) -> anyhow::Result<(Vec<ObjectEstimate>, Summary, Scene)> {
     let (Some(rig), false) = (&arguments.rig, arguments.objects.is_empty()) else {
         let cause = anyhow::anyhow!(
             "a folder has no rig and no objects: name their files with --rig and --object"
@@ -196,13 +202,17 @@ fn folder_replayed(
         replay_folder(&dataset, &models, threads, observer)
     })?;
     let summary = Summary::of(&replayed);
-    Ok((replayed.poses, summary))
+    let scene = Scene {
+        rig: models.rig,
+        objects: models.objects,
+    };
+    Ok((replayed.poses, summary, scene))
 }
 
 fn file_replayed(
     arguments: &ReplayArguments,
     delivery: Delivery,
-) -> anyhow::Result<(Vec<ObjectEstimate>, Summary)> {
+) -> anyhow::Result<(Vec<ObjectEstimate>, Summary, Scene)> {
     let rig = arguments.rig.as_deref().map(read_rig).transpose();
     let objects = match &arguments.objects[..] {
         [] => Ok(None),
@@ -225,6 +235,11 @@ fn file_replayed(
         .context(place)
         .exit_with(Exit::Input)?;
     let mut notices = notices(&recording, &plan);
+    let last = plan.runs.last();
+    let scene = Scene {
+        rig: last.map(|run| run.rig.clone()).unwrap_or_default(),
+        objects: last.map_or(Vec::new(), |run| run.objects.clone()),
+    };
     let mut replayed = delivery.of(None, |observer| {
         replay_plan(plan, &recording.poses, observer)
     })?;
@@ -234,7 +249,7 @@ fn file_replayed(
     let mut summary = Summary::of(&replayed);
     notices.append(&mut summary.notices);
     summary.notices = notices;
-    Ok((replayed.poses, summary))
+    Ok((replayed.poses, summary, scene))
 }
 
 /// What a person should know about a recording.

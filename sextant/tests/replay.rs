@@ -138,7 +138,11 @@ fn files_of_poses_are_json_lines_or_tum_text() {
     assert_eq!(rows(&said)[0]["objects"][0]["poses"], lines.lines().count());
 
     let nameless = recording.replay(recording.root(), &["--out", &file("poses")]);
-    refused(&nameless, 2, "let it end with .jsonl, .tum or .c3d");
+    refused(
+        &nameless,
+        2,
+        "let it end with .jsonl, .tum, .c3d, .usda or .glb",
+    );
 }
 
 #[test]

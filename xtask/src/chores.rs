@@ -1,7 +1,7 @@
 //! The chores themselves: each a short list of commands.
 
 use crate::page_types;
-use crate::tools::{files_below, run, run_in, run_with};
+use crate::tools::{Zigbuild, files_below, run, run_in, run_with};
 use std::path::Path;
 
 pub const PAGE: &str = "node-viewer-bridge/page";
@@ -105,6 +105,17 @@ pub fn arm() -> Result<(), String> {
 pub fn cross() -> Result<(), String> {
     let check = ["check", "--release", "--quiet", "--package", "node-camera"];
     run("cargo", &[&check[..], &["--target", AARCH64]].concat())
+}
+
+/// Nothing is linked. zig is the C compiler of the few dependencies that have C in them: ring, and psm below pest.
+pub fn elsewhere(targets: &[&str]) -> Result<(), String> {
+    let zigbuild = Zigbuild::installed()?;
+    let compiler = [("CARGO_ZIGBUILD_ZIG_PATH", &*zigbuild.compiler)];
+    let check = ["check", "--release", "--quiet", "--package"];
+    targets.iter().try_for_each(|target| {
+        let what = ["sextant-client", "--target", target];
+        run_with(&compiler, &zigbuild.program, &[&check[..], &what].concat())
+    })
 }
 
 pub fn bench() -> Result<(), String> {

@@ -32,6 +32,8 @@ use std::process::{Command, ExitCode};
 
 const AARCH64: &str = "aarch64-unknown-linux-gnu";
 const ARMV7: &str = "armv7-unknown-linux-gnueabihf";
+const WINDOWS: &str = "x86_64-pc-windows-gnu";
+const MACOS: &str = "aarch64-apple-darwin";
 const NEON: &str = "thumbv7neon-unknown-linux-gnueabihf";
 
 /// Every chore. Those of a list run in the order of the list.
@@ -186,6 +188,17 @@ const CHORES: &[Chore] = &[
         )
     },
     Chore {
+        needs: &[&PIP],
+        targets: &[WINDOWS, MACOS],
+        fetches: &["cargo-zigbuild and zig, in target/tools"],
+        minutes: 6,
+        ..Chore::new(
+            "elsewhere",
+            "the Rust client compiles for Windows and macOS",
+            || chores::elsewhere(&[WINDOWS, MACOS]),
+        )
+    },
+    Chore {
         needs: PACKAGING,
         targets: &[ARMV7],
         fetches: &[
@@ -321,6 +334,7 @@ const LISTS: &[(&str, &str, &[&str])] = &[
             "advisories",
             "sbom",
             "cross",
+            "elsewhere",
         ],
     ),
     ("ci", "test, then check", &["test", "check"]),

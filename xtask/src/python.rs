@@ -4,6 +4,7 @@ mod generate;
 
 use crate::generated::Generated;
 use crate::tools::{root, run, run_in, run_with};
+use sextant_test_needs::note_skip;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -15,6 +16,14 @@ const MESSAGES: Generated = Generated {
 };
 /// Pip as a module of an interpreter.
 pub const PIP: &[&str] = &["-m", "pip", "--quiet", "--disable-pip-version-check"];
+/// Packages of other people that read what Sextant writes, where there are wheels for this machine's Python; their tests are skipped without them.
+const ORACLES: [&str; 5] = [
+    "pygltflib>=1.16",
+    "pylsl>=1.16",
+    "robotpy-apriltag>=2025",
+    "trimesh>=4",
+    "usd-core>=24.11",
+];
 /// Virtual environment and wheel of the tests.
 const SCRATCH: &str = "target/python";
 
@@ -36,6 +45,11 @@ pub fn test() -> Result<(), String> {
     // The same version may have been installed before, with other content.
     let again = ["install", "--force-reinstall", "--no-deps", &wheel];
     run(&python, &[PIP, &again].concat())?;
+    for oracle in ORACLES {
+        if run(&python, &[PIP, &["install", oracle]].concat()).is_err() {
+            note_skip(oracle, "there is none for this Python");
+        }
+    }
     run_in(PACKAGE, &python, &["-m", "mypy"])?;
     run(
         "cargo",

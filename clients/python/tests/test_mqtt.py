@@ -6,10 +6,12 @@ import shutil
 import signal
 import subprocess
 from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy
 import paho.mqtt.client as mqtt
 import pytest
+import sextant
 import zenoh
 from conftest import free_port, running, wait_for
 
@@ -92,6 +94,27 @@ def test_poses_discovery_events_and_the_end(binary, demo, published, tmp_path):
         process.send_signal(signal.SIGINT)
         assert process.wait(60) == 0
         assert first.payload("sextant/demo/status", lambda status: status == "offline")
+
+
+def test_a_removed_object_leaves_home_assistant(binary, demo, tmp_path):
+    port, topic = free_port(), "homeassistant/device/sextant-demo-spare/config"
+    with sextant.connect(demo, site="demo") as site:
+        cuboid = site.objects()["cuboid"].config
+        tag = replace(cuboid.tags[0], id=500)
+        site.set(replace(cuboid, id="spare", tags=(tag,)))
+        try:
+            with broker(tmp_path, port), publisher(binary, demo, port, "--home-assistant"):
+                subscriber = Subscriber(port)
+                assert subscriber.payload(topic)
+                site.remove_object("spare")
+                wait_for(lambda: any(m.topic == topic and not m.payload for m in subscriber.messages))
+                # It is not announced to those who come later.
+                late = Subscriber(port)
+                assert late.payload("homeassistant/device/sextant-demo-cuboid/config")
+                assert topic not in [message.topic for message in late.messages]
+        finally:
+            if "spare" in site.objects():
+                site.remove_object("spare")
 
 
 def test_a_killed_publisher_is_offline(binary, demo, tmp_path):

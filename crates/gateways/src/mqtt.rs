@@ -44,13 +44,16 @@ pub struct MqttOptions {
     pub rate_hz: f64,
 }
 
+/// Messages with their topics.
+type Retained = Vec<(String, Vec<u8>)>;
+
 /// Publishes at a broker.
 #[derive(Debug)]
 pub struct MqttPublisher {
     options: MqttOptions,
     relay: Relay<Vec<u8>>,
     /// Messages of which the broker keeps the last; sent again on each connection.
-    retained: Arc<Mutex<Vec<Vec<u8>>>>,
+    retained: Arc<Mutex<Retained>>,
     events: Subscription,
     limit: RateLimit,
     counts: MqttCounts,
@@ -108,12 +111,13 @@ impl MqttPublisher {
             user,
         };
         let online = mqtt_publish(&status, b"online", Retention::Retained);
-        let retained = Arc::new(Mutex::new(vec![online]));
+        let retained = Arc::new(Mutex::new(vec![(status, online)]));
         let (server, known) = (format!("the broker {broker}"), Arc::clone(&retained));
         let open = move || {
             let mut connection = broker.connect(&greeting)?;
             let known = known.lock().unwrap_or_else(PoisonError::into_inner).clone();
-            known.iter().try_for_each(|m| connection.send(m))?;
+            let mut messages = known.iter().map(|(_, message)| message);
+            messages.try_for_each(|message| connection.send(message))?;
             Ok(connection)
         };
         let relay = Relay::start(open()?, open, server, reporter).map_err(StartError::Thread)?;
@@ -147,11 +151,17 @@ impl MqttPublisher {
     fn retain(&self, topic: &str, payload: &[u8]) {
         let message = mqtt_publish(topic, payload, Retention::Retained);
         let mut retained = self.retained.lock().unwrap_or_else(PoisonError::into_inner);
-        if !retained.contains(&message) && retained.len() <= limits::MAX_OBJECTS {
-            retained.push(message.clone());
-            let length = message.len();
-            self.relay.push(message, length);
+        let has_room = retained.len() <= limits::MAX_OBJECTS;
+        match retained.iter_mut().find(|(known, _)| known == topic) {
+            Some((_, known)) if *known == message => return,
+            Some((_, known)) => known.clone_from(&message),
+            None if has_room => {
+                retained.push((topic.to_owned(), message.clone()));
+            }
+            None => return,
         }
+        let length = message.len();
+        self.relay.push(message, length);
     }
 
     fn topic(&self, object: &ObjectId, what: &str) -> String {
@@ -199,6 +209,14 @@ impl PoseReceiver for MqttPublisher {
         };
         let (topic, payload) = home_assistant::device(prefix, options, object);
         self.retain(&topic, payload.as_bytes());
+    }
+
+    /// A broker forgets what it keeps under a topic when an empty message comes; Home Assistant then removes the device.
+    fn remove(&mut self, object: &ObjectId) {
+        if let Some(prefix) = &self.options.home_assistant {
+            let (topic, _) = home_assistant::device(prefix, &self.options, object);
+            self.retain(&topic, b"");
+        }
     }
 
     fn tick(&mut self) {

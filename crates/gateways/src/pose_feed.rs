@@ -38,6 +38,9 @@ pub trait PoseReceiver {
 
     /// Takes the model of a wanted object of the site: of each at the start, and of one that has changed.
     fn describe(&mut self, _model: &ObjectModel) {}
+
+    /// A wanted object was removed from the site. It is described again when it comes back.
+    fn remove(&mut self, _object: &ObjectId) {}
 }
 
 /// Whether a receiver takes more poses.
@@ -162,8 +165,12 @@ impl Models {
         receiver: &mut R,
     ) -> Result<(), BusError> {
         let mut hand_on = |item: &Item| {
-            let update = take(&site.keys, mirror, item, now_ns());
-            if let Some(AnyMessage::ObjectConfig(config)) = update.map(|update| update.message)
+            let Some(update) = take(&site.keys, mirror, item, now_ns()) else {
+                return;
+            };
+            let gone = update.gone.iter().filter(|object| is_wanted(object));
+            gone.for_each(|object| receiver.remove(object));
+            if let AnyMessage::ObjectConfig(config) = update.message
                 && is_wanted(&config.id)
                 && let Some(model) = mirror.object_model(&config.id)
             {

@@ -64,6 +64,10 @@ impl PoseReceiver for TrackerSender {
         self.trackers.add(model.id());
     }
 
+    fn remove(&mut self, object: &ObjectId) {
+        self.trackers.remove(object);
+    }
+
     fn tick(&mut self) {
         let now = Instant::now();
         self.send_if_due(now);

@@ -64,6 +64,11 @@ impl PsnTrackers {
         self.roster.add(name);
     }
 
+    /// Leaves a tracker out until it is added again. The others keep their numbers.
+    pub fn remove(&mut self, name: &ObjectId) {
+        self.roster.remove(name);
+    }
+
     /// Takes a pose; returns whether there is now a new pose of every object that is tracked.
     pub fn take(&mut self, pose: &ObjectPose) -> bool {
         self.roster.take(pose);
@@ -217,6 +222,25 @@ mod tests {
             b"\x02\0\x0c\x80\x01\0\x08\x80\0\0\x04\0cube",
         ];
         assert_eq!(info, [expected.concat()]);
+    }
+
+    #[test]
+    fn a_removed_object_is_no_tracker_and_the_others_keep_their_numbers() {
+        let mut trackers = PsnTrackers::new(Axes::Unity, &[], 0);
+        for name in ["cube", "ball"] {
+            trackers.take(&pose(name));
+        }
+        let both = trackers.info(1)[0].len();
+        let cube = ObjectId::new("cube").unwrap();
+        trackers.remove(&cube);
+        // A late pose.
+        trackers.take(&pose("cube"));
+        let info = trackers.info(1);
+        assert_eq!(info[0].len(), both - 12);
+        assert!(info[0].ends_with(b"\x02\0\x08\x80\0\0\x04\0ball"));
+        assert_eq!(trackers.data(1)[0][24..26], [2, 0]);
+        trackers.add(&cube);
+        assert_eq!(trackers.info(1)[0].len(), both);
     }
 
     #[test]

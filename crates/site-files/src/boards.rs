@@ -18,6 +18,7 @@ use thiserror::Error;
 
 pub(crate) use anipose::AniposeFile;
 pub use chessboard::Chessboard;
+pub use layouts::field_layout;
 pub use marker_grid::MarkerGrid;
 pub(crate) use reading::parse_board;
 pub use reading::read_board;

@@ -36,7 +36,8 @@ pub use atomic::{
     FORMER_VERSIONS, Replacement, former_of, former_version, write_atomically, write_keeping_former,
 };
 pub use boards::{
-    AprilGrid, BoardError, CharucoBoard, Chessboard, MarkerGrid, UpperLeft, read_board,
+    AprilGrid, BoardError, CharucoBoard, Chessboard, MarkerGrid, UpperLeft, field_layout,
+    read_board,
 };
 pub use edit::with_value;
 pub use error::{Complaint, FileError, InvalidFile};

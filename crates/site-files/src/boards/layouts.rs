@@ -1,7 +1,7 @@
 //! Places of tags as other tools write them: the bundles of `apriltag_ros`, and the fields of WPILib and PhotonVision.
 
 use crate::error::Complaint;
-use nalgebra::{Quaternion, Translation3};
+use nalgebra::{Quaternion, Translation3, UnitQuaternion};
 use sextant_geometry::{Pose, unit_quaternion};
 use sextant_site_model::{ObjectId, ObjectModel, ObjectTag, TagId};
 use sextant_tag_families::Family;
@@ -65,6 +65,69 @@ pub(super) fn object(document: &Value, id: &ObjectId) -> Option<Result<ObjectMod
             .map_err(|error| Complaint::new("", error.to_string(), "write metres"))
     };
     Some(tags.and_then(object))
+}
+
+/// An object whose frame is a field, as a layout of WPILib, with the length and width of the field, m. `family` and `tagSize` stand beside them, which
+/// WPILib passes over and [`object`] reads.
+///
+/// # Errors
+/// For a field without an area, an articulated object, tags of several families or sizes, and an object without a placed tag.
+pub fn field_layout(object: &ObjectModel, field_m: [f64; 2]) -> Result<String, Complaint> {
+    let refused = |cause: &str, remedy: &str| Err(Complaint::new("", cause, remedy));
+    let [length, width] = field_m;
+    if !field_m.iter().all(|m| m.is_finite() && *m > 0.0) {
+        return refused(
+            "the field has no area",
+            "give its length and width in metres",
+        );
+    }
+    if object.articulation().is_some() {
+        return refused(
+            "a field layout has tags that do not move, and this object has joints",
+            "give an object without joints",
+        );
+    }
+    let placed = object.tags().iter();
+    let placed: Vec<_> = placed
+        .filter_map(|tag| Some((tag, tag.object_from_tag?)))
+        .collect();
+    let Some((first, _)) = placed.first() else {
+        return refused(
+            "no tag has a place on the object",
+            "find their places first: `sextant learn` or `sextant calibrate site`",
+        );
+    };
+    let (family, size_m) = (first.tag.family, first.size_m);
+    let is_alike = |tag: &ObjectTag| tag.tag.family == family && tag.size_m == size_m;
+    if let Some((other, _)) = placed.iter().find(|(tag, _)| !is_alike(tag)) {
+        let cause = format!(
+            "a field layout has tags of one family and size: {} has {} m, {} has {size_m} m",
+            other.tag, other.size_m, first.tag
+        );
+        return refused(
+            &cause,
+            "write an object file for each kind, and a layout of each",
+        );
+    }
+    let tags: Vec<String> = placed
+        .iter()
+        .map(|(tag, field_from_tag)| field_tag(tag.tag.id, field_from_tag))
+        .collect();
+    Ok(format!(
+        "{{\n  \"tags\": [\n{}\n  ],\n  \"field\": {{\"length\": {length}, \"width\": {width}}},\n  \"family\": \"{family}\",\n  \"tagSize\": {size_m}\n}}\n",
+        tags.join(",\n")
+    ))
+}
+
+/// A tag of a layout, with WPILib's axes.
+fn field_tag(id: u32, field_from_tag: &Pose) -> String {
+    let ours_from_theirs = UnitQuaternion::new_unchecked(Quaternion::new(0.5, -0.5, -0.5, -0.5));
+    let turned = (field_from_tag.rotation * ours_from_theirs).into_inner();
+    let [x, y, z]: [f64; 3] = field_from_tag.translation.vector.into();
+    let (qw, qx, qy, qz) = (turned.w, turned.i, turned.j, turned.k);
+    format!(
+        "    {{\"ID\": {id}, \"pose\": {{\"translation\": {{\"x\": {x}, \"y\": {y}, \"z\": {z}}}, \"rotation\": {{\"quaternion\": {{\"W\": {qw}, \"X\": {qx}, \"Y\": {qy}, \"Z\": {qz}}}}}}}}}"
+    )
 }
 
 /// What is assumed of the tags of a document.

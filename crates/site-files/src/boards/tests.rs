@@ -305,6 +305,40 @@ fn a_field_of_wpilib_is_an_object() {
     );
 }
 
+#[test]
+fn a_field_of_wpilib_is_written_as_it_is_read() {
+    let tag = |id: u32, pose: Pose| {
+        let family = Family::Tag36h11;
+        ObjectTag::new(TagId { family, id }, 0.1651, Some(pose))
+    };
+    let turned = UnitQuaternion::from_euler_angles(0.3, -1.2, 2.0);
+    let pose = Pose::from_parts(Translation3::new(15.0, 0.25, 1.4), turned);
+    let tags = vec![tag(1, pose), tag(2, Pose::translation(1.0, 2.0, 1e-9))];
+    let object = ObjectModel::new("field".parse().unwrap(), tags.clone()).unwrap();
+    let text = field_layout(&object, [16.541, 8.069]).unwrap();
+    let again = read("field.json", &text).unwrap();
+    for (found, tag) in again.tags().iter().zip(&tags) {
+        assert_eq!((found.tag, found.size_m), (tag.tag, tag.size_m));
+        let apart = found
+            .object_from_tag
+            .unwrap()
+            .inv_mul(&tag.object_from_tag.unwrap());
+        assert!(apart.translation.vector.norm() + apart.rotation.angle() < 1e-12);
+    }
+
+    let refused = |tags: Vec<ObjectTag>, field_m: [f64; 2]| {
+        let object = ObjectModel::new("field".parse().unwrap(), tags).unwrap();
+        field_layout(&object, field_m).unwrap_err().cause
+    };
+    let mut other = tag(3, pose);
+    other.size_m = 0.2;
+    assert!(refused(vec![tags[0].clone(), other], [1.0, 1.0]).contains("one family and size"));
+    let mut unplaced = tag(3, pose);
+    unplaced.object_from_tag = None;
+    assert!(refused(vec![unplaced], [1.0, 1.0]).contains("no tag has a place"));
+    assert!(refused(tags, [0.0, f64::NAN]).contains("no area"));
+}
+
 /// The field of 2023 has tag16h5 of 6 inches, that of 2024 tag36h11 of 6.5 inches; what no field of FRC says is assumed, and said.
 #[test]
 fn the_family_of_a_fields_tags_follows_from_the_field_or_is_said() {

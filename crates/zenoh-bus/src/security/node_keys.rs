@@ -1,6 +1,6 @@
 //! A node's folder of keys: its files and how they are read. `sextant keys` writes it.
 
-use std::os::unix::fs::PermissionsExt;
+use std::fs::Metadata;
 use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
@@ -219,12 +219,25 @@ fn text(files: &KeyFiles, file: &Path) -> Result<String, SecurityError> {
 fn check_secret(files: &KeyFiles, file: &Path) -> Result<(), SecurityError> {
     let metadata =
         std::fs::metadata(file).map_err(|cause| not_keys(files, file, &cause.to_string()))?;
-    if metadata.permissions().mode() & 0o077 != 0 {
+    if is_readable_by_others(&metadata) {
         return Err(SecurityError::Readable {
             path: file.to_owned(),
         });
     }
     text(files, file).map(drop)
+}
+
+/// Whether users other than its owner may read a file or write it.
+#[cfg(unix)]
+fn is_readable_by_others(metadata: &Metadata) -> bool {
+    use std::os::unix::fs::PermissionsExt;
+    metadata.permissions().mode() & 0o077 != 0
+}
+
+/// Elsewhere files have lists of rights, which folders of a user keep to that user by default.
+#[cfg(not(unix))]
+fn is_readable_by_others(_: &Metadata) -> bool {
+    false
 }
 
 fn not_keys(files: &KeyFiles, file: &Path, cause: &str) -> SecurityError {
