@@ -111,11 +111,10 @@ pub fn cross() -> Result<(), String> {
 pub fn elsewhere(targets: &[&str]) -> Result<(), String> {
     let zigbuild = Zigbuild::installed()?;
     let compiler = [("CARGO_ZIGBUILD_ZIG_PATH", &*zigbuild.compiler)];
-    let check = ["check", "--release", "--quiet", "--package"];
-    targets.iter().try_for_each(|target| {
-        let what = ["sextant-client", "--target", target];
-        run_with(&compiler, &zigbuild.program, &[&check[..], &what].concat())
-    })
+    let check = ["check", "--release", "--quiet", "--package", "sextant-client"];
+    let targets = targets.iter().flat_map(|target| ["--target", target]);
+    let check: Vec<&str> = check.into_iter().chain(targets).collect();
+    run_with(&compiler, &zigbuild.program, &check)
 }
 
 pub fn bench() -> Result<(), String> {
