@@ -5,7 +5,7 @@
 //! `phones score FOLDER SITE RECORDING` compares the poses of a recording with that truth. SITE is the folder that `sextant calibrate site`
 //! wrote. Nobody knows the world frame of a site, the frames of its objects and when the films began: the rigid motions and the common
 //! shift in time that fit best are removed. The truth in frames and time of the recording goes to `FOLDER/truth/OBJECT.tum`, for
-//! `sextant replay RECORDING --against FOLDER/truth/*.tum --align rigid`.
+//! `sextant replay RECORDING --against OBJECT.tum --align rigid`.
 //! `phones clocks FOLDER RECORDING` says by how much the films fell behind on a machine without time for them: then nothing else counts.
 
 mod film;

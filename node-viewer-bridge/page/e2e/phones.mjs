@@ -63,9 +63,9 @@ async function startAll(phones) {
     const wantedMs = Date.now() + 3000;
     const offsets = phones.map(() => apartMs * Math.random());
     const began = await Promise.all(phones.map((phone, k) => start(phone, wantedMs + offsets[k] - phone.delayMs)));
+    await Promise.all(phones.map(keepPace));
     const spreadMs = Math.max(...began) - Math.min(...began);
     // The first attempt tells how long each browser takes to open its camera.
-    if (attempt === 0) await Promise.all(phones.map(keepPace));
     if (attempt > 0 && spreadMs <= apartMs) return began;
     phones.forEach((phone, k) => (phone.delayMs += began[k] - wantedMs - offsets[k]));
     await Promise.all(phones.map(({ page }) => page.click("[data-testid=stop]")));
