@@ -11,7 +11,7 @@ use crate::output::{Format, print_line};
 use crate::words;
 use anyhow::{Context, bail, ensure};
 use clap::{Args, ValueEnum};
-pub use recording::RecordingConversion;
+pub use recording::{Counts, RecordingConversion};
 use recording::{is_recording, refuse_without_target};
 use serde_json::json;
 use sextant_geometry::Lens;

@@ -220,7 +220,12 @@ impl<'a> Recorder<'a> {
     fn ask_for_kept(&mut self) -> anyhow::Result<()> {
         let (bus, everything) = (&self.site.bus, self.site.keys.everything());
         let items = bus.latest(&everything, limits::MAX_PAYLOAD_BYTES, ANSWER)?;
-        items.into_iter().for_each(|item| push(&self.inbox, item));
+        // Fusion nodes also answer with their models under keys that are for one another, `fusion/<node>/models/**`.
+        let keys = &self.site.keys;
+        let kept = items
+            .into_iter()
+            .filter(|item| keys.parse(&item.key).is_some());
+        kept.for_each(|item| push(&self.inbox, item));
         Ok(())
     }
 

@@ -1,11 +1,12 @@
 //! A recording of pictures or detections, whichever way it is kept: a folder, or an MCAP file, which is unpacked for as long as it is used.
 
-use crate::convert::RecordingConversion;
+use crate::convert::{Counts, RecordingConversion};
 use anyhow::{Context, bail};
 use sextant_process::{Exit, Failure, WithExit};
 use sextant_recordings::Dataset;
 use sextant_recordings::mcap::is_mcap_file;
 use sextant_site_model::CameraId;
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 use tempfile::TempDir;
@@ -14,6 +15,8 @@ use tempfile::TempDir;
 pub struct Recorded {
     /// What is in it.
     pub dataset: Dataset,
+    /// Width and height of the images of each camera, px, where detections of an MCAP file state them.
+    pub resolutions: BTreeMap<CameraId, [u32; 2]>,
     /// Files of an MCAP file; removed with this.
     _unpacked: Option<TempDir>,
 }
@@ -37,9 +40,10 @@ impl Recorded {
         preferred: Preferred,
         untimed: Option<&CameraId>,
     ) -> anyhow::Result<Self> {
-        let unpacked = match path.is_file() {
-            true => Some(unpack(path, preferred)?),
-            false => None,
+        let (unpacked, resolutions) = match path.is_file() {
+            true => unpack(path, preferred)
+                .map(|(folder, counts)| (Some(folder), counts.resolutions))?,
+            false => (None, BTreeMap::new()),
         };
         let folder = unpacked.as_ref().map_or(path, TempDir::path);
         let dataset = match untimed {
@@ -53,13 +57,14 @@ impl Recorded {
         }
         Ok(Self {
             dataset,
+            resolutions,
             _unpacked: unpacked,
         })
     }
 }
 
 /// The files of a recording in a new folder for temporary files.
-fn unpack(file: &Path, preferred: Preferred) -> anyhow::Result<TempDir> {
+fn unpack(file: &Path, preferred: Preferred) -> anyhow::Result<(TempDir, Counts)> {
     let path = file.display();
     if !is_mcap_file(file) {
         let cause = anyhow::anyhow!(
@@ -85,7 +90,7 @@ fn unpack(file: &Path, preferred: Preferred) -> anyhow::Result<TempDir> {
     if preferred == Preferred::Pictures {
         remove_detections_beside_pictures(folder.path())?;
     }
-    Ok(folder)
+    Ok((folder, counts))
 }
 
 fn remove_detections_beside_pictures(folder: &Path) -> anyhow::Result<()> {
@@ -103,6 +108,29 @@ fn remove_detections_beside_pictures(folder: &Path) -> anyhow::Result<()> {
 mod tests {
     use super::*;
     use sextant_recordings::{Frame, GreyImage, write_grey_png};
+
+    #[test]
+    fn detections_of_an_mcap_file_say_how_large_images_are() {
+        let folder = tempfile::tempdir().unwrap();
+        let [from, rig, file] = ["from", "rig.toml", "a.mcap"].map(|name| folder.path().join(name));
+        fs::create_dir_all(from.join("north")).unwrap();
+        let line = "{\"t_ns\":5,\"detections\":[]}\n";
+        fs::write(from.join("north/detections.jsonl"), line).unwrap();
+        let camera = "[[camera]]\nid = \"north\"\nresolution = [64, 48]\nlens = { model = \"pinhole\", fx = 60.0, fy = 60.0, cx = 31.5, cy = 23.5 }\n";
+        fs::write(&rig, camera).unwrap();
+        let to_file = RecordingConversion {
+            from: &from,
+            to: &file,
+            rig: Some(&rig),
+            objects: &[],
+        };
+        to_file.to_file().unwrap();
+        let recorded = Recorded::open(&file, Preferred::Detections, None).unwrap();
+        let north = CameraId::new("north").unwrap();
+        assert_eq!(recorded.resolutions, [(north, [64, 48])].into());
+        let of_folder = Recorded::open(&from, Preferred::Detections, None).unwrap();
+        assert!(of_folder.resolutions.is_empty());
+    }
 
     #[test]
     fn an_mcap_file_is_opened_like_its_folder_and_leaves_nothing() {

@@ -174,6 +174,7 @@ fn a_recording_that_begins_late_replays_alike_each_time_and_says_so() {
     assert!(recorder.process.wait().expect("it ends").success());
     let recording = SiteRecording::read(&file).expect("it opens");
     assert_eq!(recording.ending, Ending::Closed);
+    assert_eq!(recording.rejected, 0);
 
     let [out, again] = ["poses.jsonl", "again.jsonl"].map(|name| site.path(name));
     let summary = replay(&file, &out);

@@ -7,12 +7,14 @@
 //! named (there is none), the difference made by another order of arrival, scenes whose NEES lies in 0.7 to 1.5.
 //!
 //! `-- refine FROM TO` asks what a proposed calibration is worth ([`refine`]).
+//! `-- phones ...` measures browsers as cameras ([`phones`]).
 //! `-- faults KIND FROM TO` and `-- quiet MINUTES FROM TO` ask whether what goes wrong is named ([`faults`]).
 
 mod arm;
 mod faults;
 mod models;
 mod motion;
+mod phones;
 mod random;
 mod refine;
 mod scene;
@@ -27,6 +29,13 @@ use score::{Score, examined};
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
+    if let Some(("phones", rest)) = arguments.split_first().map(|(a, b)| (a.as_str(), b)) {
+        if let Err(error) = phones::run(rest) {
+            eprintln!("{error:#}");
+            std::process::exit(2);
+        }
+        return;
+    }
     let number = |index: usize| arguments.get(index).and_then(|text| text.parse().ok());
     if let (Some(what), Some(of), Some(from), Some(to)) = (
         arguments.first().map(String::as_str),
@@ -41,7 +50,7 @@ fn main() {
     }
     let (Some(wanted), Some(from), Some(to)) = (arguments.first(), number(1), number(2)) else {
         eprintln!(
-            "examine refine FROM TO, examine faults KIND FROM TO, examine quiet MINUTES FROM TO, examine CLASS FROM TO; CLASS is one of"
+            "examine phones ..., examine refine FROM TO, examine faults KIND FROM TO, examine quiet MINUTES FROM TO, examine CLASS FROM TO; CLASS is one of"
         );
         CLASSES
             .iter()

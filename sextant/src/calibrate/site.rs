@@ -52,7 +52,7 @@ pub struct SiteArguments {
     /// The family of the tags.
     #[arg(long, default_value = "tag36h11")]
     family: Family,
-    /// Width and height of the images, such as 640x480, or CAMERA=640x480; needed where the recording has detections and no pictures.
+    /// Width and height of the images, such as 640x480, or CAMERA=640x480; needed for a folder that has detections and no pictures.
     #[arg(long = "resolution", value_name = "[CAMERA=]WxH", value_parser = resolution)]
     resolutions: Vec<(Option<CameraId>, [u32; 2])>,
     /// World frame: a tag that does not move.
@@ -132,7 +132,7 @@ pub fn run(arguments: &SiteArguments, format: Format) -> anyhow::Result<()> {
     let recorded = Recorded::open(&arguments.recording, Preferred::Detections, None)?;
     let cameras = recorded.dataset.cameras().iter();
     let cameras = cameras.map(|camera| {
-        let resolution = resolution_of(camera, arguments)?;
+        let resolution = resolution_of(camera, &recorded, arguments)?;
         anyhow::Ok((camera.camera.clone(), resolution))
     });
     let cameras: Vec<(CameraId, [u32; 2])> = cameras.collect::<Result<_, _>>()?;
@@ -205,15 +205,21 @@ fn plan(arguments: &SiteArguments, cameras: Vec<(CameraId, [u32; 2])>) -> anyhow
     })
 }
 
-/// Resolution: from the arguments, else of the first picture.
-fn resolution_of(camera: &CameraRecording, arguments: &SiteArguments) -> anyhow::Result<[u32; 2]> {
+/// Resolution: from the arguments, else as recorded with detections, else of the first picture.
+fn resolution_of(
+    camera: &CameraRecording,
+    recorded: &Recorded,
+    arguments: &SiteArguments,
+) -> anyhow::Result<[u32; 2]> {
     let given = arguments.resolutions.iter();
     let own = given
         .clone()
         .find(|(id, _)| id.as_ref() == Some(&camera.camera));
     let given = own.or_else(|| given.clone().find(|(id, _)| id.is_none()));
-    Ok(match (given, camera.rows.first().map(|row| &row.frame)) {
-        (Some((_, resolution)), _) => *resolution,
+    let given = given.map(|(_, resolution)| resolution);
+    let known = given.or_else(|| recorded.resolutions.get(&camera.camera));
+    Ok(match (known, camera.rows.first().map(|row| &row.frame)) {
+        (Some(resolution), _) => *resolution,
         (None, Some(Frame::Picture(path))) => {
             let picture = read_picture(path).exit_with(Exit::Input)?;
             [picture.width, picture.height].map(|pixels| pixels as u32)

@@ -48,6 +48,8 @@ pub struct Counts {
     detections: usize,
     /// Images of a camera with a capture time that an earlier one has.
     repeated: usize,
+    /// Width and height of the images of each camera of an MCAP file, px, as its first detections state them.
+    pub resolutions: BTreeMap<CameraId, [u32; 2]>,
 }
 
 impl Counts {
@@ -321,6 +323,9 @@ fn write_detections(
         lines.insert(image.capture_ns, serde_json::to_string(&line)? + "\n");
         let arrivals = arrivals.entry(image.camera.clone()).or_default();
         arrivals.insert(image.capture_ns, timed.arrival_ns);
+        let resolution = image.resolution.map(u32::from);
+        let camera = image.camera.clone();
+        counts.resolutions.entry(camera).or_insert(resolution);
         counts.detections += 1;
     }
     for (camera, lines) in cameras {
