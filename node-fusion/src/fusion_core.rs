@@ -21,7 +21,7 @@ use sextant_estimator::{
 };
 use sextant_process::ClockQuality;
 use sextant_proto::{Heartbeat, InputSource, KeyRef, Keys, ModelsState, NodeId, Notice, Outcome};
-use sextant_site_model::{CameraId, Rig};
+use sextant_site_model::{CameraId, Rig, posed_objects};
 use sextant_site_report::{ObjectEstimate, State};
 use sextant_zenoh_bus::{Item, Payload, Presence};
 use std::collections::VecDeque;
@@ -145,7 +145,7 @@ impl FusionCore {
             true => Company::Alone,
             false => Company::Others,
         };
-        let posed = models.rig.posed_objects(&models.objects);
+        let posed = posed_objects(&models.rig, &models.objects);
         let mut core = Self {
             machine,
             input_log: InputLog::new(node.clone()),
@@ -436,7 +436,7 @@ impl FusionCore {
     /// Works from the models of the replica, which these changes have made.
     fn apply_changes(&mut self, changes: &[Change], now: Moment) {
         let models = self.replica.models();
-        let posed = models.rig.posed_objects(&models.objects);
+        let posed = posed_objects(&models.rig, &models.objects);
         self.status.take_objects(posed.clone());
         self.standby.take_models(models);
         self.outbox.take_objects(posed);

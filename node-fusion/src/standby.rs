@@ -6,7 +6,7 @@ use crate::config::ShardingConfig;
 use crate::models::Models;
 use sextant_election::{Assignment, Company, Election, Input, Link, Moment, Sharding};
 use sextant_proto::{Heartbeat, ModelsState, NodeId};
-use sextant_site_model::{ObjectId, ObjectModel, TagId};
+use sextant_site_model::{ObjectId, ObjectModel, TagId, posed_objects};
 use std::collections::BTreeSet;
 
 /// What this node has to do from now on.
@@ -124,7 +124,7 @@ impl Standby {
     /// The site has these models now.
     pub fn take_models(&mut self, models: &Models) {
         if let Some(sharding) = &mut self.sharding {
-            let posed = models.rig.posed_objects(&models.objects);
+            let posed = posed_objects(&models.rig, &models.objects);
             sharding.set_objects(posed.iter());
             self.note_foreign_tags(models);
         }

@@ -111,7 +111,13 @@ pub fn cross() -> Result<(), String> {
 pub fn elsewhere(targets: &[&str]) -> Result<(), String> {
     let zigbuild = Zigbuild::installed()?;
     let compiler = [("CARGO_ZIGBUILD_ZIG_PATH", &*zigbuild.compiler)];
-    let check = ["check", "--release", "--quiet", "--package", "sextant-client"];
+    let check = [
+        "check",
+        "--release",
+        "--quiet",
+        "--package",
+        "sextant-client",
+    ];
     let targets = targets.iter().flat_map(|target| ["--target", target]);
     let check: Vec<&str> = check.into_iter().chain(targets).collect();
     run_with(&compiler, &zigbuild.program, &check)

@@ -10,7 +10,7 @@ use crate::plan::{Plan, PlanError, Run};
 use sextant_estimator::{Fusion, FusionOptions, Input, ModelError};
 use sextant_proto::ObjectPose;
 use sextant_recordings::{Dataset, Row};
-use sextant_site_model::{CameraId, ImageObservation, ObjectId, ObjectModel, Rig};
+use sextant_site_model::{CameraId, ImageObservation, ObjectId, ObjectModel, Rig, posed_objects};
 use sextant_site_report::{Fault, Imperfection, ObjectEstimate};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -94,7 +94,7 @@ where
     )?;
     let images = dataset.cameras().iter();
     let images = images.map(|camera| (camera.camera.clone(), camera.rows.len()));
-    let objects = models.rig.posed_objects(&models.objects);
+    let objects = posed_objects(&models.rig, &models.objects);
     Ok(Replayed::of(pass, images, objects.into_iter()))
 }
 
@@ -130,7 +130,7 @@ where
         if number > 0 {
             pass.fusion = of_run(&run)?;
         }
-        objects.extend(run.rig.posed_objects(&run.objects));
+        objects.extend(posed_objects(&run.rig, &run.objects));
         for (now_ns, input) in run.steps {
             pass.handle(now_ns, input, observer)?
                 .iter()

@@ -19,7 +19,7 @@ pub use articulation::{
     Articulation, ArticulationError, Joint, JointKind, MOST_JOINTS, MOST_LINKS,
 };
 pub use ids::{CameraId, IdError, JointId, LinkId, ObjectId, TagId};
-pub use object::{ObjectError, ObjectModel, ObjectTag, SIZE_SIGMA};
+pub use object::{ObjectError, ObjectModel, ObjectTag, SIZE_SIGMA, posed_objects};
 pub use observation::{ImageObservation, TagCorners};
 pub use prior::{Deviation, Prior};
 pub use rig::{

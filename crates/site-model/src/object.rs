@@ -6,7 +6,7 @@ use sextant_geometry::Pose;
 use thiserror::Error;
 
 use crate::rig::{is_finite, is_same};
-use crate::{Articulation, ArticulationError, LinkId, ObjectId, PoseSigma, Prior, TagId};
+use crate::{Articulation, ArticulationError, LinkId, ObjectId, PoseSigma, Prior, Rig, TagId};
 
 /// A tag on an object.
 #[derive(Debug, Clone, PartialEq)]
@@ -394,6 +394,22 @@ impl ObjectModel {
     pub fn tags(&self) -> &[ObjectTag] {
         &self.tags
     }
+}
+
+/// The objects whose poses are to be expected: all of these, but landmarks only where some camera stands still; then carriers of cameras
+/// that have no model.
+pub fn posed_objects(rig: &Rig, objects: &[ObjectModel]) -> Vec<ObjectId> {
+    let mut cameras = rig.cameras().iter();
+    let some_stand_still = cameras.any(|camera| camera.mount.is_none());
+    let is_posed = |object: &&ObjectModel| some_stand_still || object.world_from_object().is_none();
+    let modelled = objects.iter().filter(is_posed).map(ObjectModel::id);
+    let mut posed: Vec<ObjectId> = modelled.cloned().collect();
+    for carrier in rig.carriers() {
+        if !posed.contains(carrier) {
+            posed.push(carrier.clone());
+        }
+    }
+    posed
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use nalgebra::Vector6;
 use sextant_geometry::{Lens, Pose};
 use thiserror::Error;
 
-use crate::{CameraId, Deviation, ImageObservation, ObjectId, ObjectModel, Prior};
+use crate::{CameraId, Deviation, ImageObservation, ObjectId, Prior};
 
 mod exposure;
 
@@ -366,23 +366,6 @@ impl Rig {
             .iter()
             .filter_map(|camera| camera.mount.as_ref());
         mounts.map(|mount| &mount.carrier).collect()
-    }
-
-    /// The objects of these whose poses are to be expected: all of them, but landmarks only where some camera stands still; then carriers
-    /// without a model.
-    pub fn posed_objects(&self, objects: &[ObjectModel]) -> Vec<ObjectId> {
-        let is_still = |camera: &Camera| camera.mount.is_none();
-        let some_stand_still = self.cameras.iter().any(is_still);
-        let is_posed =
-            |object: &&ObjectModel| some_stand_still || object.world_from_object().is_none();
-        let modelled = objects.iter().filter(is_posed).map(ObjectModel::id);
-        let mut posed: Vec<ObjectId> = modelled.cloned().collect();
-        for carrier in self.carriers() {
-            if !posed.contains(carrier) {
-                posed.push(carrier.clone());
-            }
-        }
-        posed
     }
 
     /// The camera of that name.

@@ -195,7 +195,8 @@ async function checkKeysOfView(page) {
   const where = () => page.evaluate(() => window.sextant.screen(Object.keys(window.sextant.positions())[0]));
   await page.locator("canvas[data-testid=stage]").focus();
   await wait(page, () => document.body.dataset.replaying === "true");
-  const far = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1]);
+  const eye = () => page.evaluate(() => window.sextant.eye());
+  const far = (a, b) => Math.hypot(...a.map((value, index) => value - b[index]));
   // What was drawn last of the present gives way, on a busy machine after a while.
   let first = await where();
   for (const until = Date.now() + timeout; Date.now() < until; ) {
@@ -205,14 +206,15 @@ async function checkKeysOfView(page) {
     first = now;
     if (isStill) break;
   }
+  const from = await eye();
   for (const key of ["ArrowLeft", "ArrowUp"]) {
-    const before = await where();
+    const before = await eye();
     await page.keyboard.press(key);
-    assert(far(before, await where()) > 1, `${key} does not turn the view`);
+    assert(far(before, await eye()) > 0.01, `${key} does not turn the view`);
   }
   for (const key of ["ArrowRight", "ArrowDown"]) await page.keyboard.press(key);
-  const back = await where();
-  assert(far(first, back) < 1, `arrows turn back to ${back}, not ${first}`);
+  const back = await eye();
+  assert(far(from, back) < 0.01, `arrows turn back to ${back}, not ${from}`);
   await page.keyboard.press("+");
   const near = await where();
   await page.keyboard.press("-");

@@ -214,7 +214,7 @@ void enter().then(() => connection.open());
 declare global {
   interface Window {
     /** For tests and the curious: what is drawn, from the browser's console. */
-    sextant: { positions(): Record<string, number[]>; screen(id: string): number[] | null; frames(): number; drawMs(): number; site: Site; selection: Selection; playback: Playback };
+    sextant: { positions(): Record<string, number[]>; screen(id: string): number[] | null; eye(): number[] | null; frames(): number; drawMs(): number; site: Site; selection: Selection; playback: Playback };
   }
 }
-window.sextant = { positions: () => stage?.positions() ?? {}, screen: (id) => stage?.screen(id) ?? null, frames: () => stage?.frames.count ?? 0, drawMs: () => stage?.frames.scriptMs ?? 0, site, selection, playback };
+window.sextant = { positions: () => stage?.positions() ?? {}, screen: (id) => stage?.screen(id) ?? null, eye: () => stage?.eye() ?? null, frames: () => stage?.frames.count ?? 0, drawMs: () => stage?.frames.scriptMs ?? 0, site, selection, playback };

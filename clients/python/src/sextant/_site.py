@@ -330,7 +330,7 @@ class Site:
     def remove_object(self, name: str) -> ConfigAnswer:
         """Removes an object. Raises as `set`."""
         self._check_object(name)
-        return self.set(ObjectConfig(name, links=(), joints=(), tags=(), frame_sigma=None, scale_sigma=None))
+        return self.set(ObjectConfig(name, links=(), joints=(), tags=(), frame_sigma=None, scale_sigma=None, world_from_object=None))
 
     def record(
         self,

@@ -170,6 +170,12 @@ export class Stage {
     return [left + ((point.x + 1) / 2) * this.size[0], top + ((1 - point.y) / 2) * this.size[1], reach];
   }
 
+  /** Where the next frame is seen from, m. */
+  eye(): [number, number, number] {
+    this.track();
+    return this.view.camera.position.toArray();
+  }
+
   private frustum(id: string): Frustum {
     const known = this.frusta.get(id);
     if (known) return known;
