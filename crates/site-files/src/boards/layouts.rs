@@ -68,7 +68,7 @@ pub(super) fn object(document: &Value, id: &ObjectId) -> Option<Result<ObjectMod
 }
 
 /// An object whose frame is a field, as a layout of WPILib, with the length and width of the field, m. `family` and `tagSize` stand beside them, which
-/// WPILib passes over and [`object`] reads.
+/// WPILib passes over and `read_object` reads.
 ///
 /// # Errors
 /// For a field without an area, an articulated object, tags of several families or sizes, and an object without a placed tag.
