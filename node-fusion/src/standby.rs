@@ -130,7 +130,7 @@ impl Standby {
         }
     }
 
-    /// Landmarks concern whoever tracks a carrier of cameras.
+    /// The tags of landmarks are needed wherever a carrier of cameras is tracked.
     fn note_foreign_tags(&mut self, models: &Models) {
         let others = models
             .objects

@@ -65,7 +65,7 @@ impl AnimationFormat {
 pub fn say_left_out(left_out: &LeftOut, to: &Path) {
     let place = to.display();
     for (names, cause) in [
-        (&left_out.cameras, "their poses are unknown"),
+        (&left_out.cameras, "they have no pose in the world"),
         (&left_out.objects, "they were never tracked"),
     ] {
         if !names.is_empty() {

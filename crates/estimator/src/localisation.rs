@@ -140,7 +140,8 @@ impl Fusion {
         let mut all = self.still.faults();
         let carriers = self.carriers.iter();
         all.extend(carriers.clone().flat_map(Carrier::faults));
-        all.extend(carriers.filter_map(Carrier::contradiction));
+        let now_ns = self.still.present_ns();
+        all.extend(carriers.filter_map(|carrier| carrier.contradiction(now_ns)));
         all
     }
 
@@ -317,9 +318,11 @@ impl Carrier {
     }
 
     /// The fault of poses that contradict what cameras that stand still see.
-    fn contradiction(&self) -> Option<Fault> {
-        let (total, share) = (self.contradicted.total, self.contradicted.share());
-        (total >= FEWEST && share > MOST_CONTRADICTED).then(|| Fault::ObjectContradicted {
+    fn contradiction(&self, now_ns: u64) -> Option<Fault> {
+        let lately = self.contradicted.faded(now_ns);
+        let share = lately.share();
+        let is_sure = lately.total >= FEWEST && share > MOST_CONTRADICTED;
+        is_sure.then(|| Fault::ObjectContradicted {
             object: self.object.clone(),
             share,
         })
@@ -446,7 +449,7 @@ impl Combined {
             return alone(Some(own));
         };
         if !is_known(&own) {
-            // Whoever loses sight of it, it is not lost.
+            // What one of the two still sees is not lost.
             let is_lost = own.state == State::Lost;
             return alone((!is_lost).then_some(other));
         }

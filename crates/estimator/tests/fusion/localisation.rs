@@ -260,9 +260,13 @@ fn landmarks_that_lie_elsewhere_are_named() {
     let (rig, images) = both(&mut Random(5), 3.0);
     let elsewhere = Pose::translation(0.1, 0.0, 0.0) * world_from_room();
     let room = room().with_world_from_object(Some(elsewhere)).unwrap();
-    let found = followed(rig, vec![cube(), room], images);
+    let mut found = followed(rig, vec![cube(), room], images);
     assert!(found.nees < 4.0, "NEES {}", found.nees);
     let contradicted = |fault: &Fault| matches!(fault, Fault::ObjectContradicted { object, .. } if *object == cube_id());
     let faults = found.fusion.faults();
     assert!(faults.iter().any(contradicted), "{faults:?}");
+    // It is not named for longer than it is seen.
+    found.fusion.handle(START_NS + 20_000_000_000, Input::Tick);
+    let faults = found.fusion.faults();
+    assert!(!faults.iter().any(contradicted), "{faults:?}");
 }
