@@ -4,7 +4,6 @@
 
 use serde_json::Value;
 use sextant_process::now_ns;
-use sextant_proto::ObjectPose;
 use sextant_recordings::mcap::reader::Ending;
 use sextant_recordings::mcap::site_recording::SiteRecording;
 use sextant_site_files::write_object;
@@ -13,6 +12,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdout, Output, Stdio};
 use std::time::{Duration, Instant};
 use system_tests::{FusedSite, PATIENCE, Scene, send, sextant};
+
+/// From one instant to the next.
+const PERIOD: Duration = Duration::from_micros(33_333);
 
 /// A running `sextant record`. Dropping it kills it.
 struct Recorder {
@@ -58,19 +60,19 @@ impl Drop for Recorder {
     }
 }
 
-/// Lets the cameras see for so many instants, in the pace in which poses come.
+/// Lets the cameras see for so many instants at 30 Hz, the objects where they are so long after the first one.
+///
+/// The motion has the pace of the clock: one that is faster is a fault, whose poses are rightly held back.
 fn look(site: &mut FusedSite, scene: &mut Scene, instants: std::ops::Range<u32>) {
-    let poses = site.listen(&site.keys.all_poses());
-    for instant in instants {
-        let time_ns = now_ns();
+    let begin_ns = now_ns();
+    let begun = Instant::now();
+    for instant in instants.clone() {
+        let elapsed = PERIOD * (instant - instants.start);
+        std::thread::sleep(elapsed.saturating_sub(begun.elapsed()));
+        let time_ns = begin_ns + elapsed.as_nanos() as u64;
+        let seconds = (PERIOD * instant).as_secs_f64();
         for camera in 0..scene.rig.cameras().len() {
-            site.publish(&scene.observe(camera, 0.03 * f64::from(instant), time_ns));
-        }
-        let is_of_now = |pose: &ObjectPose| pose.capture_ns >= time_ns;
-        while let Some(item) = poses.recv_timeout(Duration::from_millis(100)) {
-            if item.decode().is_ok_and(|pose| is_of_now(&pose)) {
-                break;
-            }
+            site.publish(&scene.observe(camera, seconds, time_ns));
         }
     }
 }
