@@ -22,7 +22,7 @@ mod wasm;
 
 use plan::{Chore, Options, run_in_order};
 use sextant_test_needs::{
-    CXX, DISK, DPKG_DEB, GCC_AARCH64, GCC_ARM, LINTIAN, MMDEBSTRAP, MOSQUITTO, NAME_SPACES, NODE,
+    CXX, DISK, DPKG_DEB, GCC_AARCH64, GCC_ARM, LINTIAN, MMDEBSTRAP, MOSQUITTO, NAME_SPACES, NODE, OCTAVE,
     PIP, PYTHON, QEMU_AARCH64, QEMU_ARM, SHARED_MEMORY, SKIPS, SYSUSERS,
 };
 use std::fs;
@@ -85,7 +85,7 @@ const CHORES: &[Chore] = &[
         )
     },
     Chore {
-        needs: &[&PYTHON, &MOSQUITTO],
+        needs: &[&PYTHON, &MOSQUITTO, &OCTAVE],
         after: Some("build"),
         fetches: &["Python packages, in target/python"],
         minutes: 3,

@@ -52,13 +52,19 @@ def running(*command, **options):
 
 
 @pytest.fixture(scope="session")
-def demo(binary):
-    """The endpoint of a running demo."""
+def ready(binary):
+    """What a running demo says when it is ready: its endpoint `connect` and its `page`."""
     command = (binary, "demo", "--no-browser", "--json", "--cameras", "2", "--port", str(free_port()))
     with running(*command, stdout=subprocess.PIPE, text=True) as process:
         ready = json.loads(process.stdout.readline())
         assert ready["event"] == "ready"
-        yield ready["connect"]
+        yield ready
+
+
+@pytest.fixture(scope="session")
+def demo(ready):
+    """The endpoint of a running demo."""
+    return ready["connect"]
 
 
 @pytest.fixture(scope="session")

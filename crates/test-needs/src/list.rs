@@ -32,6 +32,13 @@ pub const PYTHON: Need = Need {
 pub const PIP: Need = program("pip3", "python3-pip", "install Python's pip");
 /// A broker of MQTT.
 pub const MOSQUITTO: Need = program("mosquitto", "mosquitto", "install Eclipse Mosquitto");
+/// In place of MATLAB, with what it opens sockets by.
+pub const OCTAVE: Need = Need {
+    name: "GNU Octave with instrument-control",
+    check: Check::Succeeds(&["octave-cli", "--eval", "pkg load instrument-control"]),
+    package: Some("octave-instrument-control"),
+    remedy: "install it",
+};
 pub const FFMPEG: Need = program("ffmpeg", "ffmpeg", "install FFmpeg");
 pub const CXX: Need = program("c++", "g++", "install a C++ compiler");
 pub const QEMU_ARM: Need = program(
@@ -139,6 +146,7 @@ pub const PACKAGED: &[&Need] = &[
     &PIP,
     &FFMPEG,
     &MOSQUITTO,
+    &OCTAVE,
     &CXX,
     &QEMU_ARM,
     &QEMU_AARCH64,
