@@ -14,6 +14,7 @@ mod package;
 mod page_types;
 mod plan;
 mod python;
+mod release;
 mod report;
 mod ros2;
 mod suites;
@@ -23,7 +24,7 @@ mod wasm;
 use plan::{Chore, Options, run_in_order};
 use sextant_test_needs::{
     CXX, DISK, DPKG_DEB, GCC_AARCH64, GCC_ARM, LINTIAN, MMDEBSTRAP, MOSQUITTO, NAME_SPACES, NODE,
-    OCTAVE, PIP, PYTHON, QEMU_AARCH64, QEMU_ARM, SHARED_MEMORY, SKIPS, SYSUSERS,
+    OCTAVE, PIP, PYTHON, QEMU_AARCH64, QEMU_ARM, QEMU_BINFMT, SHARED_MEMORY, SKIPS, SYSUSERS,
 };
 use std::fs;
 use std::os::unix::process::CommandExt;
@@ -199,7 +200,7 @@ const CHORES: &[Chore] = &[
         )
     },
     Chore {
-        needs: PACKAGING,
+        needs: &[&PIP, &DPKG_DEB, &SYSUSERS, &LINTIAN],
         targets: &[ARMV7],
         fetches: &[
             "cargo-zigbuild and zig, in target/tools",
@@ -234,9 +235,20 @@ const CHORES: &[Chore] = &[
         python::generate,
     ),
     Chore {
-        needs: PACKAGING,
+        needs: &[
+            &PIP,
+            &DPKG_DEB,
+            &SYSUSERS,
+            &LINTIAN,
+            &MMDEBSTRAP,
+            &NAME_SPACES,
+            &QEMU_BINFMT,
+        ],
         targets: &[AARCH64, ARMV7, NEON],
-        fetches: &["cargo-zigbuild and zig, in target/tools"],
+        fetches: &[
+            "cargo-zigbuild and zig, in target/tools",
+            "Debian's essential packages, in target/package/systems",
+        ],
         minutes: 30,
         ..Chore::new(
             "package",
@@ -245,24 +257,43 @@ const CHORES: &[Chore] = &[
         )
     },
     Chore {
-        needs: &[
-            &PYTHON,
-            &PIP,
-            &MMDEBSTRAP,
-            &NAME_SPACES,
-            &GCC_AARCH64,
-            &QEMU_AARCH64,
-        ],
+        needs: &[&PYTHON, &PIP, &MMDEBSTRAP, &NAME_SPACES, &QEMU_BINFMT],
         targets: &[AARCH64],
         fetches: &[
             "cargo-zigbuild and zig, in target/tools",
-            "Debian's Python, in target/package/clean-system",
+            "Debian's essential packages, in target/package/systems",
         ],
         minutes: 30,
         ..Chore::new(
             "wheel",
             "Python wheels with the command line in them, tried in a clean system: target/package/wheels/",
             package::wheels,
+        )
+    },
+    Chore {
+        needs: &[&NODE],
+        minutes: 1,
+        ..Chore::new(
+            "npm",
+            "the detector for browsers as npm gets it, tried in an empty folder: target/package/npm/",
+            release::npm,
+        )
+    },
+    Chore {
+        minutes: 25,
+        ..Chore::new(
+            "crates-io",
+            "every crate as crates.io would get it compiles from its package",
+            release::crates_io,
+        )
+    },
+    Chore {
+        needs: &[&PYTHON],
+        minutes: 1,
+        ..Chore::new(
+            "assemble",
+            "what these have made, with notes and checksums: target/releases/",
+            release::assemble,
         )
     },
     Chore {
@@ -298,7 +329,6 @@ const CHORES: &[Chore] = &[
         )
     },
 ];
-const PACKAGING: &[&sextant_test_needs::Need] = &[&PIP, &DPKG_DEB, &SYSUSERS, &LINTIAN];
 
 /// Words that stand for several chores. Quick ones come first, so that a failure shows within minutes.
 const LISTS: &[(&str, &str, &[&str])] = &[
@@ -338,6 +368,11 @@ const LISTS: &[(&str, &str, &[&str])] = &[
         ],
     ),
     ("ci", "test, then check", &["test", "check"]),
+    (
+        "release",
+        "makes and checks all that a release consists of; uploads nothing",
+        &["npm", "sbom", "package", "wheel", "crates-io", "assemble"],
+    ),
 ];
 
 /// The chores that a word stands for.
@@ -448,9 +483,12 @@ mod tests {
         let mut once: Vec<_> = chores
             .filter(|word| {
                 ![
+                    "assemble",
                     "bench",
                     "board",
+                    "crates-io",
                     "faults",
+                    "npm",
                     "package",
                     "page-types",
                     "planted",

@@ -2,6 +2,7 @@
 //!
 //! Programs are linked by zig against the C library of the oldest system that they are for; none is packed that needs a newer one.
 
+mod clean_system;
 mod contents;
 mod deb;
 mod lifecycle;
@@ -17,7 +18,7 @@ use std::path::{Path, PathBuf};
 use target::{ARMV7, TARGETS, Target};
 pub use wheel::wheels;
 
-const VERSION: &str = env!("CARGO_PKG_VERSION");
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// Everything: both packages and a tarball for each processor.
 pub fn all() -> Result<(), String> {
@@ -26,8 +27,10 @@ pub fn all() -> Result<(), String> {
         let camera = Staged::new(&CAMERA, target, &manual)?;
         tarball::write(&camera)?;
         if target.architecture.is_some() {
-            tested_deb(&camera)?;
-            tested_deb(&Staged::new(&SEXTANT, target, &manual)?)?;
+            for staged in [camera, Staged::new(&SEXTANT, target, &manual)?] {
+                let deb = linted_deb(&staged)?;
+                lifecycle::check(&staged, &deb)?;
+            }
         }
     }
     Ok(())
@@ -42,9 +45,10 @@ pub struct BoardFiles {
 /// The camera node for armv7 alone.
 pub fn camera_for_board() -> Result<BoardFiles, String> {
     let staged = Staged::new(&CAMERA, &ARMV7, &manual()?)?;
+    // The board installs and removes it.
     Ok(BoardFiles {
         tarball: tarball::write(&staged)?,
-        deb: tested_deb(&staged)?,
+        deb: linted_deb(&staged)?,
     })
 }
 
@@ -73,11 +77,21 @@ impl Staged {
     }
 }
 
-fn tested_deb(staged: &Staged) -> Result<PathBuf, String> {
+fn linted_deb(staged: &Staged) -> Result<PathBuf, String> {
     let deb = deb::write(staged, VERSION)?;
     deb::lint(&deb)?;
-    lifecycle::check(staged, &deb)?;
     Ok(deb)
+}
+
+/// A folder of `target/package` with nothing in it.
+pub fn fresh_folder(name: &str) -> Result<PathBuf, String> {
+    let folder = output()?.join(name);
+    let failed = |cause| format!("{}: {cause}", folder.display());
+    if folder.exists() {
+        fs::remove_dir_all(&folder).map_err(failed)?;
+    }
+    fs::create_dir_all(&folder).map_err(failed)?;
+    Ok(folder)
 }
 
 fn output() -> Result<PathBuf, String> {

@@ -92,6 +92,18 @@ pub fn wheel(
     ))
 }
 
+/// The package's source for `pip`, into a folder.
+pub fn source_package(python: &str, folder: &Path) -> Result<(), String> {
+    run(python, &[PIP, &["install", "hatchling>=1.25"]].concat())?;
+    let build = ["-m", "hatchling", "build", "--target", "sdist"];
+    let place = folder.display().to_string();
+    run_in(
+        PACKAGE,
+        python,
+        &[&build[..], &["--directory", &place]].concat(),
+    )
+}
+
 /// The interpreter of a virtual environment, made where it is missing.
 pub fn environment(folder: &Path) -> Result<String, String> {
     let python = folder.join("bin/python").display().to_string();

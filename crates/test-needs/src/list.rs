@@ -51,6 +51,17 @@ pub const QEMU_AARCH64: Need = program(
     "qemu-user",
     "install qemu's user-mode emulation",
 );
+/// In a root of its own, where there is no qemu.
+pub const QEMU_BINFMT: Need = Need {
+    name: "a kernel that runs programs of other processors by qemu",
+    check: Check::Succeeds(&[
+        "sh",
+        "-c",
+        "cd /proc/sys/fs/binfmt_misc && grep -q ^flags:.*F qemu-arm && grep -q ^flags:.*F qemu-aarch64",
+    ]),
+    package: Some("qemu-user-static"),
+    remedy: "mount -t binfmt_misc none /proc/sys/fs/binfmt_misc, then install or reinstall qemu-user-static with binfmt-support",
+};
 pub const GCC_ARM: Need = program(
     "arm-linux-gnueabihf-gcc",
     "gcc-arm-linux-gnueabihf",
@@ -150,6 +161,7 @@ pub const PACKAGED: &[&Need] = &[
     &CXX,
     &QEMU_ARM,
     &QEMU_AARCH64,
+    &QEMU_BINFMT,
     &GCC_ARM,
     &GCC_AARCH64,
     &IP,

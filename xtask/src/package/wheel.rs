@@ -1,43 +1,34 @@
 //! Wheels with the Python client and the command line in them, for 64-bit processors: `pip install sextant` gives both.
 //!
-//! That of this machine's processor is installed into a system that has nothing but Debian's Python, where a site runs and is recorded; the others' programs start under
-//! qemu.
+//! Each is installed into a clean system of its processor.
 
+use super::clean_system::CleanSystem;
 use super::contents::SEXTANT;
 use super::target::{TARGETS, Target};
-use super::{output, symbols};
+use super::{fresh_folder, output, symbols};
 use crate::python::{self, PIP};
 use crate::tools::{copy, root, run};
-use std::env::consts::ARCH;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Debian's release of the clean system.
-const RELEASE: &str = "bookworm";
-/// Run in name spaces of its own, with the clean system's root: installs what is in its folder `wheels` and tries it.
-const TRIAL: &str = "mount -t proc proc \"$1/proc\"
-mount -t tmpfs tmpfs \"$1/dev/shm\"
-exec chroot \"$1\" env -i PATH=/venv/bin:/usr/bin:/bin sh -ec 'python3 -m venv /venv
-pip --quiet install --no-index --find-links /wheels sextant
-exec python /wheels/installed.py'";
+/// That of the clean systems.
+const PYTHON: &str = "3.11";
+const SCRIPT: &str = "wheel.sh";
 
 /// All wheels, in `target/package/wheels`.
 pub fn wheels() -> Result<(), String> {
     let python = python::environment(&root().join("target/python/venv"))?;
-    // This machine's first: that wheel is tried most.
-    let (own, others): (Vec<_>, Vec<_>) = TARGETS
+    // For systems that have no other: the client without the command line.
+    let folder = output()?.join("wheels/any");
+    python::wheel(&python, &folder, "any", &[])?;
+    for target in TARGETS
         .iter()
         .filter(|target| ["aarch64", "x86_64"].contains(&target.name))
-        .partition(|target| target.name == ARCH);
-    for target in own.into_iter().chain(others) {
+    {
         let program = target.build(&SEXTANT)?;
         symbols::check(&program, target.glibc)?;
         let wheel = pack(&python, target, &program)?;
-        if target.name == ARCH {
-            try_in_clean_system(&python, &wheel)?;
-        } else {
-            start_under_qemu(target, &program)?;
-        }
+        try_in_clean_system(&python, target, &wheel)?;
     }
     Ok(())
 }
@@ -54,53 +45,24 @@ fn pack(python: &str, target: &Target, program: &Path) -> Result<PathBuf, String
     python::wheel(python, &folder, &platform, &variables)
 }
 
-fn start_under_qemu(target: &Target, program: &Path) -> Result<(), String> {
-    let libraries = format!("/usr/{}", target.triple.replace("-unknown", ""));
-    let program = program.display().to_string();
-    let qemu = format!("qemu-{}", target.name);
-    run(&qemu, &["-L", &libraries, &program, "--version"])
-}
-
-fn try_in_clean_system(python: &str, wheel: &Path) -> Result<(), String> {
-    let system = output()?.join("clean-system");
-    if !system.exists() {
-        make_system(&system)?;
-    }
-    let wheels = system.join("wheels");
-    for former in [&wheels, &system.join("venv")] {
-        if former.exists() {
-            fs::remove_dir_all(former).map_err(|cause| format!("{}: {cause}", former.display()))?;
-        }
-    }
+/// Where the system has nothing but Debian's Python, a site runs and is recorded.
+fn try_in_clean_system(python: &str, target: &Target, wheel: &Path) -> Result<(), String> {
+    let system = CleanSystem::of(target.architecture.unwrap_or_default(), "python3-venv")?;
+    let folder = fresh_folder("trial")?;
     // The wheel, and what it depends on.
-    let (wheel, folder) = (wheel.display().to_string(), wheels.display().to_string());
-    let download = ["download", "--only-binary", ":all:", "--dest", &folder];
-    run(python, &[PIP, &download, &[&wheel]].concat())?;
-    copy(
-        &root().join("clients/python/tests/installed.py"),
-        &wheels,
-        0o644,
-    )?;
-    let system = system.display().to_string();
-    let name_spaces = ["--mount", "--pid", "--fork", "--kill-child"];
+    let (wheel, place) = (wheel.display().to_string(), folder.display().to_string());
+    let [major, minor] = target.glibc;
+    let platform = format!("manylinux_{major}_{minor}_{}", target.name);
+    let what = ["--only-binary", ":all:", "--platform", &platform];
+    let interpreter = ["--python-version", PYTHON, "--dest", &place, &wheel];
     run(
-        "unshare",
-        &[&name_spaces[..], &["sh", "-ec", TRIAL, "sh", &system]].concat(),
-    )
-}
-
-fn make_system(system: &Path) -> Result<(), String> {
-    let fresh = system.with_extension("fresh");
-    if fresh.exists() {
-        fs::remove_dir_all(&fresh).map_err(|cause| format!("{}: {cause}", fresh.display()))?;
-    }
-    let place = fresh.display().to_string();
-    let contents = ["--quiet", "--variant=essential", "--include=python3-venv"];
-    let source = [
-        "--aptopt=APT::Install-Recommends \"false\"",
-        RELEASE,
-        &place,
-    ];
-    run("mmdebstrap", &[&contents[..], &source].concat())?;
-    fs::rename(&fresh, system).map_err(|cause| format!("{}: {cause}", system.display()))
+        python,
+        &[PIP, &["download"], &what[..], &interpreter].concat(),
+    )?;
+    let installed = root().join("clients/python/tests/installed.py");
+    copy(&installed, &folder, 0o644)?;
+    let script = folder.join(SCRIPT);
+    fs::write(&script, include_str!("wheel.sh"))
+        .map_err(|cause| format!("{}: {cause}", script.display()))?;
+    system.run(&folder, SCRIPT, &[])
 }
