@@ -245,6 +245,7 @@ impl Forwarder {
         let message = Message::Object {
             id: &part.id,
             tags: part.tags,
+            world_from_object: None,
         };
         let slot = Slot::Object(part.id.clone());
         self.show(slot, &message)

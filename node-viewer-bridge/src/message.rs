@@ -2,7 +2,9 @@
 
 use serde::Serialize;
 use sextant_process::now_ns;
-use sextant_proto::{CameraStatus, ClockReport, DetectionReport, FusionStatus, NodeId, SiteId};
+use sextant_proto::{
+    CameraStatus, ClockReport, DetectionReport, FusionStatus, NodeId, PoseConfig, SiteId,
+};
 use sextant_site_mirror::Rejections;
 use sextant_site_model::{CameraId, JointId, ObjectId};
 use sextant_site_report::State;
@@ -33,6 +35,8 @@ pub(crate) enum Message<'a> {
     Object {
         id: &'a str,
         tags: Vec<ObjectTag>,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        world_from_object: Option<PoseConfig>,
     },
     /// There is no such object any more.
     ObjectGone {

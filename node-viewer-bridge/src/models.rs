@@ -1,7 +1,7 @@
 //! Rigs and objects as they are drawn: the types that messages and wizards show.
 
 use serde::Serialize;
-use sextant_proto::{CameraConfig, LensConfig, ObjectTagConfig, PoseConfig};
+use sextant_proto::{CameraConfig, LensConfig, MountConfig, ObjectTagConfig, PoseConfig};
 use sextant_site_model::CameraId;
 use sextant_tag_families::{Family, module_is_white};
 
@@ -12,6 +12,8 @@ pub(crate) struct RigCamera<'a> {
     pub(crate) resolution: [u32; 2],
     pub(crate) lens: Lens<'a>,
     pub(crate) world_from_camera: Option<PoseConfig>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) mount: Option<&'a MountConfig>,
 }
 
 /// A lens as in `rig.toml`.
@@ -44,6 +46,7 @@ pub(crate) fn camera(camera: &CameraConfig) -> RigCamera<'_> {
         resolution: camera.resolution,
         lens: lens(&camera.lens),
         world_from_camera: camera.world_from_camera,
+        mount: camera.mount.as_ref(),
     }
 }
 

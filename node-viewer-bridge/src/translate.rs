@@ -19,6 +19,7 @@ pub(crate) fn object(object: &ObjectConfig) -> Message<'_> {
     Message::Object {
         id: object.id.as_str(),
         tags: object.tags.iter().map(object_tag).collect(),
+        world_from_object: object.world_from_object,
     }
 }
 

@@ -11,8 +11,8 @@ mod protocol;
 use serde_json::Value;
 use sextant_process::Shutdown;
 use sextant_proto::{
-    CameraConfig, ClockQuality, Keys, LensConfig, NodeId, NodeKind, ObjectConfig, ObjectTagConfig,
-    Observations, Preview, RigConfig, Timing, encode,
+    CameraConfig, ClockQuality, Keys, LensConfig, MountConfig, NodeId, NodeKind, ObjectConfig,
+    ObjectTagConfig, Observations, PoseConfig, Preview, RigConfig, Timing, encode,
 };
 use sextant_recordings::mcap::site_recording::SiteRecording;
 use sextant_site_model::{CameraId, ObjectId};
@@ -154,8 +154,19 @@ impl Site {
             line_delay_s: None,
             exposure: None,
         };
+        let mount = MountConfig {
+            carrier: cube(),
+            carrier_from_camera: PoseConfig {
+                position: [0.1, 0.0, 0.0],
+                orientation: [0.0, 0.0, 0.0, 1.0],
+            },
+        };
+        let carried = CameraConfig {
+            mount: Some(mount),
+            ..camera("b")
+        };
         let rig = RigConfig {
-            cameras: vec![camera("a"), camera("b")],
+            cameras: vec![camera("a"), carried],
             scale_sigma: None,
         };
         let publisher = self
@@ -163,7 +174,11 @@ impl Site {
             .raw_latest(&self.keys.config_rig(), Qos::Config)
             .unwrap();
         publisher.put(&encode(&rig).unwrap()).unwrap();
-        hear(socket, |m| m["type"] == "rig");
+        let told = hear(socket, |m| m["type"] == "rig");
+        assert_eq!(told["cameras"][0]["mount"], Value::Null);
+        let mount = &told["cameras"][1]["mount"];
+        assert_eq!(mount["carrier"], cube().as_str());
+        assert_eq!(mount["carrier_from_camera"]["position"][0], 0.1);
         publisher
     }
 

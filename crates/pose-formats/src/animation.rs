@@ -2,7 +2,7 @@
 //! [`crate::glb`] write it.
 //!
 //! An object is visible while it is tracked or coasting. It is hidden while it is initialising or lost, and where no pose came for
-//! [`LONGEST_GAP_NS`]. Cameras and tags are as in the last models given. A sample takes up to 200 bytes of memory.
+//! [`LONGEST_GAP_NS`]. A landmark without a pose stands where its file says, and a camera that an object carries goes with it. Cameras and tags are as in the last models given. A sample takes up to 200 bytes of memory.
 
 use sextant_geometry::Pose;
 use sextant_proto::{EpochFilter, ObjectLinks, ObjectPose};
@@ -51,8 +51,8 @@ impl Samples {
 /// A site over time. Times are ns since the Unix epoch, metres, world with z up.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Animation {
-    /// Cameras with a pose.
-    pub(crate) cameras: Vec<Camera>,
+    /// Cameras that stand in the world, each with `world_from_camera`.
+    pub(crate) cameras: Vec<PlacedCamera>,
     /// Objects with a pose, by name.
     pub(crate) objects: Vec<AnimatedObject>,
     /// The first visible pose.
@@ -67,7 +67,7 @@ pub struct Animation {
 /// What a recording has and its animation lacks.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct LeftOut {
-    /// Cameras without a pose.
+    /// Cameras without a pose, and those whose carrier is not in the animation.
     pub cameras: Vec<String>,
     /// Objects that were never tracked.
     pub objects: Vec<String>,
@@ -84,6 +84,15 @@ pub(crate) struct AnimatedObject {
     pub links: Vec<AnimatedLink>,
     /// `world_from_object` while it is visible, in order of time.
     pub intervals: Vec<Interval>,
+    /// Cameras that it carries, each with `object_from_camera`.
+    pub cameras: Vec<PlacedCamera>,
+}
+
+/// A camera at its place in the world or on an object.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct PlacedCamera {
+    pub camera: Camera,
+    pub parent_from_camera: Pose,
 }
 
 /// A link other than the base, with its tags.
@@ -163,14 +172,6 @@ impl AnimationBuilder {
     pub fn finish(self) -> Result<Animation, NoPoses> {
         let period_ns = usual_period_ns(&self.objects);
         let mut left_out = LeftOut::default();
-        let mut cameras = self.rig.cameras().to_vec();
-        cameras.retain(|camera| {
-            let is_placed = camera.world_from_camera.is_some();
-            if !is_placed {
-                left_out.cameras.push(camera.id.to_string());
-            }
-            is_placed
-        });
         let mut objects = Vec::new();
         let seen: BTreeSet<ObjectId> = self.objects.keys().cloned().collect();
         for (id, samples) in self.objects {
@@ -179,9 +180,13 @@ impl AnimationBuilder {
                 None => left_out.objects.push(id.to_string()),
             }
         }
-        let unseen = self.models.keys();
-        let unseen = unseen.filter(|id| !seen.contains(*id));
-        left_out.objects.extend(unseen.map(ToString::to_string));
+        let unseen = self.models.iter();
+        let unseen = unseen.filter(|(id, _)| !seen.contains(*id));
+        let (landmarks, unseen): (Vec<_>, Vec<_>) =
+            unseen.partition(|(_, model)| model.world_from_object().is_some());
+        left_out
+            .objects
+            .extend(unseen.iter().map(|(id, _)| id.to_string()));
         left_out.tags = self.models.values().map(unplaced_tags).sum();
         let starts = objects.iter().filter_map(AnimatedObject::start_ns);
         let start_ns = starts.min().ok_or(NoPoses)?;
@@ -189,6 +194,20 @@ impl AnimationBuilder {
         let end_ns = ends.max().ok_or(NoPoses)?;
         for object in &mut objects {
             object.last_until(end_ns);
+        }
+        let landmarks = landmarks.into_iter().map(|(_, model)| model);
+        objects.extend(landmarks.filter_map(|model| standing(model, start_ns, end_ns)));
+        objects.sort_by(|a, b| a.id.cmp(&b.id));
+        let mut cameras = Vec::new();
+        for camera in self.rig.cameras() {
+            let place = place_for(camera, &mut cameras, &mut objects);
+            match place {
+                Some((place, parent_from_camera)) => place.push(PlacedCamera {
+                    camera: camera.clone(),
+                    parent_from_camera,
+                }),
+                None => left_out.cameras.push(camera.id.to_string()),
+            }
         }
         Ok(Animation {
             start_ns,
@@ -211,7 +230,11 @@ impl Animation {
     /// Number of cameras and of objects.
     #[must_use]
     pub fn counts(&self) -> (usize, usize) {
-        (self.cameras.len(), self.objects.len())
+        let carried = self.objects.iter().map(|object| object.cameras.len());
+        (
+            self.cameras.len() + carried.sum::<usize>(),
+            self.objects.len(),
+        )
     }
 
     /// From the first pose to the last, s.
@@ -281,13 +304,44 @@ impl AnimatedObject {
     }
 }
 
-/// A camera frame of OpenGL (x right, y up, looking along -z) in the world.
-pub(crate) fn world_from_gl_camera(world_from_camera: &Pose) -> Pose {
+/// A camera's frame of OpenGL (x right, y up, looking along -z) in the frame of what it stands on.
+pub(crate) fn to_gl_camera(parent_from_camera: &Pose) -> Pose {
     let half_turn = nalgebra::UnitQuaternion::from_axis_angle(&nalgebra::Vector3::x_axis(), PI);
     Pose::from_parts(
-        world_from_camera.translation,
-        world_from_camera.rotation * half_turn,
+        parent_from_camera.translation,
+        parent_from_camera.rotation * half_turn,
     )
+}
+
+/// Where a camera goes, the world's or its carrier's list, with its pose there.
+fn place_for<'a>(
+    camera: &Camera,
+    world: &'a mut Vec<PlacedCamera>,
+    objects: &'a mut [AnimatedObject],
+) -> Option<(&'a mut Vec<PlacedCamera>, Pose)> {
+    let Some(mount) = &camera.mount else {
+        return Some((world, camera.world_from_camera?));
+    };
+    let carrier = objects
+        .iter_mut()
+        .find(|object| object.id == mount.carrier)?;
+    Some((&mut carrier.cameras, mount.carrier_from_camera))
+}
+
+/// A landmark, where its file says; a tag alone is its origin.
+fn standing(model: &ObjectModel, start_ns: u64, end_ns: u64) -> Option<AnimatedObject> {
+    let place = *model.world_from_object()?;
+    Some(AnimatedObject {
+        id: model.id().clone(),
+        tags: placed_tags(model, None),
+        links: Vec::new(),
+        intervals: vec![Interval {
+            samples: vec![(start_ns, place)],
+            end_ns,
+            is_open: true,
+        }],
+        cameras: Vec::new(),
+    })
 }
 
 /// The object while it is visible; `None` where it never is.
@@ -319,6 +373,7 @@ fn animated(
         tags,
         links,
         intervals,
+        cameras: Vec::new(),
     })
 }
 
@@ -387,17 +442,21 @@ fn make_continuous<'a>(poses: impl Iterator<Item = &'a mut Pose>) {
 }
 
 fn placed_tags(model: &ObjectModel, link: Option<&LinkId>) -> Vec<PlacedTag> {
+    let is_only = model.tags().len() == 1;
     let tags = model.tags().iter().filter(|tag| tag.link.as_ref() == link);
     tags.filter_map(|tag| {
         Some(PlacedTag {
             tag: tag.clone(),
-            parent_from_tag: tag.object_from_tag?,
+            parent_from_tag: tag.object_from_tag.or(is_only.then(Pose::identity))?,
         })
     })
     .collect()
 }
 
 fn unplaced_tags(model: &ObjectModel) -> usize {
+    if model.tags().len() == 1 {
+        return 0;
+    }
     let tags = model.tags().iter();
     tags.filter(|tag| tag.object_from_tag.is_none()).count()
 }
@@ -421,7 +480,7 @@ pub(crate) mod tests {
     use super::*;
     use nalgebra::{Translation3, UnitQuaternion, Vector3};
     use sextant_geometry::{Intrinsics, Lens};
-    use sextant_site_model::{CameraId, TagId};
+    use sextant_site_model::{CameraId, Mount, TagId};
     use sextant_tag_families::Family;
 
     pub(crate) const MS: u64 = 1_000_000;
@@ -568,6 +627,43 @@ pub(crate) mod tests {
     }
 
     #[test]
+    fn a_carried_camera_goes_with_its_carrier_and_a_landmark_stands() {
+        let mut builder = builder();
+        let north = builder.rig.cameras()[0].clone();
+        let carried = |id: &str, carrier: &str| Camera {
+            id: CameraId::new(id).unwrap(),
+            world_from_camera: None,
+            mount: Some(Mount {
+                carrier: ObjectId::new(carrier).unwrap(),
+                carrier_from_camera: Pose::translation(0.1, 0.0, 0.0),
+            }),
+            ..north.clone()
+        };
+        let cameras = vec![carried("eye", "cube"), carried("other", "drone"), north];
+        builder.rig(Rig::new(cameras).unwrap());
+        let family = Family::Tag36h11;
+        let alone = ObjectTag::new(TagId { family, id: 9 }, 0.1, None);
+        let post = ObjectModel::new(ObjectId::new("post").unwrap(), vec![alone]).unwrap();
+        let place = Pose::translation(3.0, 0.0, 0.0);
+        builder.object(post.with_world_from_object(Some(place)).unwrap());
+        for t_ms in [0, 20, 40] {
+            let pose = pose("cube", t_ms, State::Tracking, 0.0);
+            builder.pose(&pose, pose.capture_ns);
+        }
+        let animation = builder.finish().unwrap();
+        assert_eq!(animation.left_out().cameras, ["other"]);
+        assert_eq!(animation.left_out().objects, Vec::<String>::new());
+        assert_eq!(animation.counts(), (2, 2));
+        let [cube, post] = animation.objects.as_slice() else {
+            panic!("two objects");
+        };
+        assert_eq!(cube.cameras[0].camera.id.as_str(), "eye");
+        assert_eq!(cube.cameras[0].parent_from_camera.translation.x, 0.1);
+        assert_eq!(post.samples().next().unwrap().1, place);
+        assert_eq!((post.tags.len(), post.visibility(&animation).len()), (1, 0));
+    }
+
+    #[test]
     fn a_recording_without_tracked_objects_is_no_animation() {
         let mut builder = builder();
         builder.pose(&pose("cube", 0, State::Lost, 0.0), 0);
@@ -577,7 +673,7 @@ pub(crate) mod tests {
     #[test]
     fn cameras_look_along_their_negative_z_axis() {
         let camera = builder().rig.cameras()[0].clone();
-        let theirs = world_from_gl_camera(&camera.world_from_camera.unwrap());
+        let theirs = to_gl_camera(&camera.world_from_camera.unwrap());
         let forward = theirs.rotation * -Vector3::z();
         let up = theirs.rotation * Vector3::y();
         assert!((forward - Vector3::y()).norm() < 1e-12, "{forward}");

@@ -4,12 +4,11 @@
 //! lens is in their `extras`. Times are seconds since the first pose. All numbers of samples are 32-bit floats: at an hour, times are right to 0.12 ms.
 //! glTF has no visibility: hidden objects are scaled to zero.
 
-use crate::animation::{AnimatedObject, Animation, PlacedTag, world_from_gl_camera};
+use crate::animation::{AnimatedObject, Animation, PlacedCamera, PlacedTag, to_gl_camera};
 use crate::narrowed;
 use nalgebra::{UnitQuaternion, Vector3};
 use serde_json::{Map, Value, json};
 use sextant_geometry::{Pose, PoseParts, tag_corners_in_tag};
-use sextant_site_model::Camera;
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 
@@ -119,7 +118,7 @@ impl Document<'_> {
         let cameras: Vec<usize> = animation
             .cameras
             .iter()
-            .filter_map(|camera| self.camera(camera))
+            .map(|camera| self.camera(camera))
             .collect();
         let objects = animation.objects.iter().map(|object| self.object(object));
         let children = cameras.into_iter().chain(objects).collect();
@@ -138,8 +137,8 @@ impl Document<'_> {
         }
     }
 
-    fn camera(&mut self, camera: &Camera) -> Option<usize> {
-        let world_from_camera = camera.world_from_camera.as_ref()?;
+    fn camera(&mut self, placed: &PlacedCamera) -> usize {
+        let camera = &placed.camera;
         let [width, height] = camera.resolution.map(f64::from);
         let lens = camera.lens.intrinsics();
         let model = camera.lens.model().to_string();
@@ -160,10 +159,10 @@ impl Document<'_> {
             },
         });
         let camera_index = added(&mut self.cameras, described);
-        let world_from_gl = world_from_gl_camera(world_from_camera);
-        let node = self.node(camera.id.as_str(), &world_from_gl);
+        let parent_from_gl = to_gl_camera(&placed.parent_from_camera);
+        let node = self.node(camera.id.as_str(), &parent_from_gl);
         self.nodes[node]["camera"] = camera_index.into();
-        Some(node)
+        node
     }
 
     fn object(&mut self, object: &AnimatedObject) -> usize {
@@ -183,6 +182,7 @@ impl Document<'_> {
             self.adopt(child, tags);
             children.push(child);
         }
+        children.extend(object.cameras.iter().map(|camera| self.camera(camera)));
         self.adopt(node, children);
         node
     }

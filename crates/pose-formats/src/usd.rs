@@ -6,9 +6,10 @@
 //! A `UsdGeomCamera` gives lengths in tenths of a unit and has a sensor. Ours is 36 mm wide; only ratios matter. The principal point is an aperture
 //! offset, distortion is in `sextant:lens:` attributes that nothing else reads.
 
-use crate::animation::{AnimatedLink, AnimatedObject, Animation, PlacedTag, world_from_gl_camera};
+use crate::animation::{
+    AnimatedLink, AnimatedObject, Animation, PlacedCamera, PlacedTag, to_gl_camera,
+};
 use sextant_geometry::{Pose, PoseParts, tag_corners_in_tag};
-use sextant_site_model::Camera;
 use std::collections::BTreeSet;
 use std::io::{self, Write};
 
@@ -30,8 +31,8 @@ pub fn write_usda(animation: &Animation, out: &mut impl Write) -> io::Result<()>
     layer.open("Xform", "Site", None)?;
     layer.open("Xform", "Cameras", None)?;
     let mut names = Names::default();
-    for camera in &animation.cameras {
-        layer.camera(camera, &names.of(camera.id.as_str()))?;
+    for placed in &animation.cameras {
+        layer.camera(placed, &names.of(placed.camera.id.as_str()))?;
     }
     layer.close()?;
     layer.open("Xform", "Objects", None)?;
@@ -108,10 +109,8 @@ impl<W: Write> Layer<'_, W> {
         self.line("}")
     }
 
-    fn camera(&mut self, camera: &Camera, name: &str) -> io::Result<()> {
-        let Some(world_from_camera) = &camera.world_from_camera else {
-            return Ok(());
-        };
+    fn camera(&mut self, placed: &PlacedCamera, name: &str) -> io::Result<()> {
+        let camera = &placed.camera;
         self.open("Camera", name, Some(camera.id.as_str()))?;
         let [width, height] = camera.resolution.map(f64::from);
         let lens = camera.lens.intrinsics();
@@ -139,7 +138,7 @@ impl<W: Write> Layer<'_, W> {
         ] {
             self.line(&text)?;
         }
-        self.place(&world_from_gl_camera(world_from_camera))?;
+        self.place(&to_gl_camera(&placed.parent_from_camera))?;
         self.close()
     }
 
@@ -159,6 +158,9 @@ impl<W: Write> Layer<'_, W> {
             self.link(link, &names.of(link.id.as_str()))?;
         }
         self.tags(&object.tags, &mut names)?;
+        for camera in &object.cameras {
+            self.camera(camera, &names.of(camera.camera.id.as_str()))?;
+        }
         self.close()
     }
 

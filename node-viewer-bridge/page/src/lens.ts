@@ -10,6 +10,21 @@ export function rotate([x, y, z, w]: Quaternion, [a, b, c]: Vec3): Vec3 {
 
 export const conjugate = ([x, y, z, w]: Quaternion): Quaternion => [-x, -y, -z, w];
 
+/** First b, then a. */
+export function product([ax, ay, az, aw]: Quaternion, [bx, by, bz, bw]: Quaternion): Quaternion {
+  return [
+    aw * bx + ax * bw + ay * bz - az * by,
+    aw * by - ax * bz + ay * bw + az * bx,
+    aw * bz + ax * by - ay * bx + az * bw,
+    aw * bw - ax * bx - ay * by - az * bz,
+  ];
+}
+
+/** The transform of what has `inner` in the frame of `outer`. */
+export function composed(outer: Transform, inner: Transform): Transform {
+  return { position: transformed(outer, inner.position), orientation: product(outer.orientation, inner.orientation) };
+}
+
 /** A point of the transform's own frame in its parent's. */
 export function transformed({ position, orientation }: Transform, point: Vec3): Vec3 {
   const [x, y, z] = rotate(orientation, point);

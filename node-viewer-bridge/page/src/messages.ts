@@ -34,12 +34,22 @@ export const isTransform = record({
 });
 export type Transform = Checked<typeof isTransform>;
 
+export const isMount = record({
+  /** the object */
+  carrier: isText,
+  carrier_from_camera: isTransform,
+});
+export type Mount = Checked<typeof isMount>;
+
 export const isRigCamera = record({
   id: isText,
   resolution: arrayOf(isNumber, 2),
   lens: isRigLens,
   /** none until calibrated */
   world_from_camera: orNull(isTransform),
+}, {
+  /** only of a camera that an object carries; it has no world_from_camera */
+  mount: isMount,
 });
 export type RigCamera = Checked<typeof isRigCamera>;
 
@@ -69,6 +79,9 @@ export type PrintedTag = Checked<typeof isPrintedTag>;
 export const isObject = record({
   id: isText,
   tags: listOf(isPrintedTag),
+}, {
+  /** only of a landmark, which stands there by its file */
+  world_from_object: isTransform,
 });
 export type Object = Checked<typeof isObject>;
 

@@ -1,7 +1,7 @@
 // One object as another sees it: distance and relative attitude, with their standard deviations.
 
 import { DEGREES, rollPitchYaw } from "./attitude.ts";
-import { conjugate, rotate } from "./lens.ts";
+import { conjugate, product, rotate } from "./lens.ts";
 import type { Pose, Quaternion, Vec3 } from "./protocol.ts";
 
 /** b in the frame of a. */
@@ -57,12 +57,3 @@ function unit(vector: Vec3): Vec3 {
 }
 
 const axisOf = ([x, y, z, w]: Quaternion): Vec3 => unit(w < 0 ? [-x, -y, -z] : [x, y, z]);
-
-function product([ax, ay, az, aw]: Quaternion, [bx, by, bz, bw]: Quaternion): Quaternion {
-  return [
-    aw * bx + ax * bw + ay * bz - az * by,
-    aw * by - ax * bz + ay * bw + az * bx,
-    aw * bz + ax * by - ay * bx + az * bw,
-    aw * bw - ax * bx - ay * by - az * bz,
-  ];
-}

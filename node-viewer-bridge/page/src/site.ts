@@ -4,12 +4,13 @@ import { cameraReports, type Report, silence, siteReports } from "./findings.ts"
 import { HealthLog } from "./health.ts";
 import { blankPose, Figures, ObjectTrack } from "./history.ts";
 import { sigma } from "./covariance.ts";
+import { composed } from "./lens.ts";
 import { OutlineHistory, ReportHistory } from "./matching.ts";
 import { RateMeter, Recent } from "./measure.ts";
 import { objectColour } from "./palette.ts";
 import {
   type CameraClock, type CameraStatus, type FusionStatus, type JointValue, type Message, type PrintedTag, type Observations, type Offer, type Pose, type RigCamera, type SiteEvent, STAGES,
-  type State, type Truth, type Zone,
+  type State, type Transform, type Truth, type Zone,
 } from "./protocol.ts";
 import { rmsResidual } from "./residuals.ts";
 
@@ -53,6 +54,8 @@ export class CameraState {
 
 export class ObjectState {
   tags: PrintedTag[] = [];
+  /** Where it stands by its file, of a landmark. */
+  place: Transform | null = null;
   /** The newest. */
   pose: Pose | null = null;
   /** What is shown: the newest, or what was at an earlier time. */
@@ -75,11 +78,20 @@ export class ObjectState {
     this.former = blankPose(id);
   }
 
-  condition(now: number): State | "silent" | "unseen" {
-    if (!this.shown) return "unseen";
+  condition(now: number): State | "silent" | "unseen" | "landmark" {
+    if (!this.shown) return this.place ? "landmark" : "unseen";
     if (this.shown !== this.pose) return this.shown.state;
     return now - this.heardAt > SILENT_AFTER_S ? "silent" : this.pose.state;
   }
+}
+
+/** Writes where an object is at a time of images, s, or where it stands; tells whether that is known. */
+export function poseAt(object: ObjectState, time: number, into: Pose): boolean {
+  if (object.track.at(time, into)) return true;
+  if (!object.place) return false;
+  into.position = [...object.place.position];
+  into.orientation = [...object.place.orientation];
+  return true;
 }
 
 export class Site {
@@ -114,7 +126,7 @@ export class Site {
       case "rig":
         return this.rig(message.cameras, now);
       case "object":
-        return this.model(message.id, message.tags);
+        return this.model(message.id, message.tags, message.world_from_object ?? null);
       case "object_gone":
         return this.gone(message.id);
       case "pose":
@@ -238,16 +250,25 @@ export class Site {
     if (report) for (const stage of STAGES) this.figures.write(`stage_ms/${id}/${stage}`, report.stage_ms[stage]);
   }
 
+  /** A camera's model with its pose in the world at a time of images, s; none where it has none, or what carries it none then. */
+  modelAt({ model }: CameraState, time: number): RigCamera | null {
+    if (!model?.mount) return model?.world_from_camera ? model : null;
+    const carrier = this.objects.get(model.mount.carrier);
+    if (!carrier || carrier.track.fine.lastTime < time || !carrier.track.at(time, this.scratch)) return null;
+    return { ...model, world_from_camera: composed(this.scratch, model.mount.carrier_from_camera) };
+  }
+
   /** Of the newest image of whose time poses are known. */
   private residual(camera: CameraState): number | null {
-    const { model } = camera;
     const [, newest] = this.span() ?? [0, 0];
     const image = camera.outlines.before(newest * 1e9);
-    if (!model?.world_from_camera || !image) return null;
+    const time = (image?.t_ns ?? 0) / 1e9;
+    const model = this.modelAt(camera, time);
+    if (!model || !image) return null;
     return rmsResidual(model, image, (family, tag) => {
       const object = this.ownerOf(family, tag);
-      const time = image.t_ns / 1e9;
-      if (!object || object.track.fine.lastTime < time || !object.track.at(time, this.scratch)) return null;
+      const isKnown = object && (object.place !== null || object.track.fine.lastTime >= time);
+      if (!isKnown || !poseAt(object, time, this.scratch)) return null;
       return { tags: object.tags, pose: this.scratch };
     });
   }
@@ -338,9 +359,10 @@ export class Site {
     camera.statusAt = now;
   }
 
-  private model(id: string, tags: PrintedTag[]): void {
+  private model(id: string, tags: PrintedTag[], place: Transform | null): void {
     const object = this.object(id);
     object.tags = tags;
+    object.place = place;
     this.disown(object);
     for (const tag of tags) this.tagOwners.set(`${tag.family}/${tag.id}`, object);
   }

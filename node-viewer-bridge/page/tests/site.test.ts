@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import type { Fault, Message, PrintedTag, RigCamera } from "../src/protocol.ts";
 import { blankPose } from "../src/history.ts";
-import { Site } from "../src/site.ts";
+import { poseAt, Site } from "../src/site.ts";
 
 const NONE_REJECTED = { bad_magic: 0, foreign_version: 0, wrong_kind: 0, damaged: 0, too_long: 0, out_of_range: 0, wrong_camera: 0 };
 const tag = (id: number): PrintedTag => ({
@@ -51,6 +51,32 @@ test("a camera that leaves the rig leaves the page unless it still sends", () =>
   site.take(seen, 9.5);
   site.take(rig("north"), 10);
   assert.deepEqual([...site.cameras.keys()], ["north", "east"]);
+});
+
+test("a carried camera is where its carrier was when the image was taken", () => {
+  const half = Math.SQRT1_2;
+  const mounted: RigCamera = {
+    ...camera("eye"),
+    mount: { carrier: "drone", carrier_from_camera: { position: [0.1, 0, 0], orientation: [0, 0, 0, 1] } },
+  };
+  const site = siteOf({ type: "rig", cameras: [mounted] }, object("drone", 1));
+  const eye = site.cameras.get("eye");
+  assert.ok(eye);
+  assert.equal(site.modelAt(eye, 10), null);
+  // A quarter turn about z: what lies ahead along x lies along y of the world.
+  site.take({ ...blankPose("drone"), type: "pose", state: "tracking", t_ns: 10e9, position: [1, 2, 3], orientation: [0, 0, half, half] }, 0);
+  const [x, y, z] = site.modelAt(eye, 10)?.world_from_camera?.position ?? [];
+  assert.ok(Math.hypot((x ?? 0) - 1, (y ?? 0) - 2.1, (z ?? 0) - 3) < 1e-6, `${x} ${y} ${z}`);
+  assert.equal(site.modelAt(eye, 10.1), null, "no pose of that time yet");
+});
+
+test("a landmark is where its file says until it has poses", () => {
+  const site = siteOf({ type: "object", id: "post", tags: [tag(7)], world_from_object: { position: [1, 2, 3], orientation: [0, 0, 0, 1] } });
+  const post = site.objects.get("post");
+  assert.equal(post?.condition(0), "landmark");
+  const pose = blankPose("post");
+  assert.ok(post && poseAt(post, 10, pose));
+  assert.deepEqual(pose.position, [1, 2, 3]);
 });
 
 test("a site is healthy while a fusion node reports no fault, and every camera of the rig runs", () => {

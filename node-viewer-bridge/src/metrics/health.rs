@@ -4,8 +4,8 @@
 use super::View;
 use serde::Serialize;
 use sextant_proto::{NodeId, NodeKind};
-use sextant_site_mirror::Liveliness;
 use sextant_site_mirror::limits::SILENCE_NS;
+use sextant_site_mirror::{Liveliness, Object};
 use sextant_site_model::CameraId;
 
 /// Something that keeps the site from working.
@@ -105,7 +105,13 @@ impl View<'_> {
                 .seen_ns
                 .is_some_and(|(first_ns, last_ns)| !is_recent(first_ns) && is_recent(last_ns));
             let known = self.site.object(id);
-            is_visible && known.is_some_and(|known| known.recent_pose(now_ns).is_none())
+            // Landmarks have poses only where some camera stands still.
+            let lacks_pose = |known: &Object| {
+                let config = known.config.as_ref();
+                let is_landmark = config.is_some_and(|config| config.world_from_object.is_some());
+                !is_landmark && known.recent_pose(now_ns).is_none()
+            };
+            is_visible && known.is_some_and(lacks_pose)
         });
         let ailing = ailing.map(|(object, _)| {
             Ailment::new(

@@ -4,8 +4,8 @@ use super::*;
 use crate::forwarder::tests::status;
 use sextant_proto::{
     CameraClock, CameraConfig, CameraIntake, CameraStatus, ClockReport, FusionStatus, KeyRef,
-    LensConfig, Message, NodeId, NodeKind, ObjectConfig, ObjectPose, ObjectTagConfig, Rejections,
-    RigConfig, TagObservation, Timing, encode,
+    LensConfig, Message, NodeId, NodeKind, ObjectConfig, ObjectPose, ObjectTagConfig, PoseConfig,
+    Rejections, RigConfig, TagObservation, Timing, encode,
 };
 use sextant_site_mirror::limits::{CAMERAS, OBJECTS, SILENCE_NS};
 use sextant_site_report::Fault;
@@ -304,6 +304,24 @@ fn without_a_fusion_node_nothing_else_is_needed() {
     let mut site = Site::new();
     site.mirror.handle_left(0, NodeKind::Fusion, &fusion());
     assert_eq!(site.abouts(0), ["fusion"]);
+}
+
+#[test]
+fn landmarks_need_no_pose() {
+    let mut site = Site::new();
+    let landmark = ObjectConfig {
+        world_from_object: Some(PoseConfig {
+            position: [1.0, 2.0, 3.0],
+            orientation: [0.0, 0.0, 0.0, 1.0],
+        }),
+        ..object()
+    };
+    site.hear(0, KeyRef::ConfigObject(cube()), &landmark);
+    for second in 1..6 {
+        site.sees(second * SECOND_NS, &[3]);
+        site.fuses(second * SECOND_NS);
+    }
+    assert_eq!(site.abouts(5 * SECOND_NS), Vec::<String>::new());
 }
 
 #[test]

@@ -130,7 +130,7 @@ class ObjectRow {
     if (this.root.dataset["condition"] !== condition) this.root.dataset["condition"] = condition;
     this.updatePose();
     this.joints.set(jointsText(object.joints));
-    const live = condition !== "silent" && condition !== "unseen";
+    const live = condition !== "silent" && condition !== "unseen" && condition !== "landmark";
     const truth = live && now - object.truthAt < TRUTH_KEPT_S;
     this.set("error", truth ? [object.errorMm, object.errorDeg].map((error) => magnitude(error.rootMeanSquare())) : []);
     this.set("rate", live ? [fixed(object.rate.rate(now), 0)] : []);
@@ -138,10 +138,12 @@ class ObjectRow {
   }
 
   private updatePose(): void {
-    const pose = this.object.shown;
+    const { shown: pose, place } = this.object;
+    const drawn = pose ?? place;
+    if (!drawn) return;
+    this.set("position", drawn.position.map((metres) => fixed(metres * 1000, 1)));
+    this.set("attitude", rollPitchYaw(drawn.orientation).map((degrees) => fixed(degrees, 1)));
     if (!pose) return;
-    this.set("position", pose.position.map((metres) => fixed(metres * 1000, 1)));
-    this.set("attitude", rollPitchYaw(pose.orientation).map((degrees) => fixed(degrees, 1)));
     const { position_mm, attitude_deg } = sigma(pose.covariance);
     this.set("sigma", [magnitude(position_mm), magnitude(attitude_deg)]);
   }

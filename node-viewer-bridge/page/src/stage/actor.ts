@@ -1,7 +1,7 @@
 // One object on the stage: its body, label, trail and uncertainty move together.
 
 import { type Group, type Scene, Sphere } from "three";
-import type { PrintedTag, Pose, Vec3 } from "../protocol.ts";
+import type { PrintedTag, Pose, Transform, Vec3 } from "../protocol.ts";
 import type { ObjectState } from "../site.ts";
 import { Body } from "./body.ts";
 import { Ellipsoid } from "./ellipsoid.ts";
@@ -18,6 +18,7 @@ const PRESENCE: Record<ReturnType<ObjectState["condition"]>, number> = {
   lost: 0.25,
   silent: 0.25,
   unseen: 0,
+  landmark: 0.8,
 };
 
 export class Actor {
@@ -52,15 +53,25 @@ export class Actor {
   }
 
   pose(pose: Pose, now: number): void {
+    this.move(pose);
+    if (pose.state !== "lost") this.trail.add(now, pose.position);
+    if (this.options?.sigma) this.ellipsoid.show(pose);
+    this.condition(pose.state);
+  }
+
+  /** A landmark without poses is where its file says. */
+  stand(place: Transform): void {
+    this.move(place);
+    this.condition("landmark");
+  }
+
+  private move(pose: Transform): void {
     this.seen = true;
     this.body.move(pose);
     this.plumb.move(pose.position);
     const { center, radius } = this.bounds(this.space);
     this.label.at.copy(center);
     this.label.radius = radius;
-    if (pose.state !== "lost") this.trail.add(now, pose.position);
-    if (this.options?.sigma) this.ellipsoid.show(pose);
-    this.condition(pose.state);
   }
 
   /** Tells whether that is news. */
@@ -70,7 +81,7 @@ export class Actor {
     this.body.group.visible = this.label.visible = this.plumb.line.visible = this.seen;
     this.body.presence(PRESENCE[condition]);
     this.label.condition = condition;
-    this.label.text = condition === "tracking" ? this.object.id : `${this.object.id} · ${condition}`;
+    this.label.text = condition === "tracking" || condition === "landmark" ? this.object.id : `${this.object.id} · ${condition}`;
     this.applyOptions();
     return true;
   }

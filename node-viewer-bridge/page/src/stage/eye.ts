@@ -9,7 +9,7 @@ import { fixed, NONE } from "../format.ts";
 import type { Point, Pose, RigCamera, Vec3 } from "../protocol.ts";
 import { facesCamera, projectedTag, rmsResidual } from "../residuals.ts";
 import { blankPose } from "../history.ts";
-import type { CameraState, ObjectState, Site } from "../site.ts";
+import { type CameraState, type ObjectState, poseAt, type Site } from "../site.ts";
 
 const AXIS_M = 0.06;
 const GRID_M = 0.25;
@@ -72,12 +72,12 @@ export class Eye {
   }
 
   private drawModels(context: CanvasRenderingContext2D, camera: CameraState, picture: EyePicture): void {
-    const { model } = camera;
-    if (!model?.world_from_camera || !camera.resolution) return this.residual.set("not calibrated");
-    this.drawWorld(context, model);
     const time = (picture.t_ns ?? 0) / 1e9;
+    const model = this.site.modelAt(camera, time);
+    if (!model || !camera.resolution) return this.residual.set(camera.model?.mount ? "its carrier has no pose" : "not calibrated");
+    this.drawWorld(context, model);
     let tags = 0;
-    for (const object of this.site.objects.values()) if (object.track.at(time, this.pose)) tags += this.drawObject(context, model, object);
+    for (const object of this.site.objects.values()) if (poseAt(object, time, this.pose)) tags += this.drawObject(context, model, object);
     this.drawDetected(context, camera, picture.t_ns ?? 0);
     this.canvas.dataset["tags"] = String(tags);
     this.showResidual(model, camera, picture.t_ns ?? 0);
@@ -145,7 +145,7 @@ export class Eye {
     const at = image && Math.abs(image.t_ns - t_ns) < 1e6 ? image : null;
     const rms = at && rmsResidual(camera, at, (family, id) => {
       const object = this.site.ownerOf(family, id);
-      return object?.track.at(t_ns / 1e9, this.pose) ? { tags: object.tags, pose: this.pose } : null;
+      return object && poseAt(object, t_ns / 1e9, this.pose) ? { tags: object.tags, pose: this.pose } : null;
     });
     this.residual.set(`residual ${rms === null ? NONE : fixed(rms, 2)} px`);
   }

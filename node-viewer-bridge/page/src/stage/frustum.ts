@@ -14,7 +14,8 @@ import {
   Vector3,
 } from "three";
 import { STAGE } from "../palette.ts";
-import type { RigCamera } from "../protocol.ts";
+import { composed } from "../lens.ts";
+import type { Mount, RigCamera, Transform } from "../protocol.ts";
 import { dispose } from "./dispose.ts";
 import type { Label, LabelLayer } from "./labels.ts";
 import { place } from "./place.ts";
@@ -29,6 +30,9 @@ export class Frustum {
   private plane: Mesh<BufferGeometry, MeshBasicMaterial> | null = null;
   private textureSize = "";
   private shown = "";
+  /** How far the label is behind the apex, m. */
+  private behind = 0;
+  private mount: Mount | null = null;
 
   constructor(
     id: string,
@@ -38,18 +42,28 @@ export class Frustum {
     this.group.visible = false;
   }
 
-  /** Takes the camera's model; drawn `depth` metres deep. Without a pose in the world the camera is not drawn. */
+  /** Takes the camera's model; drawn `depth` metres deep. Without a pose in the world the camera is not drawn, a carried one not before its carrier has a pose. */
   model(camera: RigCamera, depth: number): void {
     dispose(this.group);
     this.plane = null;
     this.textureSize = this.shown = "";
-    const pose = camera.world_from_camera;
+    this.mount = camera.mount ?? null;
+    this.behind = 0.22 * depth;
+    this.at(camera.world_from_camera);
+    const corners = imageCorners(camera).map((ray) => ray.multiplyScalar(depth));
+    this.group.add(this.wires(corners), this.picturePlane(corners));
+  }
+
+  /** An object has a pose, or none any more: the camera goes with it where the object carries it. */
+  carried(object: string, pose: Transform | null): void {
+    if (this.mount?.carrier === object) this.at(pose && composed(pose, this.mount.carrier_from_camera));
+  }
+
+  private at(pose: Transform | null): void {
     this.group.visible = this.label.visible = pose !== null;
     if (!pose) return;
     place(this.group, pose);
-    const corners = imageCorners(camera).map((ray) => ray.multiplyScalar(depth));
-    this.group.add(this.wires(corners), this.picturePlane(corners));
-    this.label.at.set(0, 0, -0.22 * depth).applyQuaternion(this.group.quaternion).add(this.group.position);
+    this.label.at.set(0, 0, -this.behind).applyQuaternion(this.group.quaternion).add(this.group.position);
   }
 
   /** Tells whether that is news. */

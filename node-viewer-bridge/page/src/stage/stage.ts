@@ -30,6 +30,9 @@ export class Stage {
   private readonly projected = new Vector3();
   private readonly frusta = new Map<string, Frustum>();
   private readonly actors = new Map<string, Actor>();
+  private cameras: RigCamera[] = [];
+  /** Places of landmarks in the world. */
+  private readonly landmarks = new Map<string, Vector3>();
   private size: [number, number] = [1, 1];
 
   /** Throws where the browser has no WebGL 2. */
@@ -81,16 +84,30 @@ export class Stage {
   rig(cameras: RigCamera[]): void {
     const seen = new Set(cameras.map((camera) => camera.id));
     for (const [id, frustum] of this.frusta) if (!seen.has(id)) this.drop(id, frustum);
-    const positions = cameras.flatMap(({ world_from_camera: pose }) => (pose ? [new Vector3(...pose.position)] : []));
+    this.cameras = cameras;
+    this.arrange();
+  }
+
+  /** Sizes floor, cameras and view by what stands still. */
+  private arrange(): void {
+    const placed = this.cameras.flatMap(({ world_from_camera: pose }) => (pose ? [new Vector3(...pose.position)] : []));
+    const positions = [...placed, ...this.landmarks.values()];
     const reach = Math.max(0.5, ...positions.map((position) => position.length()));
-    for (const camera of cameras) this.frustum(camera.id).model(camera, Math.min(0.5, reach * 0.16));
+    for (const camera of this.cameras) this.frustum(camera.id).model(camera, Math.min(0.5, reach * 0.16));
     this.floor.span(reach * 1.45);
     this.view.frame([...positions, ...floorAround(0.45 * reach)]);
     this.frames.request();
   }
 
   objectTags(object: ObjectState): void {
-    this.actor(object).tags(object.tags);
+    const actor = this.actor(object);
+    actor.tags(object.tags);
+    if (object.place && !object.shown) actor.stand(object.place);
+    const former = this.landmarks.get(object.id);
+    const place = object.place && new Vector3(...object.place.position);
+    if (place) this.landmarks.set(object.id, place);
+    else this.landmarks.delete(object.id);
+    if (place ? !former?.equals(place) : former) this.arrange();
     this.frames.request();
   }
 
@@ -98,11 +115,14 @@ export class Stage {
   forget(id: string): void {
     this.actors.get(id)?.remove();
     this.actors.delete(id);
+    this.carry(id, null);
+    if (this.landmarks.delete(id)) this.arrange();
     this.frames.request();
   }
 
   pose(object: ObjectState, pose: Pose): void {
     this.actor(object).pose(pose, performance.now() / 1000);
+    this.carry(object.id, pose);
     this.frames.request();
   }
 
@@ -116,7 +136,9 @@ export class Stage {
       const object = site.objects.get(id);
       if (jumped) actor.clearTrail();
       if (object?.shown) actor.pose(object.shown, performance.now() / 1000);
+      else if (object?.place) actor.stand(object.place);
       else actor.hide();
+      this.carry(id, object?.shown ?? null);
     }
     this.frames.request();
   }
@@ -174,6 +196,11 @@ export class Stage {
   eye(): [number, number, number] {
     this.track();
     return this.view.camera.position.toArray();
+  }
+
+  /** Cameras that an object carries go where it is. */
+  private carry(object: string, pose: Pose | null): void {
+    for (const frustum of this.frusta.values()) frustum.carried(object, pose);
   }
 
   private frustum(id: string): Frustum {
