@@ -52,6 +52,8 @@ fn make(system: &Path, architecture: &str, packages: &str) -> Result<(), String>
     if fresh.exists() {
         fs::remove_dir_all(&fresh).map_err(|cause| format!("{}: {cause}", fresh.display()))?;
     }
+    fs::create_dir_all(output()?.join("systems"))
+        .map_err(|cause| format!("{}: {cause}", fresh.display()))?;
     let place = fresh.display().to_string();
     let options = [
         "--quiet",
