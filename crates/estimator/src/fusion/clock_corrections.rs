@@ -28,6 +28,22 @@ fn is_far(offset: &ClockOffset) -> bool {
     off_s > FAR_S && offset.sigma_s < KNOWN_S.min(off_s / SIGNIFICANT)
 }
 
+/// By which factor estimates of one offset differ more than their sigmas say; 1 where they do not.
+fn disagreement(estimates: &[ClockOffset]) -> f64 {
+    let weight = |one: &ClockOffset| one.sigma_s.powi(-2);
+    let weights: f64 = estimates.iter().map(weight).sum();
+    let mean = |value: &dyn Fn(&ClockOffset) -> f64| -> f64 {
+        estimates
+            .iter()
+            .map(|one| weight(one) * value(one))
+            .sum::<f64>()
+    };
+    let mean_s = mean(&|one| one.offset_s) / weights;
+    let chi_squared = mean(&|one| (one.offset_s - mean_s).powi(2));
+    let degrees = estimates.len().saturating_sub(1).max(1);
+    (chi_squared / degrees as f64).sqrt().max(1.0)
+}
+
 impl RigFusion {
     /// Offset of a camera's clock as the filter of an object estimates it, s; zero unless [`is_far`]. Until it is subtracted from the
     /// timestamps, it is subtracted from the times of published poses.
@@ -165,16 +181,20 @@ impl RigFusion {
         }
     }
 
-    /// Offsets that the filters estimate for the corrected timestamps, by camera index.
+    /// Offsets that the filters estimate for the corrected timestamps, by camera index: the most precise estimate of all objects, its sigma
+    /// widened by what they disagree by.
     fn estimated_offsets(&self) -> BTreeMap<usize, ClockOffset> {
-        let mut offsets: BTreeMap<usize, ClockOffset> = BTreeMap::new();
+        let mut by_camera: BTreeMap<usize, Vec<ClockOffset>> = BTreeMap::new();
         for (camera, found) in self.timelines.iter().flat_map(Timeline::clock_offsets) {
-            let known = offsets.entry(camera).or_insert(found);
-            if found.sigma_s < known.sigma_s {
-                *known = found;
-            }
+            by_camera.entry(camera).or_default().push(found);
         }
-        offsets
+        let combined = by_camera.into_iter().filter_map(|(camera, all)| {
+            let precise = |a: &ClockOffset, b: &ClockOffset| a.sigma_s.total_cmp(&b.sigma_s);
+            let best = all.iter().copied().min_by(precise)?;
+            let sigma_s = best.sigma_s * disagreement(&all);
+            Some((camera, ClockOffset { sigma_s, ..best }))
+        });
+        combined.collect()
     }
 
     /// Clock offsets of cameras by the motion of objects: the most precise estimate of all objects.
@@ -192,5 +212,26 @@ impl RigFusion {
             Some((camera.id.clone(), offset))
         });
         named.collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn offset(offset_s: f64) -> ClockOffset {
+        ClockOffset {
+            offset_s,
+            sigma_s: 0.001,
+            drift: None,
+        }
+    }
+
+    #[test]
+    fn estimates_that_disagree_are_less_certain_than_each_says() {
+        assert_eq!(disagreement(&[offset(0.007)]), 1.0);
+        assert_eq!(disagreement(&[offset(0.007), offset(0.0071)]), 1.0);
+        let factor = disagreement(&[offset(-0.010), offset(0.0), offset(0.010)]);
+        assert!((factor - 10.0).abs() < 1e-9, "{factor}");
     }
 }
