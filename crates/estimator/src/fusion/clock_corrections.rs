@@ -223,7 +223,6 @@ mod tests {
         ClockOffset {
             offset_s,
             sigma_s: 0.001,
-            drift: None,
         }
     }
 
