@@ -21,6 +21,13 @@ const CLOCK_STEP_S = 0.5;
 /** A camera tells its status about once a second. */
 const STATUS_KEPT_S = 3;
 
+/** Longer ones are no latencies: a clock is off. */
+const MOST_LATENCY_MS = 60_000;
+
+function note(latency: Recent, ms: number): void {
+  if (Math.abs(ms) < MOST_LATENCY_MS) latency.add(ms);
+}
+
 export class CameraState {
   model: RigCamera | null = null;
   status: CameraStatus | null = null;
@@ -384,7 +391,7 @@ export class Site {
     object.track.add(pose);
     object.heardAt = now;
     object.rate.add(now, pose.sequence);
-    object.latency.add(pose.latency_ms);
+    note(object.latency, pose.latency_ms);
   }
 
   /** Scores poses of objects that were tracked at that time: others are predicted, or not settled yet. */
@@ -402,9 +409,9 @@ export class Site {
     camera.resolution = observations.resolution;
     camera.outlines.add(observations);
     camera.rate.add(now, observations.sequence);
-    if (observations.received_ms !== null) camera.received.add(observations.received_ms);
-    if (observations.detected_ms !== null) camera.detected.add(observations.detected_ms);
-    camera.latency.add(observations.latency_ms);
+    if (observations.received_ms !== null) note(camera.received, observations.received_ms);
+    if (observations.detected_ms !== null) note(camera.detected, observations.detected_ms);
+    note(camera.latency, observations.latency_ms);
   }
 }
 

@@ -77,8 +77,8 @@ export class ObjectsPanel {
     if (known) return known;
     const row = new ObjectRow(object, this.selection);
     this.rows.set(object.id, row);
-    const next = [...this.rows.keys()].sort(byGroup).find((id) => byGroup(id, object.id) > 0);
-    this.body.insertBefore(row.root, (next && this.rows.get(next)?.root) || null);
+    const next = [...this.rows.values()].sort((a, b) => order(a.object, b.object)).find((other) => order(other.object, object) > 0);
+    this.body.insertBefore(row.root, next?.root ?? null);
     return row;
   }
 
@@ -94,6 +94,9 @@ export function byGroup(a: string, b: string): number {
   return linkA === linkB ? 0 : linkA < linkB ? -1 : 1;
 }
 
+/** Landmarks come last: they stay where they are. */
+const order = (a: ObjectState, b: ObjectState): number => Number(a.place !== null) - Number(b.place !== null) || byGroup(a.id, b.id);
+
 /** Joints as people read them; how far each slides or turns is not said apart, so both are given as they come. */
 function jointsText(joints: JointValue[]): string {
   return joints.map(({ joint, value, sigma }) => `${joint} ${fixed(value, 3)} ± ${magnitude(sigma)}`).join("   ");
@@ -107,7 +110,7 @@ class ObjectRow {
   private readonly joints = new Text(element("span", "joints"));
 
   constructor(
-    private readonly object: ObjectState,
+    readonly object: ObjectState,
     selection: Selection,
   ) {
     const { id, colour } = object;
