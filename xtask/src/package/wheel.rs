@@ -51,14 +51,13 @@ fn try_in_clean_system(python: &str, target: &Target, wheel: &Path) -> Result<()
     let folder = fresh_folder("trial")?;
     // The wheel, and what it depends on.
     let (wheel, place) = (wheel.display().to_string(), folder.display().to_string());
-    let [major, minor] = target.glibc;
-    let platform = format!("manylinux_{major}_{minor}_{}", target.name);
-    let what = ["--only-binary", ":all:", "--platform", &platform];
+    // Pip knows of each name of a platform just those wheels that have it.
+    let platforms = ["2014", "_2_17", "_2_28", "_2_34"]
+        .map(|glibc| format!("--platform=manylinux{glibc}_{}", target.name));
+    let what = ["download", "--only-binary", ":all:"];
+    let platforms = platforms.each_ref().map(String::as_str);
     let interpreter = ["--python-version", PYTHON, "--dest", &place, &wheel];
-    run(
-        python,
-        &[PIP, &["download"], &what[..], &interpreter].concat(),
-    )?;
+    run(python, &[PIP, &what, &platforms, &interpreter].concat())?;
     let installed = root().join("clients/python/tests/installed.py");
     copy(&installed, &folder, 0o644)?;
     let script = folder.join(SCRIPT);
