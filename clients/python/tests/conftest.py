@@ -32,14 +32,14 @@ def free_port():
         return listener.getsockname()[1]
 
 
-def _heed_ctrl_c():
+def heed_ctrl_c():
     """Shells start background jobs with SIGINT ignored, and children inherit that."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 @contextmanager
 def running(*command, **options):
-    process = subprocess.Popen(command, preexec_fn=_heed_ctrl_c, **options)
+    process = subprocess.Popen(command, preexec_fn=heed_ctrl_c, **options)
     try:
         yield process
     finally:

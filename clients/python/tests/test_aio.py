@@ -10,7 +10,7 @@ from contextlib import nullcontext
 import pytest
 import sextant
 import sextant.aio
-from conftest import PATIENCE, free_port
+from conftest import PATIENCE, free_port, heed_ctrl_c
 
 #: Begins a program that Ctrl-C ends soon after it has printed a line.
 INTERRUPTED = """
@@ -109,7 +109,7 @@ def test_the_loop_runs_while_the_site_is_closed(demo, monkeypatch, is_cancelled)
 )
 def test_ctrl_c_ends_a_program_that_waits(demo, what):
     code = INTERRUPTED.format(endpoint=demo, what=what)
-    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE)
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE, preexec_fn=heed_ctrl_c)
     assert ended.returncode != 0 and ended.stderr.strip().endswith("KeyboardInterrupt"), ended.stderr
 
 
