@@ -63,7 +63,7 @@ fn camera(k: usize) -> Camera {
     )
 }
 
-/// Somebody's tape measure and protractor.
+/// The pose as a tape measure and a protractor give it.
 fn by_hand(random: &mut Random, pose: Pose) -> Pose {
     let mut errors = |sigma: f64| Vector3::from_fn(|_, _| sigma * random.normal());
     let turn = UnitQuaternion::from_scaled_axis(errors(0.004));

@@ -2,7 +2,8 @@
 //! [`crate::glb`] write it.
 //!
 //! An object is visible while it is tracked or coasting. It is hidden while it is initialising or lost, and where no pose came for
-//! [`LONGEST_GAP_NS`]. A landmark without a pose stands where its file says, and a camera that an object carries goes with it. Cameras and tags are as in the last models given. A sample takes up to 200 bytes of memory.
+//! [`LONGEST_GAP_NS`]. A landmark without a pose stands where its file says, and a camera that an object carries goes with it. Cameras and
+//! tags are as in the last models given. A sample takes up to 200 bytes of memory.
 
 use sextant_geometry::Pose;
 use sextant_proto::{EpochFilter, ObjectLinks, ObjectPose};
@@ -328,7 +329,7 @@ fn place_for<'a>(
     Some((&mut carrier.cameras, mount.carrier_from_camera))
 }
 
-/// A landmark, where its file says; a tag alone is its origin.
+/// A landmark, where its file says.
 fn standing(model: &ObjectModel, start_ns: u64, end_ns: u64) -> Option<AnimatedObject> {
     let place = *model.world_from_object()?;
     Some(AnimatedObject {
@@ -442,23 +443,25 @@ fn make_continuous<'a>(poses: impl Iterator<Item = &'a mut Pose>) {
 }
 
 fn placed_tags(model: &ObjectModel, link: Option<&LinkId>) -> Vec<PlacedTag> {
-    let is_only = model.tags().len() == 1;
     let tags = model.tags().iter().filter(|tag| tag.link.as_ref() == link);
     tags.filter_map(|tag| {
         Some(PlacedTag {
             tag: tag.clone(),
-            parent_from_tag: tag.object_from_tag.or(is_only.then(Pose::identity))?,
+            parent_from_tag: place_of(model, tag)?,
         })
     })
     .collect()
 }
 
 fn unplaced_tags(model: &ObjectModel) -> usize {
-    if model.tags().len() == 1 {
-        return 0;
-    }
     let tags = model.tags().iter();
-    tags.filter(|tag| tag.object_from_tag.is_none()).count()
+    tags.filter(|tag| place_of(model, tag).is_none()).count()
+}
+
+/// Where a tag is on its object or link; one alone is the origin.
+fn place_of(model: &ObjectModel, tag: &ObjectTag) -> Option<Pose> {
+    let is_only = model.tags().len() == 1;
+    tag.object_from_tag.or(is_only.then(Pose::identity))
 }
 
 /// Median interval between the poses of an object, ns.

@@ -23,7 +23,7 @@ mount -t proc proc root/proc
 mount -t tmpfs tmpfs root/dev/shm
 exec chroot root env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin sh -e "/trial/$script" "$@""#;
 
-/// A system, as long as nobody removes its folder.
+/// The folder with a system.
 pub struct CleanSystem(PathBuf);
 
 impl CleanSystem {

@@ -32,14 +32,12 @@ fn is_far(offset: &ClockOffset) -> bool {
 fn disagreement(estimates: &[ClockOffset]) -> f64 {
     let weight = |one: &ClockOffset| one.sigma_s.powi(-2);
     let weights: f64 = estimates.iter().map(weight).sum();
-    let mean = |value: &dyn Fn(&ClockOffset) -> f64| -> f64 {
-        estimates
-            .iter()
-            .map(|one| weight(one) * value(one))
-            .sum::<f64>()
-    };
-    let mean_s = mean(&|one| one.offset_s) / weights;
-    let chi_squared = mean(&|one| (one.offset_s - mean_s).powi(2));
+    let weighted = estimates.iter().map(|one| weight(one) * one.offset_s);
+    let mean_s = weighted.sum::<f64>() / weights;
+    let squares = estimates
+        .iter()
+        .map(|one| weight(one) * (one.offset_s - mean_s).powi(2));
+    let chi_squared: f64 = squares.sum();
     let degrees = estimates.len().saturating_sub(1).max(1);
     (chi_squared / degrees as f64).sqrt().max(1.0)
 }
