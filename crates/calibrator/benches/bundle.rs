@@ -11,7 +11,7 @@
 )]
 
 use nalgebra::{Isometry3, Point2, Point3, Vector2, Vector3, Vector6};
-use sextant_calibrator::bundle::*;
+use sextant_adjustment::*;
 use sextant_geometry::{Intrinsics, Lens, Pose, se3, tag_corners_in_tag};
 use sextant_simulator::Random;
 use std::f64::consts::PI;
@@ -57,6 +57,7 @@ fn tag(at: usize) -> BundleTag {
         size_m: 0.15,
         pose: Freedom::Free,
         size: Freedom::Fixed,
+        scale: None,
     }
 }
 
@@ -107,11 +108,11 @@ fn truth(free_running: bool, noise: &mut Random) -> Bundle {
     for at in 0..INSTANTS {
         let seconds = 0.1 * at as f64;
         let h = 1e-4;
-        let way = carried(seconds - h).inverse() * carried(seconds + h);
         bundle.instants.push(Instant {
+            body: BodyId::Moving(0),
             seconds,
             world_from_object: carried(seconds),
-            twist: se3::log(&way) / (2.0 * h),
+            twist: se3::difference(&carried(seconds + h), &carried(seconds - h)) / (2.0 * h),
         });
         for camera in 0..CAMERAS {
             let delay = if free_running {

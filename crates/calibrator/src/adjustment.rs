@@ -1,14 +1,12 @@
 //! Robust adjustment of a session's images: builds the bundle, solves it, and solves it again without outliers.
 
-use crate::bundle::{
-    Arm, Bundle, BundleCamera, BundleError, BundleImage, BundleOptions, BundleSolution, BundleTag,
-    Instant, Motion, solve,
-};
 use crate::image_store::ImageView;
 use crate::priors::Priors;
 use crate::resection::edge_px;
-use nalgebra::Vector6;
-use sextant_geometry::{Pose, se3};
+use sextant_adjustment::{
+    Arm, BodyId, Bundle, BundleCamera, BundleError, BundleImage, BundleOptions, BundleSolution,
+    BundleTag, Instant, Motion, solve,
+};
 use std::ops::Range;
 
 /// An image with its instant and the tags that are used.
@@ -115,30 +113,6 @@ const SETTLED: f64 = 0.05;
 /// The first rounds estimate the noise only.
 const FIRST: usize = 2;
 
-impl Instant {
-    /// The instant `seconds` later by its twist.
-    fn after(&self, seconds: f64) -> Self {
-        Self {
-            seconds: self.seconds + seconds,
-            world_from_object: self.world_from_object * se3::exp(&(self.twist * seconds)),
-            twist: self.twist,
-        }
-    }
-
-    /// An instant without motion.
-    pub(crate) fn at(seconds: f64, world_from_object: Pose) -> Self {
-        Self {
-            seconds,
-            world_from_object,
-            twist: Vector6::zeros(),
-        }
-    }
-}
-
-/// Instants before this are of what does not move, s.
-const FLOOR_SECONDS: f64 = -1e5;
-/// Instants of one body are on one time axis; those of the next begin this much later than its first, s: longer than any recording.
-pub(crate) const OTHER_BODY_S: f64 = 1e5;
 /// Stretches of an excerpt.
 const STRETCHES: usize = 10;
 /// Least time between two instants, s; images closer together share one.
@@ -200,27 +174,32 @@ impl Adjustment {
     /// Puts an instant to the time of each image by the clocks as they are, where the motion is modelled; those of images that show what
     /// does not move stay.
     pub(crate) fn anchor_anew(&mut self) {
-        let moving = |image: &UsedImage| self.instants[image.instant].seconds > FLOOR_SECONDS;
+        let moving =
+            |image: &UsedImage| matches!(self.instants[image.instant].body, BodyId::Moving(_));
         let (mut carried, mut images): (Vec<UsedImage>, Vec<UsedImage>) =
             self.images.drain(..).partition(moving);
         let n_still = images.last().map_or(0, |image| image.instant + 1);
         let at = |image: &UsedImage| {
-            let instant = &self.instants[image.instant];
             let offset_s = self.cameras[image.camera].clock_offset_s;
-            let delay_s = image.seconds_after_instant + offset_s;
-            (instant.seconds + delay_s, instant.after(delay_s))
+            self.instants[image.instant].after(image.seconds_after_instant - offset_s)
         };
-        carried.sort_by(|a, b| at(a).0.total_cmp(&at(b).0));
+        carried.sort_by(|a, b| {
+            let (a, b) = (at(a), at(b));
+            a.body.cmp(&b.body).then(a.seconds.total_cmp(&b.seconds))
+        });
         let mut instants = self.instants[..n_still].to_vec();
         for mut image in carried {
-            let (seconds, instant) = at(&image);
-            let is_apart = |last: &Instant| seconds > last.seconds + LEAST_APART_S;
-            if instants.last().is_none_or(is_apart) {
+            let instant = at(&image);
+            let seconds = instant.seconds;
+            let is_another = |last: &Instant| {
+                last.body != instant.body || seconds > last.seconds + LEAST_APART_S
+            };
+            if instants.last().is_none_or(is_another) {
                 instants.push(instant);
             }
             image.instant = instants.len() - 1;
             let offset_s = self.cameras[image.camera].clock_offset_s;
-            image.seconds_after_instant = seconds - instants[image.instant].seconds - offset_s;
+            image.seconds_after_instant = seconds - instants[image.instant].seconds + offset_s;
             images.push(image);
         }
         (self.instants, self.images) = (instants, images);
@@ -254,19 +233,14 @@ impl Adjustment {
         part
     }
 
-    /// Instants of each body in turn: their times are far from those of other bodies.
+    /// Instants of each body in turn.
     fn runs(&self) -> Vec<Range<usize>> {
-        let mut runs: Vec<Range<usize>> = Vec::new();
-        for (at, instant) in self.instants.iter().enumerate() {
-            let is_next = |run: &&mut Range<usize>| {
-                instant.seconds - self.instants[run.start].seconds < OTHER_BODY_S
-            };
-            match runs.last_mut().filter(is_next) {
-                Some(run) => run.end = at + 1,
-                None => runs.push(at..at + 1),
-            }
-        }
-        runs
+        let mut end = 0;
+        let runs = self.instants.chunk_by(|a, b| a.body == b.body).map(|run| {
+            end += run.len();
+            end - run.len()..end
+        });
+        runs.collect()
     }
 
     /// Number of free parameters.
@@ -336,6 +310,7 @@ impl Adjustment {
         Bundle {
             cameras: self.cameras.clone(),
             tags: self.tags.clone(),
+            scales: Vec::new(),
             instants: self.instants.clone(),
             images: images.collect(),
             motion: self.motion,
@@ -364,12 +339,15 @@ fn wrong_tags(solution: &BundleSolution, images: &[UsedImage], views: &[ImageVie
 #[cfg(test)]
 mod tests {
     use super::*;
+    use sextant_geometry::Pose;
 
     fn of_bodies(n_instants: &[usize]) -> Adjustment {
         let bodies = n_instants.iter().enumerate();
         let instants = bodies.flat_map(|(body, n)| {
-            let start = body as f64 * OTHER_BODY_S;
-            (0..*n).map(move |at| Instant::at(start + 0.03 * at as f64, Pose::identity()))
+            (0..*n).map(move |at| {
+                let id = BodyId::Moving(body);
+                Instant::at_rest(id, 0.03 * at as f64, Pose::identity())
+            })
         });
         Adjustment {
             cameras: Vec::new(),
@@ -388,14 +366,15 @@ mod tests {
         for n in [3, 155, 156, 157, 400, 5000] {
             let whole = of_bodies(&[n, n / 2 + 1]);
             let part = whole.excerpt(311);
-            let times: Vec<f64> = part.instants.iter().map(|at| at.seconds).collect();
+            let times = part.instants.iter().map(|at| (at.body, at.seconds));
+            let times: Vec<(BodyId, f64)> = times.collect();
             assert!(times.windows(2).all(|pair| pair[0] < pair[1]), "{n}");
             assert!(
                 times.len() <= 311 && times.len() >= 280.min((n + n / 2) * 9 / 10),
                 "{n}"
             );
-            assert_eq!(times.first(), Some(&0.0));
-            let last = whole.instants.last().map(|at| at.seconds);
+            assert_eq!(times.first(), Some(&(BodyId::Moving(0), 0.0)));
+            let last = whole.instants.last().map(|at| (at.body, at.seconds));
             assert_eq!(times.last().copied(), last);
         }
     }

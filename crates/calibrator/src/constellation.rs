@@ -4,13 +4,13 @@
 //! mirrored ones turn with the view. So each pair votes over its images, the strongest pairs make a spanning tree, and the
 //! tree places every tag relative to its root.
 
-use crate::bundle::{
-    Bundle, BundleCamera, BundleImage, BundleOptions, BundleTag, Freedom, Instant, TagObservation,
-    solve,
-};
 use crate::graph::PoseGraph;
 use crate::image_store::{TagSpec, TagView};
 use crate::resection::{edge_px, tag_error_px};
+use sextant_adjustment::{
+    BodyId, Bundle, BundleCamera, BundleImage, BundleOptions, BundleTag, Freedom, Instant,
+    TagObservation, solve,
+};
 use sextant_geometry::{Lens, Pose};
 use std::collections::BTreeMap;
 
@@ -134,6 +134,7 @@ fn refined(views: &[[GroupedView<'_>; 2]], pose: &Pose, sizes: [f64; 2]) -> Opti
             Freedom::Free
         },
         size: Freedom::Fixed,
+        scale: None,
     };
     let mut bundle = Bundle {
         tags: vec![tag(0, Pose::identity()), tag(1, *pose)],
@@ -176,7 +177,9 @@ fn refined(views: &[[GroupedView<'_>; 2]], pose: &Pose, sizes: [f64; 2]) -> Opti
                 )],
             });
         }
-        bundle.instants.push(Instant::at(0.0, nearest));
+        bundle
+            .instants
+            .push(Instant::at_rest(BodyId::Moving(0), 0.0, nearest));
     }
     let options = BundleOptions {
         max_iterations: 15,

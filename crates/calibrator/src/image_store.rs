@@ -6,8 +6,8 @@ use sextant_geometry::planar_pose::tag_poses;
 use sextant_site_model::{Camera, ImageObservation, TagCorners, TagId};
 use std::collections::BTreeMap;
 
-use crate::bundle::TagObservation;
 use crate::verdict::Finding;
+use sextant_adjustment::TagObservation;
 
 /// Standard deviation of a corner without a reported one, pixels. The adjustment estimates the noise; this only sets the unit.
 pub(crate) const DEFAULT_SIGMA_PX: f64 = 0.1;

@@ -125,7 +125,7 @@ pub enum LearnError {
     SizeUnknown(String),
     /// The adjustment has no start.
     #[error("the tags could not be adjusted: {0}")]
-    Adjustment(#[from] crate::bundle::BundleError),
+    Adjustment(#[from] sextant_adjustment::BundleError),
     /// The result is not a valid object.
     #[error(transparent)]
     Object(#[from] ObjectError),

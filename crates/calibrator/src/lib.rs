@@ -3,7 +3,6 @@
 //! Metres, radians, pixels, seconds and the frames of `crates/geometry/FRAMES.md`. Procedures that a person runs now and then;
 //! nothing of the live path depends on this crate. It knows no image, file, clock or network.
 //!
-//! - [`bundle`]: bundle adjustment of tag corners, the core of every procedure.
 //! - [`RigSession`]: where every camera is, from an object carried through what they see.
 //! - [`LearnSession`]: where each tag of an object sits, from images of the object being turned.
 //! - [`DiscoverySession`]: the same where nobody said which tags the object has.
@@ -16,7 +15,6 @@
 
 mod adjustment;
 mod board_layout;
-pub mod bundle;
 mod constellation;
 mod discovered_tags;
 mod discovery;

@@ -5,8 +5,8 @@
 //! interpolation, 1992; its fixed point, with Jeffreys' prior on the scale): with exact files it falls almost to
 //! zero, with tags glued on by hand it rises. Without information about a kind, its scale stays one.
 
-use crate::bundle::{Anchor, BundleCamera, BundleSolution, BundleTag, Freedom, KeptParameter};
 use nalgebra::{DMatrix, DVector, Point2};
+use sextant_adjustment::{Anchor, BundleCamera, BundleSolution, BundleTag, Freedom, KeptParameter};
 use sextant_site_model::{Camera, PoseSigma, Prior};
 use std::collections::BTreeMap;
 
@@ -48,10 +48,16 @@ enum Kind {
     CameraRotation,
     Clock,
     LineDelay,
+    Scale,
     Arm,
 }
 
 impl Kind {
+    /// Whether its scale is one: what single numbers differ by says nothing of others.
+    fn has_fixed_scale(self) -> bool {
+        matches!(self, Self::Clock | Self::LineDelay | Self::Scale)
+    }
+
     fn of(parameter: KeptParameter) -> Self {
         match parameter {
             KeptParameter::TagPosition { .. } => Self::TagPosition,
@@ -63,6 +69,7 @@ impl Kind {
             KeptParameter::CameraPosition { .. } => Self::CameraPosition,
             KeptParameter::Clock { .. } => Self::Clock,
             KeptParameter::LineDelay { .. } => Self::LineDelay,
+            KeptParameter::Scale { .. } => Self::Scale,
             KeptParameter::CameraRotation { .. } => Self::CameraRotation,
             KeptParameter::ArmPosition { .. }
             | KeptParameter::ArmRotation { .. }
@@ -317,7 +324,7 @@ impl Priors {
             let parameters = anchor.parameters().into_iter().enumerate();
             parameters.filter_map(move |(at, parameter)| {
                 let row = *rows.get(&parameter)?;
-                (!matches!(Kind::of(parameter), Kind::Clock | Kind::LineDelay)).then(|| Member {
+                (!Kind::of(parameter).has_fixed_scale()).then(|| Member {
                     row,
                     error: errors[at],
                     sigma: sigmas[at],

@@ -1,9 +1,9 @@
 //! Where the object is in one image, by consensus of its tags: each branch of each tag proposes a pose of the whole
 //! constellation, all tags vote, the winners are refined on the tags that agree.
 
-use crate::bundle::TagObservation;
 use crate::image_store::ImageView;
 use nalgebra::{Matrix2x6, Vector6};
+use sextant_adjustment::TagObservation;
 use sextant_geometry::least_squares::{Kernel, NormalEquations, Options, Problem, minimise};
 use sextant_geometry::{Lens, Pose, se3, so3, tag_corners_in_tag};
 

@@ -140,7 +140,7 @@ pub enum RigError {
     Undetermined(String),
     /// The adjustment has no start.
     #[error("the cameras could not be adjusted: {0}")]
-    Adjustment(#[from] crate::bundle::BundleError),
+    Adjustment(#[from] sextant_adjustment::BundleError),
 }
 
 /// Calibrates from images as they come.

@@ -18,8 +18,8 @@ mod start;
 pub use poses::RobotPoses;
 pub use report::{CalibratedRobot, HeldOut, RobotReport};
 
-use crate::bundle::{BundleError, Mount};
 use crate::image_store::{ImageView, TagSpec, take_in};
+use sextant_adjustment::{BundleError, Mount};
 use sextant_site_model::{Camera, CameraId, ImageObservation, ObjectId, ObjectModel, Rig, TagId};
 use std::collections::BTreeSet;
 use thiserror::Error;

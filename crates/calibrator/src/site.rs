@@ -95,7 +95,7 @@ pub enum SiteError {
     Rig(#[from] RigError),
     /// The adjustment has no start.
     #[error("the site could not be adjusted: {0}")]
-    Adjustment(#[from] crate::bundle::BundleError),
+    Adjustment(#[from] sextant_adjustment::BundleError),
     /// The result is not a valid rig or object.
     #[error("the result is not valid: {0}")]
     Result(String),

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use nalgebra::{Matrix2, Point2, Vector2, Vector3, Vector6};
-use sextant_calibrator::bundle::Mount;
+use sextant_adjustment::Mount;
 use sextant_calibrator::{
     CalibratedRobot, Finding, Grade, RobotError, RobotPlan, RobotPoses, RobotSession,
 };

@@ -7,7 +7,7 @@ use crate::recorded::{Preferred, Recorded};
 use crate::words;
 use anyhow::{anyhow, bail};
 use clap::Args;
-use sextant_calibrator::bundle::Mount;
+use sextant_adjustment::Mount;
 use sextant_calibrator::{CalibratedRobot, RobotPlan, RobotPoses, RobotReport, RobotSession};
 use sextant_evaluation::reference::{KeyedPoses, read_poses};
 use sextant_process::{Exit, Failure, WithExit};

@@ -4,9 +4,9 @@ use super::gauge::{Gauge, aligned, centroid, turned};
 use super::solved::SolvedConstellation;
 use super::{LearnError, LearnSession};
 use crate::adjustment::AdjustmentResult;
-use crate::bundle::{KeptCovariance, KeptParameter};
 use crate::image_store::ImageView;
 use nalgebra::DMatrix;
+use sextant_adjustment::{KeptCovariance, KeptParameter};
 use sextant_geometry::Pose;
 use sextant_site_model::{ObjectModel, ObjectTag, PoseSigma};
 

@@ -1,10 +1,10 @@
 //! Poses of the object in groups of simultaneous images, given its tag poses.
 
 use crate::adjustment::UsedImage;
-use crate::bundle::Instant;
 use crate::constellation::{Group, GroupedView};
 use crate::image_store::ImageView;
 use crate::resection::{TagPlacement, agreeing_loosely, views_of_object};
+use sextant_adjustment::{BodyId, Instant};
 use sextant_geometry::Pose;
 use sextant_site_model::Rig;
 
@@ -103,7 +103,7 @@ impl Groups {
                     tags: self.fitting(view, rig, views, tags, &pose),
                 });
             }
-            instants.push(Instant::at(0.0, pose));
+            instants.push(Instant::at_rest(BodyId::Moving(0), 0.0, pose));
         }
         (instants, images)
     }

@@ -2,10 +2,10 @@
 
 use super::LearnSession;
 use super::solved::{SolvedConstellation, fitting};
-use crate::bundle::KeptParameter;
 use crate::discovered_tags::DiscoveredTags;
 use crate::verdict::{Finding, Grade, PosePart, ScaleSource, Verdict};
 use serde::Serialize;
+use sextant_adjustment::KeptParameter;
 
 /// One tag of a learned object.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -8,13 +8,13 @@ use super::report::{LearnReport, LearnedTag};
 use super::solved::fitting;
 use super::{LearnError, LearnSession, LearnedObject};
 use crate::adjustment::{Adjustment, AdjustmentResult};
-use crate::bundle::{BundleCamera, BundleOptions, BundleTag, Freedom};
 use crate::constellation::joined_tags;
 use crate::graph::PoseGraph;
 use crate::image_store::{ImageView, take_in};
 use crate::priors::Priors;
 use crate::resection::TagPlacement;
 use crate::verdict::{Finding, Grade, listed};
+use sextant_adjustment::{BundleCamera, BundleOptions, BundleTag, Freedom};
 use sextant_geometry::Pose;
 use sextant_site_model::{Prior, TagId};
 use std::collections::BTreeSet;
@@ -265,6 +265,7 @@ impl LearnSession {
                 size_m: wanted.size_m,
                 pose: Freedom::Fixed,
                 size: Freedom::Fixed,
+                scale: None,
             });
         let mut tags: Vec<BundleTag> = tags.collect();
         let mut priors = Priors::default();

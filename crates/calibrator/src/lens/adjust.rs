@@ -3,11 +3,10 @@
 
 use super::board::Board;
 use super::view::View;
-use crate::bundle::{
-    Bundle, BundleCamera, BundleImage, BundleOptions, BundleSolution, FreeLens, Freedom, Instant,
-    TagObservation, solve,
+use sextant_adjustment::{
+    BodyId, Bundle, BundleCamera, BundleImage, BundleOptions, BundleSolution, FreeLens, Freedom,
+    Instant, TagObservation, solve,
 };
-use nalgebra::Vector6;
 use sextant_geometry::least_squares::Kernel;
 use sextant_geometry::lens::MAX_PARAMETERS;
 use sextant_geometry::{Lens, Pose};
@@ -125,11 +124,8 @@ pub(super) fn adjust(
             stamp_error_s: 0.0,
             tags: seen.collect(),
         });
-        bundle.instants.push(Instant {
-            seconds: at as f64,
-            world_from_object: *pose,
-            twist: Vector6::zeros(),
-        });
+        let instant = Instant::at_rest(BodyId::Moving(0), at as f64, *pose);
+        bundle.instants.push(instant);
         view_of.push(at);
     }
     let options = BundleOptions {

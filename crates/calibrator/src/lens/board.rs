@@ -1,8 +1,8 @@
 //! The board: its tags with sizes and poses.
 
 use super::refusal::LensRefusal;
-use crate::bundle::{Anchor, BundleTag, Freedom};
 use nalgebra::Point3;
+use sextant_adjustment::{Anchor, BundleTag, Freedom};
 use sextant_geometry::{Pose, tag_corners_in_tag};
 use sextant_site_model::{ObjectModel, PoseSigma, TagId};
 
@@ -75,6 +75,7 @@ impl Board {
             size_m: tag.size_m,
             pose,
             size: Freedom::Fixed,
+            scale: None,
         });
         tags.collect()
     }

@@ -4,8 +4,8 @@ use super::adjust::{Adjustment, FreeParameters, Noise, Parameters, Start, adjust
 use super::board::Board;
 use super::poses::board_pose;
 use super::view::View;
-use crate::bundle::{KeptParameter, TagResidual};
 use nalgebra::DMatrix;
+use sextant_adjustment::{KeptParameter, TagResidual};
 use sextant_geometry::{Lens, LensModel};
 
 /// Largest sum of squared errors of a tag, in units of their noise, that is no outlier: 8 is expected, and one

@@ -4,11 +4,11 @@ use super::RigError;
 use super::comparison::{BETTER, MOST_INSTANTS, left_by, options};
 use super::instants::give_twists;
 use crate::adjustment::{Adjustment, AdjustmentResult};
-use crate::bundle::{
+use crate::image_store::ImageView;
+use sextant_adjustment::{
     Bundle, BundleCamera, BundleOptions, BundleSolution, FreeLens, Freedom, KeptParameter, Motion,
     solve,
 };
-use crate::image_store::ImageView;
 use sextant_geometry::least_squares::Kernel;
 use sextant_site_model::Camera;
 use std::collections::BTreeSet;
@@ -22,7 +22,7 @@ const CARRIED: Motion = Motion {
 /// A synchronised camera's clock is off if its offset exceeds this many of its deviations, and this many seconds.
 const SIGNIFICANT: f64 = 6.0;
 const HARMFUL_S: f64 = 0.002;
-/// A camera's clock: seconds to be added to its time, one standard deviation.
+/// A camera's clock: by how many seconds it is ahead, one standard deviation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Clock {
     pub offset_s: f64,

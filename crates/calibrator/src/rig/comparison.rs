@@ -1,6 +1,6 @@
 //! Comparison of two explanations of the same images.
 
-use crate::bundle::{Bundle, BundleOptions};
+use sextant_adjustment::{Bundle, BundleOptions};
 
 /// Most instants used for a comparison; more cost time and add little.
 pub(crate) const MOST_INSTANTS: usize = 300;

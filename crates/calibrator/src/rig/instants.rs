@@ -3,12 +3,9 @@
 use super::sightings::Sightings;
 use super::trajectory::{SAME_TIME_NS, twist};
 use crate::adjustment::UsedImage;
-use crate::bundle::{BundleCamera, Instant};
 use crate::resection::agreeing_loosely;
+use sextant_adjustment::{BodyId, BundleCamera, Instant};
 use sextant_geometry::Pose;
-
-/// Time of the floor tags' instants, in seconds before all others: separate from each other and from any motion.
-const FLOOR_SECONDS: f64 = -1e6;
 
 /// An instant for every tag on the floor, seen by all images that show it.
 pub(crate) fn floor(
@@ -53,8 +50,7 @@ pub(crate) fn floor_in(
             stamp_error_s: 0.0,
             tags: vec![seen],
         }));
-        let seconds = FLOOR_SECONDS * (1.0 + (sightings.placed.len() - tag) as f64);
-        instants.push(Instant::at(seconds, pose));
+        instants.push(Instant::at_rest(BodyId::Still(tag), 0.0, pose));
     }
     (instants, images)
 }
@@ -84,13 +80,21 @@ pub(crate) fn carried(
     images: &mut Vec<UsedImage>,
 ) {
     let views: Vec<usize> = (0..sightings.views.len()).collect();
-    carried_in(&views, sightings, cameras, instants, images);
+    carried_in(
+        &views,
+        BodyId::Moving(0),
+        sightings,
+        cameras,
+        instants,
+        images,
+    );
     give_twists(instants);
 }
 
 /// As [`carried`], of some of the views (by index), and without initial twists.
 pub(crate) fn carried_in(
     of: &[usize],
+    body: BodyId,
     sightings: &Sightings,
     cameras: &[BundleCamera],
     instants: &mut Vec<Instant>,
@@ -131,7 +135,7 @@ pub(crate) fn carried_in(
             stamp_error_s: 0.0,
             tags: fitting(at),
         }));
-        instants.push(Instant::at(seconds(group[0]), pose));
+        instants.push(Instant::at_rest(body, seconds(group[0]), pose));
     }
 }
 
@@ -168,7 +172,7 @@ pub(crate) fn give_twists(instants: &mut [Instant]) {
             let (from, to) = (at.saturating_sub(1), (at + 1).min(instants.len() - 1));
             let (from, to) = (&instants[from], &instants[to]);
             let dt = to.seconds - from.seconds;
-            (0.0 < dt && dt < 1.0)
+            (from.body == to.body && 0.0 < dt && dt < 1.0)
                 .then(|| twist(&from.world_from_object, &to.world_from_object, dt))
         })
         .collect();

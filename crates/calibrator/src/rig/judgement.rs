@@ -2,9 +2,9 @@
 
 use super::RigSession;
 use super::report::{CalibratedCamera, RigSolution};
-use crate::bundle::{KeptParameter, WeakDirection};
 use crate::verdict::{Finding, Grade, ScaleSource, Verdict, WeakMotion};
 use nalgebra::Vector3;
+use sextant_adjustment::{KeptParameter, WeakDirection};
 use sextant_geometry::Pose;
 use std::collections::BTreeMap;
 

@@ -209,8 +209,7 @@ impl RigSession {
             sigma_axes_mm: axes_mm,
             sigma_axes_deg: axes_deg,
             rms_px: rms_px(found, |image| image.camera == at),
-            // The adjustment has what is to be added to its times.
-            clock_offset_ms: clock.map(|c| -c.offset_s * 1e3),
+            clock_offset_ms: clock.map(|c| c.offset_s * 1e3),
             clock_sigma_ms: clock.map(|c| c.sigma_s * 1e3),
             line_delay_us: line_delay.map(|found| found.line_delay_s * 1e6),
             line_delay_sigma_us: line_delay.map(|found| found.sigma_s * 1e6),
@@ -286,7 +285,7 @@ fn used(found: &RigSolution, camera: impl Fn(usize) -> bool) -> usize {
         .len()
 }
 
-fn rms_px(found: &RigSolution, of: impl Fn(&crate::bundle::BundleImage) -> bool) -> f64 {
+fn rms_px(found: &RigSolution, of: impl Fn(&sextant_adjustment::BundleImage) -> bool) -> f64 {
     let bundle = &found.adjusted.solution.bundle;
     let own = bundle.residuals().filter(|r| of(&bundle.images[r.image]));
     let squares: Vec<f64> = own.map(|r| r.rms_px().powi(2)).collect();

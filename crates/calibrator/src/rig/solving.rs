@@ -9,11 +9,11 @@ use super::sightings::Sightings;
 use super::trajectory::{Moments, Trajectory, is_synchronised};
 use super::{CalibratedRig, RigError, RigSession, clocks, stillness};
 use crate::adjustment::{Adjustment, AdjustmentResult};
-use crate::bundle::{BundleCamera, BundleTag, Freedom};
 use crate::image_store::{ImageView, take_in};
 use crate::priors::Priors;
 use crate::resection::{TagPlacement, views_of_object};
 use crate::verdict::{Finding, Grade, listed};
+use sextant_adjustment::{BundleCamera, BundleTag, Freedom};
 use sextant_geometry::Pose;
 use sextant_site_model::{Camera, CameraId, Prior, Rig};
 use std::collections::BTreeSet;
@@ -349,6 +349,7 @@ impl RigSession {
             size_m: wanted.size_m,
             pose: Freedom::Fixed,
             size: Freedom::Fixed,
+            scale: None,
         });
         let mut tags: Vec<BundleTag> = tags.collect();
         for (at, placed) in sightings.placed.iter().enumerate() {

@@ -4,8 +4,8 @@ use super::comparison::{BETTER, MOST_INSTANTS, left_by, options};
 use super::sightings::Sightings;
 use super::{RigError, RigSession};
 use crate::adjustment::{Adjustment, AdjustmentResult};
-use crate::bundle::{Bundle, BundleCamera, FreeLens, Freedom, solve};
 use nalgebra::{Matrix6, Vector6};
+use sextant_adjustment::{Bundle, BundleCamera, FreeLens, Freedom, solve};
 use sextant_geometry::{Pose, se3};
 use sextant_site_model::{Camera, Rig};
 

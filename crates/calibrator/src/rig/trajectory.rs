@@ -106,9 +106,9 @@ pub(crate) fn is_synchronised(trajectories: &[Trajectory]) -> bool {
     parts.iter().sum::<f64>() >= SYNCHRONISED * parts.len() as f64
 }
 
-/// The twist that leads from one pose to another in `dt` seconds, in the object's axes.
+/// The twist that leads from one pose to another in `dt` seconds, in world axes.
 pub(crate) fn twist(from: &Pose, to: &Pose, dt: f64) -> Vector6<f64> {
-    se3::log(&(from.inverse() * to)) / dt
+    se3::difference(to, from) / dt
 }
 
 #[cfg(test)]

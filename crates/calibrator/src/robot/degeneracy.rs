@@ -1,8 +1,8 @@
 //! What the motions of a hand leave undetermined: without two axes of rotation, shifts of the base and of what the hand carries cannot be
 //! told apart (R. Tsai, R. Lenz, A new technique for fully autonomous and efficient 3D robotics hand/eye calibration, 1989, section III).
 
-use crate::bundle::Hand;
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
+use sextant_adjustment::Hand;
 use sextant_geometry::so3;
 
 /// How a hand turned among its poses.

@@ -4,8 +4,8 @@ use super::RobotSession;
 use super::report::HeldOut;
 use super::solution::RobotSolution;
 use crate::adjustment::Adjustment;
-use crate::bundle::{Arm, BundleOptions};
 use crate::resection::{TagPlacement, resected, tag_error_px};
+use sextant_adjustment::{Arm, BundleOptions};
 use std::ops::Range;
 
 /// Groups of poses that follow one another, each of which is left out once.

@@ -4,8 +4,8 @@ use super::RobotSession;
 use super::degeneracy::{Turns, axis_in_words, turns};
 use super::report::RobotReport;
 use super::solution::RobotSolution;
-use crate::bundle::{Arm, Mount};
 use crate::verdict::{Finding, Grade};
+use sextant_adjustment::{Arm, Mount};
 
 /// Standard deviations below which base and hand are well known (millimetres, degrees); five times as much is usable.
 const WELL_KNOWN: (f64, f64) = (0.5, 0.05);

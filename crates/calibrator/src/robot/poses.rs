@@ -1,7 +1,7 @@
 //! The poses that a robot reports, by time or by the number of an image.
 
-use crate::bundle::Hand;
 use nalgebra::Vector6;
+use sextant_adjustment::Hand;
 use sextant_geometry::{Pose, se3};
 use std::collections::BTreeMap;
 

@@ -2,10 +2,10 @@
 
 use super::solution::RobotSolution;
 use super::{RobotError, RobotSession};
-use crate::bundle::{Arm, ArmPose, KeptParameter, Mount};
 use crate::verdict::Verdict;
 use nalgebra::{Matrix6, Vector3};
 use serde::Serialize;
+use sextant_adjustment::{Arm, ArmPose, KeptParameter, Mount};
 use sextant_geometry::{Pose, PoseParts, so3};
 
 /// A calibrated robot.

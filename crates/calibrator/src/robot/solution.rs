@@ -2,8 +2,8 @@
 
 use super::RobotError;
 use crate::adjustment::AdjustmentResult;
-use crate::bundle::{Arm, ArmResidual, Hand};
 use crate::image_store::ImageView;
+use sextant_adjustment::{Arm, ArmResidual, Hand};
 
 /// A solved robot before its report.
 pub(super) struct RobotSolution {

@@ -7,11 +7,13 @@ use super::solution::RobotSolution;
 use super::start::{PosePair, Transforms, start};
 use super::{RobotError, RobotSession};
 use crate::adjustment::{Adjustment, UsedImage};
-use crate::bundle::{Arm, BundleCamera, BundleOptions, BundleTag, Freedom, Hand, Instant, Mount};
 use crate::image_store::ImageView;
 use crate::priors::Priors;
 use crate::resection::{ObjectView, TagPlacement, agreeing_loosely, views_of_object};
 use crate::verdict::listed;
+use sextant_adjustment::{
+    Arm, BodyId, BundleCamera, BundleOptions, BundleTag, Freedom, Hand, Instant, Mount,
+};
 use sextant_geometry::Pose;
 use sextant_site_model::{PoseSigma, Prior};
 use std::collections::BTreeSet;
@@ -228,7 +230,8 @@ impl RobotSession {
             };
             if last_key != Some(m.key) {
                 last_key = Some(m.key);
-                instants.push(Instant::at(
+                instants.push(Instant::at_rest(
+                    BodyId::Moving(0),
                     view.capture_ns as f64 * 1e-9,
                     world_from_object,
                 ));
@@ -287,6 +290,7 @@ impl RobotSession {
             size_m: tag.size_m,
             pose: Freedom::Fixed,
             size: Freedom::Fixed,
+            scale: None,
         });
         let mut tags: Vec<BundleTag> = tags.collect();
         let seen = matches.iter().flat_map(|m| &m.view.tags);

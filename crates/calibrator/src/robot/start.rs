@@ -5,8 +5,8 @@
 //! undetermined keeps the value of least norm. The classical closed forms (M. Shah, Solving the robot-world/hand-eye calibration problem
 //! using the Kronecker product, 2013) fail where all rotations have one axis, and on a single wrong pose.
 
-use crate::bundle::HandError;
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Rotation3, SMatrix, SVector, Vector3, Vector6};
+use sextant_adjustment::HandError;
 use sextant_geometry::least_squares::{Kernel, NormalEquations, Options, Problem, minimise};
 use sextant_geometry::{Pose, se3};
 use std::f64::consts::FRAC_PI_2;
@@ -121,8 +121,12 @@ impl Problem<12> for PairProblem<'_> {
         let information = Matrix6::from_diagonal(&Vector6::new(p, p, p, r, r, r));
         for pair in &self.pairs {
             let errors = pair.site_from_carried.iter().map(|carried| {
-                let site = (&state.base_from_site, carried);
-                HandError::of(&pair.base_from_hand, site, &state.hand_from_carried)
+                HandError::new(
+                    &pair.base_from_hand,
+                    &state.base_from_site,
+                    carried,
+                    &state.hand_from_carried,
+                )
             });
             let square = |found: &HandError| found.error.dot(&(information * found.error));
             let best = errors.min_by(|a, b| square(a).total_cmp(&square(b)));
@@ -137,11 +141,8 @@ impl Problem<12> for PairProblem<'_> {
     }
 
     fn step(&self, state: &Transforms, step: &SVector<f64, 12>) -> Transforms {
-        let moved = |pose: &Pose, at: usize| {
-            let mut moved = se3::exp(&step.fixed_rows::<6>(at).into_owned()) * pose;
-            moved.rotation.renormalize();
-            moved
-        };
+        let moved =
+            |pose: &Pose, at: usize| se3::perturb(pose, &step.fixed_rows::<6>(at).into_owned());
         Transforms {
             base_from_site: moved(&state.base_from_site, 0),
             hand_from_carried: moved(&state.hand_from_carried, 6),

@@ -2,10 +2,12 @@
 
 use super::members::{BodyViews, Members};
 use crate::adjustment::{Adjustment, UsedImage};
-use crate::bundle::{BundleCamera, BundleError, BundleOptions, BundleTag, Freedom, Instant};
 use crate::constellation::{Group, GroupedView, joined_tags};
 use crate::priors::Priors;
 use crate::resection::{TagPlacement, agreeing_loosely, views_of_object};
+use sextant_adjustment::{
+    BodyId, BundleCamera, BundleError, BundleOptions, BundleTag, Freedom, Instant,
+};
 use sextant_geometry::{Lens, Pose};
 use sextant_site_model::Rig;
 use std::collections::BTreeSet;
@@ -45,7 +47,11 @@ pub(super) fn constellations(
             stamp_error_s: 0.0,
             tags: agreeing_loosely(lens, view, &placed, &object.camera_from_object),
         });
-        instants.push(Instant::at(0.0, object.camera_from_object));
+        instants.push(Instant::at_rest(
+            BodyId::Moving(0),
+            0.0,
+            object.camera_from_object,
+        ));
     }
     let cameras = rig.cameras().iter().map(|camera| BundleCamera {
         pose: Freedom::Fixed,
@@ -95,6 +101,7 @@ pub(super) fn bundle_tags(members: &Members, placed: &[TagPlacement]) -> Vec<Bun
             Freedom::Fixed
         },
         size: Freedom::Fixed,
+        scale: None,
     })
     .collect()
 }

@@ -3,7 +3,6 @@
 use super::solution::SiteSolution;
 use super::world::{Scale, WorldFrame};
 use super::{CalibratedSite, SiteError, SiteSession};
-use crate::bundle::KeptParameter;
 use crate::learn::framing::sigma as pose_sigma;
 use crate::learn::gauge::{aligned, centroid, turned};
 use crate::lens::lens_sigma;
@@ -11,6 +10,7 @@ use crate::rig::clocks;
 use crate::verdict::Verdict;
 use nalgebra::{DMatrix, Matrix6};
 use serde::Serialize;
+use sextant_adjustment::KeptParameter;
 use sextant_geometry::Pose;
 use sextant_site_model::{Camera, ObjectId, ObjectModel, ObjectTag, PoseSigma, Prior, Rig};
 
@@ -224,8 +224,7 @@ impl SiteSolution {
             distortion_sigma_px: lens_sigma.map_or(0.0, |sigma| sigma.distortion_px),
             corners_covered: self.corners_covered(at),
             rms_px: (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt(),
-            // The adjustment has what is to be added to its times.
-            clock_offset_ms: clock.map(|clock| -clock.offset_s * 1e3),
+            clock_offset_ms: clock.map(|clock| clock.offset_s * 1e3),
             clock_sigma_ms: clock.map(|clock| clock.sigma_s * 1e3),
             line_delay_us: line_delay.map(|found| found.line_delay_s * 1e6),
             line_delay_sigma_us: line_delay.map(|found| found.sigma_s * 1e6),

@@ -2,10 +2,10 @@
 
 use super::members::{BodyViews, Members};
 use crate::adjustment::AdjustmentResult;
-use crate::bundle::{Freedom, KeptCovariance};
 use crate::learn::framing::whole_covariance;
 use crate::rig::clocks::Clocks;
 use nalgebra::DMatrix;
+use sextant_adjustment::{Freedom, KeptCovariance};
 use sextant_geometry::Pose;
 use sextant_site_model::Rig;
 

@@ -5,8 +5,7 @@ use super::focal_length::focal_length;
 use super::members::{BodyViews, Members};
 use super::solution::SiteSolution;
 use super::{CalibratedSite, SiteError, SiteSession};
-use crate::adjustment::{Adjustment, AdjustmentResult, OTHER_BODY_S};
-use crate::bundle::{BundleCamera, Freedom};
+use crate::adjustment::{Adjustment, AdjustmentResult};
 use crate::discovery::TagGroups;
 use crate::graph::PoseGraph;
 use crate::priors::Priors;
@@ -18,6 +17,7 @@ use crate::rig::pairs::joined_cameras;
 use crate::rig::sightings::Sightings;
 use crate::rig::trajectory::{Moments, Trajectory, is_synchronised};
 use crate::verdict::listed;
+use sextant_adjustment::{BodyId, BundleCamera, Freedom};
 use sextant_geometry::{Intrinsics, Lens, Pose};
 use sextant_site_model::{Camera, Prior, Rig};
 use std::collections::BTreeSet;
@@ -267,11 +267,9 @@ fn adjustment(
             .of_body(Some(body))
             .filter(|&view| is_used(view))
             .collect();
-        carried_in(&views, sightings, &cameras, &mut own, &mut own_images);
+        let id = BodyId::Moving(body);
+        carried_in(&views, id, sightings, &cameras, &mut own, &mut own_images);
         give_twists(&mut own);
-        for instant in &mut own {
-            instant.seconds += body as f64 * OTHER_BODY_S;
-        }
         for image in &mut own_images {
             image.instant += instants.len();
         }

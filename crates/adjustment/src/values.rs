@@ -1,10 +1,12 @@
-//! Parameters and observations of a bundle adjustment: cameras, tags, instants, and the detected corners.
+//! Parameters and observations of an adjustment: cameras, tags, instants, and the detected corners; and how each of them steps.
 
-use super::arm::Arm;
-use nalgebra::{Matrix2, Point2, Vector6};
+use crate::layout::{CameraColumns, Layout};
+use crate::residuals::hand_pose::Arm;
+use crate::residuals::prior::Anchor;
+use crate::residuals::shutter::LaterPose;
+use nalgebra::{Matrix2, Point2, SVector, Vector6};
 use sextant_geometry::lens::MAX_PARAMETERS;
-use sextant_geometry::{Lens, Pose};
-use sextant_site_model::PoseSigma;
+use sextant_geometry::{Lens, Pose, se3};
 use thiserror::Error;
 
 /// Whether a parameter is sought.
@@ -39,7 +41,7 @@ pub struct BundleCamera {
     pub world_from_camera: Pose,
     /// Whether that is sought.
     pub pose: Freedom,
-    /// Added to the camera's capture times to get the world's, seconds.
+    /// By how much the camera's clock is ahead, seconds: subtracted from its capture times to get the world's.
     pub clock_offset_s: f64,
     /// Whether that is sought; without [`Bundle::motion`] it cannot be.
     pub clock: Freedom,
@@ -66,17 +68,39 @@ pub struct BundleTag {
     pub pose: Freedom,
     /// Whether the size is sought: tags that move together tell the ratio of their sizes.
     pub size: Freedom,
+    /// The scale that it shares with other tags, as an index into [`Bundle::scales`].
+    pub scale: Option<usize>,
 }
 
-/// The object at one time.
+/// A common scale of tags, of one object or one printed sheet: their places on the object and their sizes are larger than theirs by it.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct ObjectScale {
+    /// Logarithm of the factor.
+    pub log_factor: f64,
+    /// Whether it is sought.
+    pub freedom: Freedom,
+}
+
+/// A body: only instants of one body follow one another and are tied.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum BodyId {
+    /// It stands still, so that all of its images are of one instant.
+    Still(usize),
+    /// It moves.
+    Moving(usize),
+}
+
+/// A body at one time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Instant {
-    /// Seconds since any start; ascending through [`Bundle::instants`] when the object's motion is modelled.
+    /// Whose it is.
+    pub body: BodyId,
+    /// Seconds since any start; ascending through the instants of a body when motion is modelled.
     pub seconds: f64,
     /// Maps points of the object into the world. Always sought.
     pub world_from_object: Pose,
-    /// (velocity, angular velocity) in the object's own axes: the pose `s` seconds later is
-    /// `world_from_object * se3::exp(twist * s)`. Sought where the motion is modelled, else without meaning.
+    /// Velocity of the object's origin, m/s, and angular velocity, rad/s, in world axes. Sought where the motion is modelled, else without
+    /// meaning.
     pub twist: Vector6<f64>,
 }
 
@@ -100,7 +124,8 @@ pub struct BundleImage {
     pub instant: usize,
     /// Capture time by the camera's own clock less the instant's time, seconds; only read where the motion is modelled.
     pub seconds_after_instant: f64,
-    /// Added to the capture time beside the camera's clock offset, seconds; sought where [`BundleCamera::stamp_sigma_s`] is not zero.
+    /// By how much the capture time is ahead beside the camera's clock offset, seconds; sought where [`BundleCamera::stamp_sigma_s`] is not
+    /// zero.
     pub stamp_error_s: f64,
     /// The observed tags.
     pub tags: Vec<TagObservation>,
@@ -117,69 +142,6 @@ pub struct Motion {
     pub longest_gap_s: f64,
 }
 
-/// A prior of a kept parameter; without effect where the parameter is not sought.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Anchor {
-    /// Where a camera is.
-    Camera {
-        /// Index into [`Bundle::cameras`].
-        camera: usize,
-        /// Maps points of the camera into the world.
-        world_from_camera: Pose,
-        /// One deviation an axis.
-        sigma: PoseSigma,
-    },
-    /// Where a tag is.
-    Tag {
-        /// Index into [`Bundle::tags`].
-        tag: usize,
-        /// Maps points of the tag into the object.
-        object_from_tag: Pose,
-        /// One deviation an axis.
-        sigma: PoseSigma,
-        /// Factor on those across the plane of the object's x and y: along its z, and of the turns about x and y. 1 unless it bends.
-        across: f64,
-    },
-    /// How large a tag is.
-    Size {
-        /// Index into [`Bundle::tags`].
-        tag: usize,
-        /// Metres.
-        size_m: f64,
-        /// One deviation, as a part of the size.
-        sigma: f64,
-    },
-    /// A lens parameter.
-    Lens {
-        /// Index into [`Bundle::cameras`].
-        camera: usize,
-        /// Index into `Lens::parameters`.
-        parameter: usize,
-        /// In the parameter's unit.
-        value: f64,
-        /// One deviation, in the same unit.
-        sigma: f64,
-    },
-    /// The offset of a camera's clock.
-    Clock {
-        /// Index into [`Bundle::cameras`].
-        camera: usize,
-        /// Added to its capture times, seconds.
-        offset_s: f64,
-        /// One deviation, seconds.
-        sigma: f64,
-    },
-    /// The line delay of a camera.
-    LineDelay {
-        /// Index into [`Bundle::cameras`].
-        camera: usize,
-        /// Seconds from a row to the next.
-        line_delay_s: f64,
-        /// One deviation, seconds.
-        sigma: f64,
-    },
-}
-
 /// A whole adjustment: what is known, what is sought, what was seen.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Bundle {
@@ -187,9 +149,11 @@ pub struct Bundle {
     pub cameras: Vec<BundleCamera>,
     /// The object's tags.
     pub tags: Vec<BundleTag>,
-    /// Where the object was.
+    /// Common scales of tags.
+    pub scales: Vec<ObjectScale>,
+    /// Where the objects were, body by body.
     pub instants: Vec<Instant>,
-    /// Images of this instant, by time.
+    /// The images, by instant.
     pub images: Vec<BundleImage>,
     /// With it, instants follow one another in time and clocks can be sought; without, each stands for itself.
     pub motion: Option<Motion>,
@@ -287,7 +251,7 @@ impl TagObservation {
 
 impl Bundle {
     /// Whether every index points somewhere and every number is finite.
-    pub(super) fn check(&self) -> Result<(), BundleError> {
+    pub(crate) fn check(&self) -> Result<(), BundleError> {
         if self.images.iter().all(|image| image.tags.is_empty()) {
             return Err(BundleError::Nothing);
         }
@@ -295,7 +259,7 @@ impl Bundle {
         for (index, image) in self.images.iter().enumerate() {
             let known = image.camera < self.cameras.len()
                 && image.instant < self.instants.len()
-                && image.tags.iter().all(|seen| seen.tag < self.tags.len());
+                && image.tags.iter().all(|seen| self.knows(seen.tag));
             if !known || image.instant < earlier {
                 return Err(BundleError::Image(index));
             }
@@ -318,11 +282,24 @@ impl Bundle {
         self.check_time()
     }
 
+    fn knows(&self, tag: usize) -> bool {
+        let scale = self.tags.get(tag).map(|tag| tag.scale);
+        scale.is_some_and(|scale| scale.is_none_or(|scale| scale < self.scales.len()))
+    }
+
+    /// Factor on the places and the size of a tag.
+    pub fn scale(&self, tag: &BundleTag) -> f64 {
+        tag.scale.map_or(1.0, |at| self.scales[at].log_factor.exp())
+    }
+
     fn check_time(&self) -> Result<(), BundleError> {
-        let of_time = |c: &BundleCamera| [c.clock, c.line_delay].contains(&Freedom::Free);
-        let sought = self.cameras.iter().any(of_time);
-        let times = || self.instants.iter().map(|instant| instant.seconds);
-        let ascending = times().zip(times().skip(1)).all(|(a, b)| a < b);
+        let needs_motion = |c: &BundleCamera| [c.clock, c.line_delay].contains(&Freedom::Free);
+        let sought = self.cameras.iter().any(needs_motion);
+        let follows = |pair: &[Instant]| {
+            let [a, b] = pair else { return true };
+            a.body < b.body || (a.body == b.body && a.seconds <= b.seconds)
+        };
+        let ascending = self.instants.windows(2).all(follows);
         match self.motion {
             None if sought => Err(BundleError::Time),
             Some(_) if !ascending => Err(BundleError::Time),
@@ -339,5 +316,98 @@ impl BundleImage {
                 let weights = seen.whitening.iter().flat_map(|w| w.iter());
                 corners.chain(weights).all(|x| x.is_finite())
             })
+    }
+}
+
+impl Instant {
+    /// An instant without motion.
+    pub fn at_rest(body: BodyId, seconds: f64, world_from_object: Pose) -> Self {
+        Self {
+            body,
+            seconds,
+            world_from_object,
+            twist: Vector6::zeros(),
+        }
+    }
+
+    /// The instant `seconds` later by its twist.
+    pub fn after(&self, seconds: f64) -> Self {
+        Self {
+            seconds: self.seconds + seconds,
+            world_from_object: LaterPose::new(&self.world_from_object, &self.twist, seconds).pose,
+            ..self.clone()
+        }
+    }
+
+    /// After a step of its pose and, where there are twelve numbers, of its twist.
+    pub(crate) fn stepped<const D: usize>(&self, step: &SVector<f64, D>) -> Self {
+        let mut stepped = self.clone();
+        let pose = step.fixed_rows::<6>(0).into_owned();
+        stepped.world_from_object = se3::perturb(&self.world_from_object, &pose);
+        for (twist, change) in stepped.twist.iter_mut().zip(step.iter().skip(6)) {
+            *twist += change;
+        }
+        stepped
+    }
+}
+
+/// The pose after the step in its columns, if it has any.
+pub(crate) fn stepped_pose(pose: &Pose, columns: Option<usize>, kept: &[f64]) -> Pose {
+    columns.map_or(*pose, |at| {
+        se3::perturb(pose, &Vector6::from_column_slice(&kept[at..at + 6]))
+    })
+}
+
+impl BundleCamera {
+    /// The camera after its step; `None` if that makes no valid lens.
+    pub(crate) fn stepped(&self, columns: &CameraColumns, kept: &[f64]) -> Option<Self> {
+        let mut parameters = self.lens.parameters();
+        for (at, &parameter) in columns.lens_parameters.iter().enumerate() {
+            parameters[parameter] += kept[columns.lens + at];
+        }
+        let lens = match columns.lens_parameters.is_empty() {
+            true => self.lens,
+            false => self.lens.with_parameters(&parameters).ok()?,
+        };
+        let step = |column: Option<usize>| column.map_or(0.0, |at| kept[at]);
+        Some(Self {
+            lens,
+            world_from_camera: stepped_pose(&self.world_from_camera, columns.pose, kept),
+            clock_offset_s: self.clock_offset_s + step(columns.clock),
+            line_delay_s: self.line_delay_s + step(columns.line_delay),
+            ..self.clone()
+        })
+    }
+}
+
+/// Most by which the logarithm of a size or scale changes in one step.
+const MOST_LOG_STEP: f64 = 1.0;
+
+impl Bundle {
+    /// Values of the kept parameters after their step; `None` if a lens would not be valid. Instants and images stay.
+    pub(crate) fn stepped_site(&self, layout: &Layout, kept: &[f64]) -> Option<Self> {
+        let log_step = |column: Option<usize>| {
+            column.map_or(0.0, |at| kept[at].clamp(-MOST_LOG_STEP, MOST_LOG_STEP))
+        };
+        let cameras = self.cameras.iter().zip(&layout.cameras);
+        let cameras = cameras.map(|(camera, columns)| camera.stepped(columns, kept));
+        let tags = self.tags.iter().zip(&layout.tags);
+        let tags = tags.map(|(tag, columns)| BundleTag {
+            object_from_tag: stepped_pose(&tag.object_from_tag, columns.pose, kept),
+            size_m: tag.size_m * log_step(columns.size).exp(),
+            ..tag.clone()
+        });
+        let scales = self.scales.iter().zip(&layout.scales);
+        let scales = scales.map(|(scale, column)| ObjectScale {
+            log_factor: scale.log_factor + log_step(*column),
+            ..*scale
+        });
+        Some(Self {
+            cameras: cameras.collect::<Option<_>>()?,
+            tags: tags.collect(),
+            scales: scales.collect(),
+            arm: self.arm.as_ref().map(|arm| arm.stepped(layout, kept)),
+            ..Self::default()
+        })
     }
 }

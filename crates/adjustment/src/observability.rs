@@ -1,8 +1,8 @@
 //! Observability: directions of the kept parameters whose standard deviation is a large share of the prior's.
 
-use super::covariance::KeptCovariance;
-use super::layout::KeptParameter;
-use super::prior_knowledge::PriorKnowledge;
+use crate::layout::KeptParameter;
+use crate::marginals::KeptCovariance;
+use crate::prior_knowledge::PriorKnowledge;
 use nalgebra::{DMatrix, SymmetricEigen};
 
 /// A weakly observable direction of the kept parameters.
@@ -18,13 +18,13 @@ pub struct WeakDirection {
 const SMALL_SHARE: f64 = 0.1;
 
 /// Weak directions, weakest first.
-pub(super) fn weak_directions(
+pub(crate) fn weak_directions(
     covariance: &KeptCovariance,
     prior: &PriorKnowledge,
 ) -> Vec<WeakDirection> {
     let parameters = covariance.parameters();
     let units: Vec<f64> = parameters.iter().map(|p| prior.unit(p)).collect();
-    let matrix = covariance.of_noise();
+    let matrix = covariance.by_noise();
     let n = units.len();
     let largest = (0..n).map(|at| matrix[(at, at)].sqrt() / units[at]);
     if largest.fold(0.0, f64::max) <= prior.weak_part / (n.max(1) as f64).sqrt() {

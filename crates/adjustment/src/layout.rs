@@ -1,9 +1,7 @@
 //! Columns of the kept parameters in the reduced system.
 
-use super::state::{Bundle, Freedom};
-use nalgebra::Vector6;
+use crate::values::{Bundle, Freedom};
 use sextant_geometry::lens::MAX_PARAMETERS;
-use sextant_geometry::{Lens, Pose, se3};
 
 /// A free parameter that remains when the instants are eliminated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -58,6 +56,11 @@ pub enum KeptParameter {
         /// Index of the tag.
         tag: usize,
     },
+    /// A common scale of tags, as its logarithm.
+    Scale {
+        /// Index of the scale.
+        scale: usize,
+    },
     /// A position of the robot.
     ArmPosition {
         /// Which of the robot's two poses.
@@ -79,15 +82,15 @@ pub enum KeptParameter {
 /// One of the two transforms of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ArmPose {
-    /// [`Arm::base_from_site`](super::Arm::base_from_site).
+    /// [`Arm::base_from_site`](crate::Arm::base_from_site).
     Base,
-    /// [`Arm::hand_from_carried`](super::Arm::hand_from_carried).
+    /// [`Arm::hand_from_carried`](crate::Arm::hand_from_carried).
     Hand,
 }
 
 /// Columns of one tag: six of the pose, one of the size (a step of its logarithm), if free, without gaps.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct TagColumns {
+pub(crate) struct TagColumns {
     /// First of the six columns of the pose.
     pub pose: Option<usize>,
     /// Column of the size.
@@ -96,21 +99,16 @@ pub(super) struct TagColumns {
 
 impl TagColumns {
     /// First column and number of columns; (0, 0) without any.
-    pub(super) fn span(&self) -> (usize, usize) {
+    pub(crate) fn span(&self) -> (usize, usize) {
         let start = self.pose.or(self.size).unwrap_or(0);
         let width = self.pose.map_or(0, |_| 6) + self.size.map_or(0, |_| 1);
         (start, width)
-    }
-
-    /// Number of leading columns of each kind (pose, size).
-    pub(super) fn first(&self) -> usize {
-        if self.pose.is_some() { 0 } else { 6 }
     }
 }
 
 /// Columns of one camera: six of the pose, one of the clock, one of the line delay, then those of the lens, if free, without gaps.
 #[derive(Clone, Debug, Default)]
-pub(super) struct CameraColumns {
+pub(crate) struct CameraColumns {
     /// First of the six columns of the pose.
     pub pose: Option<usize>,
     /// Column of the clock.
@@ -125,7 +123,7 @@ pub(super) struct CameraColumns {
 
 /// Kept columns of an arm: base and hand, and the delay.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct ArmColumns {
+pub(crate) struct ArmColumns {
     /// First of twelve columns.
     pub pose: Option<usize>,
     /// Column of the delay, after them.
@@ -134,7 +132,7 @@ pub(super) struct ArmColumns {
 
 impl ArmColumns {
     /// All of them, ascending.
-    pub(super) fn all(&self) -> impl Iterator<Item = usize> {
+    pub(crate) fn all(&self) -> impl Iterator<Item = usize> {
         let pose = self.pose.map_or(0..0, |at| at..at + 12);
         pose.chain(self.delay)
     }
@@ -142,9 +140,11 @@ impl ArmColumns {
 
 /// Columns of every block.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Layout {
+pub(crate) struct Layout {
     pub cameras: Vec<CameraColumns>,
     pub tags: Vec<TagColumns>,
+    /// Column of each common scale, if it is free.
+    pub scales: Vec<Option<usize>>,
     /// Those of the robot, the last ones.
     pub arm: ArmColumns,
     /// Total number of columns.
@@ -153,7 +153,7 @@ pub(super) struct Layout {
 
 impl CameraColumns {
     /// First column.
-    pub(super) fn start(&self) -> usize {
+    pub(crate) fn start(&self) -> usize {
         self.pose
             .or(self.clock)
             .or(self.line_delay)
@@ -161,24 +161,24 @@ impl CameraColumns {
     }
 
     /// Number of columns of pose, clock and line delay.
-    pub(super) fn moving(&self) -> usize {
+    pub(crate) fn moving(&self) -> usize {
         self.lens - self.start()
     }
 
     /// Total number of columns.
-    pub(super) fn width(&self) -> usize {
+    pub(crate) fn width(&self) -> usize {
         self.moving() + self.lens_parameters.len()
     }
 
     /// Column of a lens parameter, if it is free.
-    pub(super) fn lens_column(&self, parameter: usize) -> Option<usize> {
+    pub(crate) fn lens_column(&self, parameter: usize) -> Option<usize> {
         let at = self.lens_parameters.iter().position(|&p| p == parameter);
         at.map(|at| self.lens + at)
     }
 }
 
 impl Layout {
-    pub(super) fn of(bundle: &Bundle) -> Self {
+    pub(crate) fn new(bundle: &Bundle) -> Self {
         let mut layout = Self::default();
         for camera in &bundle.cameras {
             let free = &camera.free_lens.0[..camera.lens.n_parameters().min(MAX_PARAMETERS)];
@@ -205,6 +205,10 @@ impl Layout {
             let size = layout.take(tag.size, 1);
             layout.tags.push(TagColumns { pose, size });
         }
+        for scale in &bundle.scales {
+            let column = layout.take(scale.freedom, 1);
+            layout.scales.push(column);
+        }
         if let Some(arm) = &bundle.arm {
             layout.arm.pose = layout.take(Freedom::Free, 12);
             let delay = match arm.seeks_delay {
@@ -225,7 +229,7 @@ impl Layout {
     }
 
     /// The parameter of each column.
-    pub(super) fn parameters(&self) -> Vec<KeptParameter> {
+    pub(crate) fn parameters(&self) -> Vec<KeptParameter> {
         let mut names = Vec::with_capacity(self.n);
         for (camera, columns) in self.cameras.iter().enumerate() {
             if columns.pose.is_some() {
@@ -248,6 +252,9 @@ impl Layout {
             }
             names.extend(columns.size.map(|_| KeptParameter::TagSize { tag }));
         }
+        for (scale, column) in self.scales.iter().enumerate() {
+            names.extend(column.map(|_| KeptParameter::Scale { scale }));
+        }
         if self.arm.pose.is_some() {
             for pose in [ArmPose::Base, ArmPose::Hand] {
                 names.extend((0..3).map(|axis| KeptParameter::ArmPosition { pose, axis }));
@@ -257,26 +264,4 @@ impl Layout {
         }
         names
     }
-}
-
-/// The lens after a step of its free parameters; `None` if that is invalid.
-pub(super) fn stepped_lens(lens: &Lens, columns: &CameraColumns, step: &[f64]) -> Option<Lens> {
-    if columns.lens_parameters.is_empty() {
-        return Some(*lens);
-    }
-    let mut parameters = lens.parameters();
-    for (at, &parameter) in columns.lens_parameters.iter().enumerate() {
-        parameters[parameter] += step[columns.lens + at];
-    }
-    lens.with_parameters(&parameters).ok()
-}
-
-/// A kept pose after its step, a twist of the outer frame.
-pub(super) fn stepped_pose(pose: &Pose, columns: Option<usize>, kept: &[f64]) -> Pose {
-    columns.map_or(*pose, |at| {
-        let twist = Vector6::from_column_slice(&kept[at..at + 6]);
-        let mut moved = se3::exp(&twist) * pose;
-        moved.rotation.renormalize();
-        moved
-    })
 }

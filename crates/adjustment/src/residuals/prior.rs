@@ -1,59 +1,113 @@
 //! Priors of kept parameters: values with standard deviations, as additional residuals.
 //!
-//! The error of a pose is its step of FRAMES.md from its prior (`dt`, `dr` over the outer frame's axes); the
-//! solver's step is a twist `(v, w)` of the outer frame, so that `dt` grows by `v - t x w` and `dr`, for small errors, by `w`.
-//! The error of a size is that of its logarithm, as its step is.
+//! The error of a pose is its step of FRAMES.md from its prior, `(dt, dr)` over the outer frame's axes; a further step changes it by
+//! `(dt, J_l^-1(dr) dr)`. The error of a size is that of its logarithm, as its step is.
 
-use super::layout::{KeptParameter, Layout};
-use super::state::{Anchor, Bundle, Freedom};
+use crate::layout::{KeptParameter, Layout};
+use crate::values::{Bundle, Freedom};
 use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
-use sextant_geometry::{se3, so3};
+use sextant_geometry::{Pose, se3, so3};
 use sextant_site_model::PoseSigma;
 
-/// Adds every anchor to the equations of the kept parameters; returns the sum of their squares.
-pub(super) fn add(
+/// A prior of a kept parameter; without effect where the parameter is not sought.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Anchor {
+    /// Where a camera is.
+    Camera {
+        /// Index into [`Bundle::cameras`].
+        camera: usize,
+        /// Maps points of the camera into the world.
+        world_from_camera: Pose,
+        /// One deviation an axis.
+        sigma: PoseSigma,
+    },
+    /// Where a tag is.
+    Tag {
+        /// Index into [`Bundle::tags`].
+        tag: usize,
+        /// Maps points of the tag into the object.
+        object_from_tag: Pose,
+        /// One deviation an axis.
+        sigma: PoseSigma,
+        /// Factor on those across the plane of the object's x and y: along its z, and of the turns about x and y. 1 unless it bends.
+        across: f64,
+    },
+    /// How large a tag is.
+    Size {
+        /// Index into [`Bundle::tags`].
+        tag: usize,
+        /// Metres.
+        size_m: f64,
+        /// One deviation, as a part of the size.
+        sigma: f64,
+    },
+    /// A lens parameter.
+    Lens {
+        /// Index into [`Bundle::cameras`].
+        camera: usize,
+        /// Index into `Lens::parameters`.
+        parameter: usize,
+        /// In the parameter's unit.
+        value: f64,
+        /// One deviation, in the same unit.
+        sigma: f64,
+    },
+    /// A common scale of tags: that they are as large as given.
+    Scale {
+        /// Index into [`Bundle::scales`].
+        scale: usize,
+        /// One deviation of its logarithm.
+        sigma: f64,
+    },
+    /// The offset of a camera's clock.
+    Clock {
+        /// Index into [`Bundle::cameras`].
+        camera: usize,
+        /// By how much it is ahead, seconds.
+        offset_s: f64,
+        /// One deviation, seconds.
+        sigma: f64,
+    },
+    /// The line delay of a camera.
+    LineDelay {
+        /// Index into [`Bundle::cameras`].
+        camera: usize,
+        /// Seconds from a row to the next.
+        line_delay_s: f64,
+        /// One deviation, seconds.
+        sigma: f64,
+    },
+}
+
+/// Adds every anchor to the equations of the kept parameters.
+pub(crate) fn add(
     bundle: &Bundle,
     layout: &Layout,
     kept: &mut DMatrix<f64>,
     gradient: &mut DVector<f64>,
-) -> f64 {
+) {
     for anchor in &bundle.anchors {
-        let scalar = |at: Option<usize>| at.map(|at| (at, 1));
-        let (pose, columns) = match *anchor {
-            Anchor::Camera { camera, .. } => (
-                Some(&bundle.cameras[camera].world_from_camera),
-                layout.cameras[camera].pose.map(|at| (at, 6)),
-            ),
-            Anchor::Tag { tag, .. } => (
-                Some(&bundle.tags[tag].object_from_tag),
-                layout.tags[tag].pose.map(|at| (at, 6)),
-            ),
-            Anchor::Size { tag, .. } => (None, scalar(layout.tags[tag].size)),
-            Anchor::Lens {
-                camera, parameter, ..
-            } => (None, scalar(layout.cameras[camera].lens_column(parameter))),
-            Anchor::Clock { camera, .. } => (None, scalar(layout.cameras[camera].clock)),
-            Anchor::LineDelay { camera, .. } => (None, scalar(layout.cameras[camera].line_delay)),
+        let Some((at, width)) = anchor.columns(layout) else {
+            continue;
         };
-        let Some((at, width)) = columns else { continue };
+        let error = anchor.error(bundle);
         let mut by_step = Matrix6::identity();
-        if let Some(pose) = pose {
-            by_step
-                .fixed_view_mut::<3, 3>(0, 3)
-                .copy_from(&-so3::hat(&pose.translation.vector));
+        if width == 6 {
+            let turn = error.fixed_rows::<3>(3).into_owned();
+            let by_turn = so3::left_jacobian_inverse(&turn);
+            by_step.fixed_view_mut::<3, 3>(3, 3).copy_from(&by_turn);
         }
         let weights = Matrix6::from_diagonal(&anchor.sigmas().map(|sigma| sigma.powi(-2)));
         let weighted = by_step.transpose() * weights;
         let mut own = kept.view_mut((at, at), (width, width));
         own += (weighted * by_step).view((0, 0), (width, width));
         let mut pull = gradient.rows_mut(at, width);
-        pull += (weighted * anchor.error(bundle)).rows(0, width);
+        pull += (weighted * error).rows(0, width);
     }
-    rho(bundle)
 }
 
 /// The sum of the squares of all anchors.
-pub(super) fn rho(bundle: &Bundle) -> f64 {
+pub(crate) fn rho(bundle: &Bundle) -> f64 {
     let squares = bundle.anchors.iter().map(|anchor| {
         let errors = anchor.error(bundle).component_div(&anchor.sigmas());
         errors.norm_squared()
@@ -62,7 +116,7 @@ pub(super) fn rho(bundle: &Bundle) -> f64 {
 }
 
 /// Sum of the logarithms of the precisions of the clocks' anchors: those of the others are the same in all models that are compared.
-pub(super) fn log_prior(bundle: &Bundle) -> f64 {
+pub(crate) fn log_prior(bundle: &Bundle) -> f64 {
     let precisions = bundle.anchors.iter().map(|anchor| match anchor {
         Anchor::Clock { camera, sigma, .. } if bundle.cameras[*camera].clock == Freedom::Free => {
             -2.0 * sigma.ln()
@@ -72,7 +126,7 @@ pub(super) fn log_prior(bundle: &Bundle) -> f64 {
     precisions.sum()
 }
 
-fn of_pose(sigma: PoseSigma, across: f64) -> Vector6<f64> {
+fn pose_sigmas(sigma: PoseSigma, across: f64) -> Vector6<f64> {
     let (position, orientation) = (sigma.position_m, sigma.orientation_rad);
     let bent = orientation * across;
     Vector6::new(
@@ -86,8 +140,25 @@ fn of_pose(sigma: PoseSigma, across: f64) -> Vector6<f64> {
 }
 
 impl Anchor {
+    /// First column of its parameters and their number; `None` where they are not sought.
+    fn columns(&self, layout: &Layout) -> Option<(usize, usize)> {
+        let pose = |at: Option<usize>| at.map(|at| (at, 6));
+        let scalar = |at: Option<usize>| at.map(|at| (at, 1));
+        match *self {
+            Self::Camera { camera, .. } => pose(layout.cameras[camera].pose),
+            Self::Tag { tag, .. } => pose(layout.tags[tag].pose),
+            Self::Size { tag, .. } => scalar(layout.tags[tag].size),
+            Self::Lens {
+                camera, parameter, ..
+            } => scalar(layout.cameras[camera].lens_column(parameter)),
+            Self::Scale { scale, .. } => scalar(layout.scales[scale]),
+            Self::Clock { camera, .. } => scalar(layout.cameras[camera].clock),
+            Self::LineDelay { camera, .. } => scalar(layout.cameras[camera].line_delay),
+        }
+    }
+
     /// Difference of the bundle from the prior, in the units of the anchor; a scalar is the first element.
-    pub(crate) fn error(&self, bundle: &Bundle) -> Vector6<f64> {
+    pub fn error(&self, bundle: &Bundle) -> Vector6<f64> {
         let single = |error: f64| Vector6::new(error, 0.0, 0.0, 0.0, 0.0, 0.0);
         match self {
             Self::Camera {
@@ -110,6 +181,7 @@ impl Anchor {
                 value,
                 ..
             } => single(bundle.cameras[*camera].lens.parameters()[*parameter] - value),
+            Self::Scale { scale, .. } => single(bundle.scales[*scale].log_factor),
             Self::Clock {
                 camera, offset_s, ..
             } => single(bundle.cameras[*camera].clock_offset_s - offset_s),
@@ -122,19 +194,21 @@ impl Anchor {
     }
 
     /// Standard deviation of each element; a scalar's is repeated six times.
-    pub(crate) fn sigmas(&self) -> Vector6<f64> {
+    pub fn sigmas(&self) -> Vector6<f64> {
         match *self {
-            Self::Camera { sigma, .. } => of_pose(sigma, 1.0),
-            Self::Tag { sigma, across, .. } => of_pose(sigma, across),
+            Self::Camera { sigma, .. } => pose_sigmas(sigma, 1.0),
+            Self::Tag { sigma, across, .. } => pose_sigmas(sigma, across),
             Self::Size { sigma, .. }
             | Self::Lens { sigma, .. }
+            | Self::Scale { sigma, .. }
             | Self::Clock { sigma, .. }
             | Self::LineDelay { sigma, .. } => Vector6::repeat(sigma),
         }
     }
 
     /// The anchor with scaled deviations: that of the position or scalar, and that of the orientation.
-    pub(crate) fn scaled(mut self, first: f64, orientation: f64) -> Self {
+    #[must_use]
+    pub fn scaled(mut self, first: f64, orientation: f64) -> Self {
         match &mut self {
             Self::Camera { sigma, .. } | Self::Tag { sigma, .. } => {
                 sigma.position_m *= first;
@@ -142,6 +216,7 @@ impl Anchor {
             }
             Self::Size { sigma, .. }
             | Self::Lens { sigma, .. }
+            | Self::Scale { sigma, .. }
             | Self::Clock { sigma, .. }
             | Self::LineDelay { sigma, .. } => *sigma *= first,
         }
@@ -149,7 +224,7 @@ impl Anchor {
     }
 
     /// Its parameters, in the order of its errors.
-    pub(crate) fn parameters(&self) -> Vec<KeptParameter> {
+    pub fn parameters(&self) -> Vec<KeptParameter> {
         let axes = || 0..3;
         match *self {
             Self::Camera { camera, .. } => {
@@ -166,19 +241,21 @@ impl Anchor {
             Self::Lens {
                 camera, parameter, ..
             } => vec![KeptParameter::Lens { camera, parameter }],
+            Self::Scale { scale, .. } => vec![KeptParameter::Scale { scale }],
             Self::Clock { camera, .. } => vec![KeptParameter::Clock { camera }],
             Self::LineDelay { camera, .. } => vec![KeptParameter::LineDelay { camera }],
         }
     }
 
     /// Whether its indices and deviations are valid.
-    pub(super) fn is_sound(&self, bundle: &Bundle) -> bool {
+    pub(crate) fn is_sound(&self, bundle: &Bundle) -> bool {
         let usable = |sigma: f64| sigma > 0.0 && sigma.powi(-2).is_finite();
         let is_there = match self {
             Self::Camera { camera, .. }
             | Self::Clock { camera, .. }
             | Self::LineDelay { camera, .. } => *camera < bundle.cameras.len(),
             Self::Tag { tag, .. } => *tag < bundle.tags.len(),
+            Self::Scale { scale, .. } => *scale < bundle.scales.len(),
             Self::Size { tag, size_m, .. } => *tag < bundle.tags.len() && *size_m > 0.0,
             Self::Lens {
                 camera, parameter, ..

@@ -1,11 +1,10 @@
 //! Covariance of the kept parameters.
 
-use super::clusters::{Cluster, displacement, factors};
-use super::layout::{ArmPose, KeptParameter, Layout};
-use super::prior_knowledge::PriorKnowledge;
-use super::state::Bundle;
+use crate::clusters::{Cluster, displacement, factors};
+use crate::layout::{ArmPose, KeptParameter, Layout};
+use crate::prior_knowledge::PriorKnowledge;
+use crate::values::Bundle;
 use nalgebra::{DMatrix, DVector, Matrix6};
-use sextant_geometry::{Pose, so3};
 
 /// Covariance of the kept parameters by the noise of corners and by what clusters of images disagree by: poses over the step of FRAMES.md (position along the outer frame's axes, rotation about
 /// the inner frame's origin), lenses in their own units, clocks in seconds. Always finite.
@@ -19,37 +18,37 @@ pub struct KeptCovariance {
 }
 
 impl KeptCovariance {
-    /// From the information matrix over the solver's steps, and what each cluster of images says, both in units of the stated noise, whose
-    /// variance is off by `variance_factor`.
-    pub(super) fn of(
-        (bundle, layout): (&Bundle, &Layout),
-        (information, clusters): (DMatrix<f64>, impl Iterator<Item = Cluster>),
+    /// From the information matrix, and what each cluster of images says, both in units of the given noise, whose variance is off by
+    /// `variance_factor`.
+    pub(crate) fn new(
+        bundle: &Bundle,
+        layout: &Layout,
+        information: &DMatrix<f64>,
+        clusters: &[Cluster],
         variance_factor: f64,
         prior: &PriorKnowledge,
     ) -> Self {
         let information = information / variance_factor;
         let parameters = layout.parameters();
-        let steps = steps_from_framed(bundle, layout);
-        let information = steps.transpose() * information * &steps;
         let mut with_prior = information.clone();
         for (at, parameter) in parameters.iter().enumerate() {
             with_prior[(at, at)] += prior.sigma(bundle, parameter).powi(-2);
         }
-        let of_noise = inverse(with_prior, |at| prior.sigma(bundle, &parameters[at]));
+        let of_noise = inverse(&with_prior, |at| prior.sigma(bundle, &parameters[at]));
         let mut of_images = DMatrix::zeros(parameters.len(), parameters.len());
         let displacements: Vec<_> = clusters
+            .iter()
             .map(|cluster| {
                 of_images += &cluster.information / variance_factor;
-                let gradient = steps.tr_mul(&cluster.gradient) / variance_factor;
-                displacement(&of_noise, &gradient, |step| {
-                    steps.tr_mul(&(&cluster.information * (&steps * step))) / variance_factor
+                displacement(&of_noise, &(&cluster.gradient / variance_factor), |step| {
+                    &cluster.information * step / variance_factor
                 })
             })
             .collect();
         // The part that is due to images alone: what only priors determine, no image can disagree about.
-        let due_to_images = &of_noise * (steps.tr_mul(&of_images) * &steps) * &of_noise;
+        let due_to_images = &of_noise * of_images * &of_noise;
         let (variances, sigmas) = (due_to_images.diagonal(), of_noise.diagonal().map(f64::sqrt));
-        let factors = factors(&parameters, (&variances, &sigmas), &displacements);
+        let factors = factors(&parameters, &variances, &sigmas, &displacements);
         let more = factors.map(|factor| (factor - 1.0).sqrt());
         let matrix = &of_noise + due_to_images.component_mul(&(&more * more.transpose()));
         Self {
@@ -80,12 +79,12 @@ impl KeptCovariance {
     }
 
     /// By the noise of corners alone.
-    pub(super) fn of_noise(&self) -> &DMatrix<f64> {
+    pub(crate) fn by_noise(&self) -> &DMatrix<f64> {
         &self.of_noise
     }
 
     /// Information of images and anchors, without the prior.
-    pub(crate) fn information(&self) -> &DMatrix<f64> {
+    pub fn information(&self) -> &DMatrix<f64> {
         &self.information
     }
 
@@ -141,7 +140,7 @@ impl KeptCovariance {
 
 /// Inverse of a positive definite matrix whose diagonal spans many orders of magnitude, by scaling. If rounding makes it indefinite,
 /// the covariance of the prior.
-fn inverse(information: DMatrix<f64>, sigma: impl Fn(usize) -> f64) -> DMatrix<f64> {
+fn inverse(information: &DMatrix<f64>, sigma: impl Fn(usize) -> f64) -> DMatrix<f64> {
     let n = information.nrows();
     let scale: Vec<f64> = (0..n).map(|at| information[(at, at)].sqrt()).collect();
     let scaled = DMatrix::from_fn(n, n, |i, j| information[(i, j)] / (scale[i] * scale[j]));
@@ -156,28 +155,4 @@ fn inverse(information: DMatrix<f64>, sigma: impl Fn(usize) -> f64) -> DMatrix<f
         }),
     };
     DMatrix::from_fn(n, n, |i, j| inverse[(i, j)] / (scale[i] * scale[j]))
-}
-
-/// Maps a step of FRAMES.md to the solver's step (a twist of the outer frame about its origin), block by block:
-/// `v = dt - w x t`, `w = dr`.
-fn steps_from_framed(bundle: &Bundle, layout: &Layout) -> DMatrix<f64> {
-    let mut steps = DMatrix::identity(layout.n, layout.n);
-    let mut put = |columns: Option<usize>, pose: &Pose| {
-        if let Some(at) = columns {
-            steps
-                .fixed_view_mut::<3, 3>(at, at + 3)
-                .copy_from(&so3::hat(&pose.translation.vector));
-        }
-    };
-    for (camera, columns) in bundle.cameras.iter().zip(&layout.cameras) {
-        put(columns.pose, &camera.world_from_camera);
-    }
-    for (tag, columns) in bundle.tags.iter().zip(&layout.tags) {
-        put(columns.pose, &tag.object_from_tag);
-    }
-    if let Some(arm) = &bundle.arm {
-        put(layout.arm.pose, &arm.base_from_site);
-        put(layout.arm.pose.map(|at| at + 6), &arm.hand_from_carried);
-    }
-    steps
 }

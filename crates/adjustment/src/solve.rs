@@ -1,20 +1,17 @@
-//! Levenberg-Marquardt over cameras, tags and instants with a robust kernel (iteratively reweighted).
+//! Levenberg-Marquardt over the kept parameters and the instants with a robust kernel (iteratively reweighted).
 
-use super::anchors;
-use super::arm::{Arm, ArmResidual};
-use super::clusters::clusters;
-use super::covariance::KeptCovariance;
-use super::elimination::{ReducedSystem, Step};
-use super::equations::{self, Equations};
-use super::layout::{Layout, stepped_lens, stepped_pose};
-use super::motion;
-use super::observability::{WeakDirection, weak_directions};
-use super::prior_knowledge::PriorKnowledge;
-use super::stamps;
-use super::state::{Bundle, BundleCamera, BundleError, BundleTag, Instant};
-use nalgebra::{SVector, Vector6};
+use crate::clusters::clusters;
+use crate::elimination::{ReducedSystem, Step};
+use crate::equations::{self, Equations};
+use crate::layout::Layout;
+use crate::marginals::KeptCovariance;
+use crate::observability::{WeakDirection, weak_directions};
+use crate::prior_knowledge::PriorKnowledge;
+use crate::residuals::hand_pose::ArmResidual;
+use crate::residuals::{prior, tie};
+use crate::stamps;
+use crate::values::{Bundle, BundleError, Instant};
 use sextant_geometry::least_squares::Kernel;
-use sextant_geometry::se3;
 
 /// Options of the solver.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -95,27 +92,24 @@ const WORSE: f64 = 8.0;
 /// A decrease below this part of the cost drowns in rounding.
 const ROUNDING: f64 = 1e-12;
 
-pub(super) struct Descent<'a, const D: usize> {
-    pub(super) bundle: Bundle,
+pub(crate) struct Descent<'a, const D: usize> {
+    pub(crate) bundle: Bundle,
     layout: Layout,
     options: &'a BundleOptions,
     damping: f64,
 }
 
-/// What moves, apart from the images.
-pub(super) struct Estimates {
-    pub(super) cameras: Vec<BundleCamera>,
-    pub(super) tags: Vec<BundleTag>,
-    pub(super) instants: Vec<Instant>,
-    arm: Option<Arm>,
-    /// Errors of the stamps, by image.
+/// What moves, apart from the images: a bundle without them, and the errors of the stamps by image.
+pub(crate) struct Estimates {
+    pub(crate) site: Bundle,
+    pub(crate) instants: Vec<Instant>,
     stamp_errors_s: Vec<f64>,
 }
 
 impl<'a, const D: usize> Descent<'a, D> {
-    pub(super) fn new(bundle: Bundle, options: &'a BundleOptions) -> Self {
+    pub(crate) fn new(bundle: Bundle, options: &'a BundleOptions) -> Self {
         Self {
-            layout: Layout::of(&bundle),
+            layout: Layout::new(&bundle),
             bundle,
             options,
             damping: FIRST_DAMPING,
@@ -140,25 +134,25 @@ impl<'a, const D: usize> Descent<'a, D> {
                 None => converged = descent.damping > MOST_DAMPING,
             }
         }
-        descent.rest(&equations, (iterations, converged))
+        descent.rest(&equations, iterations, converged)
     }
 
     #[cfg(test)]
-    pub(super) fn no_step(&self) -> Step<D> {
+    pub(crate) fn no_step(&self) -> Step<D> {
         Step {
             kept: nalgebra::DVector::zeros(self.layout.n),
-            instants: vec![SVector::zeros(); self.bundle.instants.len()],
+            instants: vec![nalgebra::SVector::zeros(); self.bundle.instants.len()],
             stamps: vec![0.0; self.bundle.images.len()],
         }
     }
 
     fn linearise(&self) -> Equations<D> {
-        Equations::of(&self.bundle, &self.layout, &self.options.kernel)
+        Equations::new(&self.bundle, &self.layout, &self.options.kernel)
     }
 
     /// Tries one step; the gain where it was taken.
     fn advance(&mut self, equations: &Equations<D>) -> Option<f64> {
-        let taken = ReducedSystem::of(equations, self.damping)
+        let taken = ReducedSystem::new(equations, self.damping)
             .and_then(|reduced| reduced.step(equations))
             .and_then(|step| self.take_if_better(&step, equations.rho));
         self.damping = match taken {
@@ -179,37 +173,14 @@ impl<'a, const D: usize> Descent<'a, D> {
         None
     }
 
-    pub(super) fn stepped(&self, step: &Step<D>) -> Option<Estimates> {
-        let kept = step.kept.as_slice();
-        let cameras = self.bundle.cameras.iter().zip(&self.layout.cameras);
-        let cameras = cameras.map(|(camera, columns)| {
-            let mut camera = camera.clone();
-            camera.lens = stepped_lens(&camera.lens, columns, kept)?;
-            camera.world_from_camera = stepped_pose(&camera.world_from_camera, columns.pose, kept);
-            camera.clock_offset_s += columns.clock.map_or(0.0, |at| kept[at]);
-            camera.line_delay_s += columns.line_delay.map_or(0.0, |at| kept[at]);
-            Some(camera)
-        });
-        let tags = self.bundle.tags.iter().zip(&self.layout.tags);
-        let tags = tags.map(|(tag, columns)| BundleTag {
-            object_from_tag: stepped_pose(&tag.object_from_tag, columns.pose, kept),
-            size_m: tag.size_m
-                * columns
-                    .size
-                    .map_or(1.0, |at| kept[at].clamp(-1.0, 1.0).exp()),
-            ..tag.clone()
-        });
+    pub(crate) fn stepped(&self, step: &Step<D>) -> Option<Estimates> {
         let instants = self.bundle.instants.iter().zip(&step.instants);
         let stamps = self.bundle.images.iter().zip(&step.stamps);
         Some(Estimates {
-            cameras: cameras.collect::<Option<_>>()?,
-            tags: tags.collect(),
-            instants: instants.map(|(at, step)| at.moved(step)).collect(),
-            arm: self
+            site: self
                 .bundle
-                .arm
-                .as_ref()
-                .map(|arm| arm.stepped(&self.layout, kept)),
+                .stepped_site(&self.layout, step.kept.as_slice())?,
+            instants: instants.map(|(at, step)| at.stepped(step)).collect(),
             stamp_errors_s: stamps
                 .map(|(image, step)| image.stamp_error_s + step)
                 .collect(),
@@ -219,27 +190,30 @@ impl<'a, const D: usize> Descent<'a, D> {
     fn rest(
         self,
         equations: &Equations<D>,
-        (iterations, converged): (usize, bool),
+        iterations: usize,
+        converged: bool,
     ) -> Result<BundleSolution, BundleError> {
         let reduced =
-            ReducedSystem::of(equations, 0.0).or_else(|| ReducedSystem::of(equations, 1e-9));
+            ReducedSystem::new(equations, 0.0).or_else(|| ReducedSystem::new(equations, 1e-9));
         let reduced = reduced.ok_or(BundleError::BadStart)?;
         let log_evidence = reduced.log_information(equations).map(|information| {
             let prior = stamps::log_prior(&self.bundle)
-                + anchors::log_prior(&self.bundle)
-                + motion::log_prior(&self.bundle);
+                + prior::log_prior(&self.bundle)
+                + tie::log_prior(&self.bundle);
             0.5 * (prior - information - equations.rho)
         });
         let fit = self.fit();
         let parameters = self.layout.n + D * self.bundle.instants.len();
         let variance_factor = fit.variance_factor(parameters);
-        let clusters = self
-            .options
-            .by_clusters
-            .then(|| clusters::<D>(&self.bundle, &self.layout, &self.options.kernel));
-        let covariance = KeptCovariance::of(
-            (&self.bundle, &self.layout),
-            (reduced.information, clusters.into_iter().flatten()),
+        let clusters = match self.options.by_clusters {
+            true => clusters::<D>(&self.bundle, &self.layout, &self.options.kernel).collect(),
+            false => Vec::new(),
+        };
+        let covariance = KeptCovariance::new(
+            &self.bundle,
+            &self.layout,
+            &reduced.information,
+            &clusters,
             variance_factor,
             &self.options.prior,
         );
@@ -315,25 +289,13 @@ impl Fit {
 
 impl Estimates {
     fn swap(&mut self, bundle: &mut Bundle) {
-        std::mem::swap(&mut self.cameras, &mut bundle.cameras);
-        std::mem::swap(&mut self.tags, &mut bundle.tags);
+        std::mem::swap(&mut self.site.cameras, &mut bundle.cameras);
+        std::mem::swap(&mut self.site.tags, &mut bundle.tags);
+        std::mem::swap(&mut self.site.scales, &mut bundle.scales);
+        std::mem::swap(&mut self.site.arm, &mut bundle.arm);
         std::mem::swap(&mut self.instants, &mut bundle.instants);
-        std::mem::swap(&mut self.arm, &mut bundle.arm);
         for (own, image) in self.stamp_errors_s.iter_mut().zip(&mut bundle.images) {
             std::mem::swap(own, &mut image.stamp_error_s);
         }
-    }
-}
-
-impl Instant {
-    /// After a step: a twist of the object's own frame and, where there are twelve, a change of its twist.
-    fn moved<const D: usize>(&self, step: &SVector<f64, D>) -> Self {
-        let mut moved = self.clone();
-        moved.world_from_object *= se3::exp(&Vector6::from_column_slice(&step.as_slice()[..6]));
-        moved.world_from_object.rotation.renormalize();
-        for (twist, change) in moved.twist.iter_mut().zip(step.iter().skip(6)) {
-            *twist += change;
-        }
-        moved
     }
 }

@@ -1,7 +1,7 @@
 //! Standard deviations of the kept parameters before any image.
 
-use super::layout::KeptParameter;
-use super::state::Bundle;
+use crate::layout::KeptParameter;
+use crate::values::Bundle;
 
 /// Prior standard deviations: the units in which directions are compared.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,7 +43,7 @@ impl Default for PriorKnowledge {
 }
 
 impl PriorKnowledge {
-    pub(super) fn sigma(&self, bundle: &Bundle, parameter: &KeptParameter) -> f64 {
+    pub(crate) fn sigma(&self, bundle: &Bundle, parameter: &KeptParameter) -> f64 {
         match *parameter {
             KeptParameter::CameraPosition { .. } | KeptParameter::ArmPosition { .. } => {
                 self.camera_position_m
@@ -58,11 +58,11 @@ impl PriorKnowledge {
             KeptParameter::Clock { .. } | KeptParameter::ArmDelay => self.clock_s,
             KeptParameter::LineDelay { .. } => self.line_delay_s,
             KeptParameter::TagPosition { .. } => self.tag_position_m,
-            KeptParameter::TagSize { .. } => self.tag_size,
+            KeptParameter::TagSize { .. } | KeptParameter::Scale { .. } => self.tag_size,
         }
     }
 
-    pub(super) fn unit(&self, parameter: &KeptParameter) -> f64 {
+    pub(crate) fn unit(&self, parameter: &KeptParameter) -> f64 {
         match *parameter {
             KeptParameter::CameraPosition { .. } | KeptParameter::ArmPosition { .. } => {
                 self.camera_position_m
@@ -76,7 +76,7 @@ impl PriorKnowledge {
             KeptParameter::Clock { .. } | KeptParameter::ArmDelay => self.clock_s,
             KeptParameter::LineDelay { .. } => self.line_delay_s,
             KeptParameter::TagPosition { .. } => self.tag_position_m,
-            KeptParameter::TagSize { .. } => self.tag_size,
+            KeptParameter::TagSize { .. } | KeptParameter::Scale { .. } => self.tag_size,
         }
     }
 }

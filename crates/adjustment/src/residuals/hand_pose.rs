@@ -6,9 +6,12 @@
 //! the hand, and P maps points of the object into the base. Both hand-eye problems, `A X = X B` and `A X = Y B` (F. Dornaika, R. Horaud,
 //! Simultaneous robot-world and hand-eye calibration, 1998), are this one residual.
 
-use nalgebra::{Matrix6, Vector6};
+use crate::equations::Node;
+use crate::layout::Layout;
+use crate::values::{Bundle, stepped_pose};
+use nalgebra::{DMatrix, DVector, Matrix6, SMatrix, Vector6};
 use sextant_geometry::least_squares::Kernel;
-use sextant_geometry::{Pose, se3};
+use sextant_geometry::{Pose, se3, so3};
 use sextant_site_model::PoseSigma;
 
 /// What the hand carries.
@@ -54,7 +57,7 @@ pub struct Hand {
 /// The error of the robot's pose at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArmResidual {
-    /// Index into [`Bundle::instants`](super::Bundle::instants).
+    /// Index into [`Bundle::instants`].
     pub instant: usize,
     /// From the robot's pose to that of the images, a twist of the hand's axes.
     pub error: Vector6<f64>,
@@ -65,37 +68,52 @@ pub struct ArmResidual {
 }
 
 /// A pose with a larger error has less weight; one of 20 sigma almost none.
-pub(super) const KERNEL: Kernel = Kernel::Cauchy { width: 5.0 };
+const KERNEL: Kernel = Kernel::Cauchy { width: 5.0 };
 
-/// A residual with its derivatives.
-pub(crate) struct HandError {
+/// A residual with its derivatives by steps of FRAMES.md.
+pub struct HandError {
+    /// From the robot's pose to that of the images, a twist of the hand's axes.
     pub error: Vector6<f64>,
-    /// With respect to a twist of the base about its origin, which is added from the left.
+    /// By a step of `base_from_site`.
     pub by_base: Matrix6<f64>,
-    /// With respect to a twist of the hand, added from the left to `hand_from_carried`.
+    /// By a step of `hand_from_carried`.
     pub by_hand: Matrix6<f64>,
-    /// With respect to a twist added from the right to `P M H^-1`.
+    /// By a twist of the hand's axes, from the right of `P M H^-1`.
     by_right: Matrix6<f64>,
+    /// By a twist of the base's axes, from the left of `P M H^-1`.
+    by_left: Matrix6<f64>,
 }
 
 impl HandError {
-    /// `log(B^-1 P M H^-1)`; derivatives by J. Sola et al., A micro Lie theory, 2018, eq. 71 and 180.
-    pub(crate) fn of(
+    /// `log(B^-1 P M H^-1)`, with B `base_from_hand`, P `base_from_site`, M `site_from_carried` and H `hand_from_carried`; derivatives by J.
+    /// Sola et al., A micro Lie theory, 2018, eq. 71 and 180.
+    pub fn new(
         base_from_hand: &Pose,
-        (base_from_site, site_from_carried): (&Pose, &Pose),
+        base_from_site: &Pose,
+        site_from_carried: &Pose,
         hand_from_carried: &Pose,
     ) -> Self {
         let seen = base_from_site * site_from_carried * hand_from_carried.inverse();
         let error = se3::log(&(base_from_hand.inverse() * seen));
         // The right Jacobian is the left one of the inverse motion.
         let by_right = se3::left_jacobian_inverse(&-error);
+        let by_left = by_right * se3::adjoint(&seen.inverse());
         Self {
             error,
-            by_base: by_right * se3::adjoint(&seen.inverse()),
-            by_hand: -by_right,
+            by_base: by_left * twist_by_step(base_from_site),
+            by_hand: -by_right * twist_by_step(hand_from_carried),
             by_right,
+            by_left,
         }
     }
+}
+
+/// Derivative of the twist of the outer axes, from the left of a pose, by the pose's step: `v = dt + t x dr`, `w = dr`.
+fn twist_by_step(pose: &Pose) -> Matrix6<f64> {
+    let mut by_step = Matrix6::identity();
+    let turn = so3::hat(&pose.translation.vector);
+    by_step.fixed_view_mut::<3, 3>(0, 3).copy_from(&turn);
+    by_step
 }
 
 impl Arm {
@@ -108,7 +126,7 @@ impl Arm {
     }
 
     /// `world_from_object` for a pose of the hand.
-    pub(crate) fn predicted(&self, base_from_hand: &Pose) -> Pose {
+    pub fn predicted(&self, base_from_hand: &Pose) -> Pose {
         let site_from_carried =
             self.base_from_site.inverse() * base_from_hand * self.hand_from_carried;
         match self.mount {
@@ -118,19 +136,29 @@ impl Arm {
     }
 
     /// The error of a pose of the hand where the images show the object at `world_from_object`.
-    pub(crate) fn error(&self, base_from_hand: &Pose, world_from_object: &Pose) -> HandError {
-        HandError::of(
+    pub fn error(&self, base_from_hand: &Pose, world_from_object: &Pose) -> HandError {
+        let carried = self.site_from_carried(world_from_object);
+        HandError::new(
             base_from_hand,
-            (
-                &self.base_from_site,
-                &self.site_from_carried(world_from_object),
-            ),
+            &self.base_from_site,
+            &carried,
             &self.hand_from_carried,
         )
     }
 
+    /// Derivative of an error by a step of `world_from_object`.
+    fn by_object(&self, found: &HandError, world_from_object: &Pose) -> Matrix6<f64> {
+        let by_twist = match self.mount {
+            // P exp(x) M is exp(Ad(P) x) P M.
+            Mount::Object => found.by_left * se3::adjoint(&self.base_from_site),
+            // M exp(-x) H^-1 is M H^-1 exp(-Ad(H) x).
+            Mount::Camera => -found.by_right * se3::adjoint(&self.hand_from_carried),
+        };
+        by_twist * twist_by_step(world_from_object)
+    }
+
     /// Whether there is an entry an instant and every number is usable.
-    pub(super) fn is_sound(&self, n_instants: usize) -> bool {
+    pub(crate) fn is_sound(&self, n_instants: usize) -> bool {
         let sigmas = [self.sigma.position_m, self.sigma.orientation_rad];
         let are_usable =
             sigmas.iter().all(|s| *s > 0.0 && s.powi(-2).is_finite()) && self.reach_m > 0.0;
@@ -143,7 +171,7 @@ impl Arm {
     }
 
     /// The hands of some of the instants.
-    pub(super) fn part(&self, instants: std::ops::Range<usize>) -> Self {
+    pub(crate) fn part(&self, instants: std::ops::Range<usize>) -> Self {
         Self {
             hands: self.hands[instants].to_vec(),
             reach_m: f64::INFINITY,
@@ -151,32 +179,143 @@ impl Arm {
         }
     }
 
-    pub(super) fn reach_square(&self) -> f64 {
+    fn reach_square(&self) -> f64 {
         self.hand_from_carried.translation.vector.norm_squared() / self.reach_m.powi(2)
     }
 
     /// Inverse covariance of the robot's poses.
-    pub(super) fn information(&self) -> Matrix6<f64> {
+    fn information(&self) -> Matrix6<f64> {
         let [p, r] = [self.sigma.position_m, self.sigma.orientation_rad].map(|s| s.powi(-2));
         Matrix6::from_diagonal(&Vector6::new(p, p, p, r, r, r))
     }
 
-    /// Derivative of an error with respect to a twist of the object's own frame.
-    pub(super) fn by_object(&self, found: &HandError) -> Matrix6<f64> {
-        match self.mount {
-            Mount::Object => found.by_right * se3::adjoint(&self.hand_from_carried),
-            // M becomes exp(-d) M, which is P exp(-d) P^-1 from the left.
-            Mount::Camera => -found.by_base * se3::adjoint(&self.base_from_site),
+    /// After a step of the kept parameters.
+    pub(crate) fn stepped(&self, layout: &Layout, kept: &[f64]) -> Self {
+        let pose = layout.arm.pose;
+        let delay_step = layout.arm.delay.map_or(0.0, |at| kept[at]);
+        Self {
+            base_from_site: stepped_pose(&self.base_from_site, pose, kept),
+            hand_from_carried: stepped_pose(&self.hand_from_carried, pose.map(|at| at + 6), kept),
+            delay_s: self.delay_s + delay_step,
+            hands: self
+                .hands
+                .iter()
+                .map(|hand| hand.map(|hand| hand.after(delay_step)))
+                .collect(),
+            ..self.clone()
         }
+    }
+
+    /// Each instant with a pose of the hand, and its error.
+    fn errors<'a>(
+        &'a self,
+        bundle: &'a Bundle,
+    ) -> impl Iterator<Item = (usize, &'a Hand, HandError)> {
+        let hands = self.hands.iter().zip(&bundle.instants).enumerate();
+        hands.filter_map(|(at, (hand, instant))| {
+            let hand = hand.as_ref()?;
+            let error = self.error(&hand.base_from_hand, &instant.world_from_object);
+            Some((at, hand, error))
+        })
+    }
+
+    /// The errors at the solution, whose nodes are given.
+    pub(crate) fn residuals<const D: usize>(
+        &self,
+        bundle: &Bundle,
+        nodes: &[Node<D>],
+    ) -> Vec<ArmResidual> {
+        let information = self.information();
+        let residuals = self.errors(bundle).map(|(instant, _, found)| {
+            let own = nodes[instant].own.fixed_view::<6, 6>(0, 0);
+            let of_object = own.into_owned().cholesky().map(|factor| factor.inverse());
+            let by_object = self.by_object(&found, &bundle.instants[instant].world_from_object);
+            ArmResidual {
+                instant,
+                error: found.error,
+                covariance: of_object
+                    .map_or_else(Matrix6::zeros, |c| by_object * c * by_object.transpose()),
+                chi_square: found.error.dot(&(information * found.error)),
+            }
+        });
+        residuals.collect()
     }
 }
 
+/// Adds the residuals of the robot's poses; returns the sum of their robust squares.
+pub(crate) fn add<const D: usize>(
+    bundle: &Bundle,
+    layout: &Layout,
+    kept: &mut DMatrix<f64>,
+    gradient: &mut DVector<f64>,
+    nodes: &mut [Node<D>],
+) -> f64 {
+    let (Some(arm), Some(first)) = (&bundle.arm, layout.arm.pose) else {
+        return 0.0;
+    };
+    let n = layout.arm.all().count();
+    let information = arm.information();
+    let mut sum = arm.reach_square();
+    for axis in 0..3 {
+        let at = first + 6 + axis;
+        let precision = arm.reach_m.powi(-2);
+        kept[(at, at)] += precision;
+        gradient[at] += arm.hand_from_carried.translation.vector[axis] * precision;
+    }
+    for (at, hand, found) in arm.errors(bundle) {
+        let square = found.error.dot(&(information * found.error));
+        sum += KERNEL.rho(square);
+        let weights = information * KERNEL.weight(square);
+        let by_object = arm.by_object(&found, &bundle.instants[at].world_from_object);
+        let by_instant = SMatrix::<f64, 6, D>::from_fn(|row, column| match column {
+            0..6 => by_object[(row, column)],
+            _ => 0.0,
+        });
+        let by_kept = hand.by_kept(&found);
+        let by_kept = by_kept.columns(0, n);
+        let weighted = weights * by_kept;
+        let node = &mut nodes[at];
+        node.own += by_instant.transpose() * weights * by_instant;
+        node.gradient += by_instant.transpose() * (weights * found.error);
+        let start = node.local(first);
+        let mut coupling = node.coupling.columns_mut(start, n);
+        coupling += by_instant.transpose() * &weighted;
+        let mut own = kept.view_mut((first, first), (n, n));
+        own += by_kept.transpose() * &weighted;
+        let mut pull = gradient.rows_mut(first, n);
+        pull += weighted.transpose() * found.error;
+    }
+    sum
+}
+
+/// The sum of the robust squares alone.
+pub(crate) fn rho(bundle: &Bundle) -> f64 {
+    let Some(arm) = &bundle.arm else { return 0.0 };
+    let information = arm.information();
+    let squares = arm.errors(bundle);
+    squares
+        .map(|(_, _, found)| KERNEL.rho(found.error.dot(&(information * found.error))))
+        .sum::<f64>()
+        + arm.reach_square()
+}
+
 impl Hand {
-    pub(super) fn after(&self, seconds: f64) -> Self {
+    fn after(&self, seconds: f64) -> Self {
         let mut later = *self;
         later.base_from_hand *= se3::exp(&(self.twist * seconds));
         later.base_from_hand.rotation.renormalize();
         later
+    }
+
+    /// Derivatives of an error by base, hand and delay.
+    fn by_kept(&self, found: &HandError) -> SMatrix<f64, 6, 13> {
+        let mut by_kept = SMatrix::<f64, 6, 13>::zeros();
+        by_kept.fixed_columns_mut::<6>(0).copy_from(&found.by_base);
+        by_kept.fixed_columns_mut::<6>(6).copy_from(&found.by_hand);
+        // A later robot pose is B exp(x ds): the error becomes log(exp(-x ds) E).
+        let by_delay = -se3::left_jacobian_inverse(&found.error) * self.twist;
+        by_kept.column_mut(12).copy_from(&by_delay);
+        by_kept
     }
 }
 
@@ -190,7 +329,7 @@ const DETERMINED: f64 = 6.0;
 impl Arm {
     /// Estimates the standard deviations of the robot's poses from the residuals of a solution, as variance components (D. MacKay, Bayesian
     /// interpolation, 1992), with those that disagree down-weighted. Returns the largest change of a logarithm.
-    pub(crate) fn learn_sigma(&mut self, residuals: &[ArmResidual]) -> f64 {
+    pub fn learn_sigma(&mut self, residuals: &[ArmResidual]) -> f64 {
         let before = [self.sigma.position_m, self.sigma.orientation_rad];
         let mut sigmas = before;
         for _ in 0..ROUNDS {
@@ -239,31 +378,30 @@ mod tests {
             let hand = arm.base_from_site * carried * arm.hand_from_carried.inverse() * pose(0.1);
             let found = arm.error(&hand, &object);
             for k in 0..6 {
-                let slope = |error: &dyn Fn(&Pose) -> Vector6<f64>| {
-                    let step =
-                        |h: f64| se3::exp(&Vector6::from_fn(|row, _| h * f64::from(row == k)));
+                let slope = |error: &dyn Fn(&Vector6<f64>) -> Vector6<f64>| {
+                    let step = |h: f64| Vector6::from_fn(|row, _| h * f64::from(row == k));
                     (error(&step(1e-6)) - error(&step(-1e-6))) / 2e-6
                 };
                 let with = |arm: Arm| move |object: &Pose| arm.error(&hand, object).error;
                 let by_base = slope(&|step| {
-                    let base_from_site = step * arm.base_from_site;
+                    let base_from_site = se3::perturb(&arm.base_from_site, step);
                     with(Arm {
                         base_from_site,
                         ..arm.clone()
                     })(&object)
                 });
                 let by_hand = slope(&|step| {
-                    let hand_from_carried = step * arm.hand_from_carried;
+                    let hand_from_carried = se3::perturb(&arm.hand_from_carried, step);
                     with(Arm {
                         hand_from_carried,
                         ..arm.clone()
                     })(&object)
                 });
-                let by_object = slope(&|step| with(arm.clone())(&(object * step)));
+                let by_object = slope(&|step| with(arm.clone())(&se3::perturb(&object, step)));
                 for (numeric, exact) in [
                     (by_base, found.by_base.column(k)),
                     (by_hand, found.by_hand.column(k)),
-                    (by_object, arm.by_object(&found).column(k)),
+                    (by_object, arm.by_object(&found, &object).column(k)),
                 ] {
                     assert!(
                         (numeric - exact).amax() < 1e-8,

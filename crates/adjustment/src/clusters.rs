@@ -5,10 +5,10 @@
 //! so that the information of all corners states more than is known. What clusters disagree by does not: with g and I a cluster's gradient
 //! and information at the optimum and A the information of all, the estimate without it lies (A - I)^-1 g aside.
 
-use super::elimination::ReducedSystem;
-use super::equations::Equations;
-use super::layout::{KeptParameter, Layout};
-use super::state::Bundle;
+use crate::elimination::ReducedSystem;
+use crate::equations::Equations;
+use crate::layout::{KeptParameter, Layout};
+use crate::values::Bundle;
 use nalgebra::{DMatrix, DVector};
 use sextant_geometry::least_squares::Kernel;
 use std::collections::BTreeMap;
@@ -24,13 +24,13 @@ const LEAST_CLUSTERS: usize = 5;
 const STEPS: usize = 20;
 
 /// What the images of a cluster say of the kept parameters.
-pub(super) struct Cluster {
+pub(crate) struct Cluster {
     pub information: DMatrix<f64>,
     pub gradient: DVector<f64>,
 }
 
 /// The clusters of a bundle, at its estimates.
-pub(super) fn clusters<const D: usize>(
+pub(crate) fn clusters<const D: usize>(
     bundle: &Bundle,
     layout: &Layout,
     kernel: &Kernel,
@@ -46,8 +46,8 @@ pub(super) fn clusters<const D: usize>(
     let instants = (0..n_clusters).map(move |k| k * n / n_clusters..(k + 1) * n / n_clusters);
     instants.filter_map(|instants| {
         let part = part(bundle, &instants);
-        let equations = Equations::<D>::of(&part, layout, kernel);
-        let reduced = ReducedSystem::of(&equations, 0.0)?;
+        let equations = Equations::<D>::new(&part, layout, kernel);
+        let reduced = ReducedSystem::new(&equations, 0.0)?;
         Some(Cluster {
             information: reduced.information,
             gradient: reduced.gradient,
@@ -69,6 +69,7 @@ fn part(bundle: &Bundle, instants: &Range<usize>) -> Bundle {
     Bundle {
         cameras: bundle.cameras.clone(),
         tags: bundle.tags.clone(),
+        scales: bundle.scales.clone(),
         instants: bundle.instants[instants.clone()].to_vec(),
         images,
         motion: bundle.motion,
@@ -81,9 +82,10 @@ fn part(bundle: &Bundle, instants: &Range<usize>) -> Bundle {
 /// holds all camera poses, one all tag poses, one all tag sizes and one the robot, since each is known relative to the others; every lens, every
 /// clock and every line delay is a class of its own. `variances` are those due to corner noise, `sigmas` the standard deviations that make parameters of
 /// different units comparable, and `displacements` the steps of the estimates without one cluster each.
-pub(super) fn factors(
+pub(crate) fn factors(
     parameters: &[KeptParameter],
-    (variances, sigmas): (&DVector<f64>, &DVector<f64>),
+    variances: &DVector<f64>,
+    sigmas: &DVector<f64>,
     displacements: &[DVector<f64>],
 ) -> DVector<f64> {
     let mut factors = DVector::from_element(parameters.len(), 1.0);
@@ -98,12 +100,12 @@ pub(super) fn factors(
         let squares = displacements
             .iter()
             .map(|step| (step[at] - mean[at]).powi(2));
-        let sum = classes.entry(Class::of(*parameter)).or_default();
+        let sum = classes.entry(Class::containing(*parameter)).or_default();
         sum.0 += squares.sum::<f64>() * (n - 1.0) / n / sigmas[at].powi(2);
         sum.1 += variances[at] / sigmas[at].powi(2);
     }
     for (factor, parameter) in factors.iter_mut().zip(parameters) {
-        if let Some((found, of_noise)) = classes.get(&Class::of(*parameter))
+        if let Some((found, of_noise)) = classes.get(&Class::containing(*parameter))
             && *of_noise > 0.0
         {
             *factor = (found / of_noise).max(1.0);
@@ -113,7 +115,7 @@ pub(super) fn factors(
 }
 
 /// The step of the estimates without a cluster: `inverse` is that of the information of all.
-pub(super) fn displacement(
+pub(crate) fn displacement(
     inverse: &DMatrix<f64>,
     gradient: &DVector<f64>,
     information: impl Fn(&DVector<f64>) -> DVector<f64>,
@@ -138,13 +140,13 @@ enum Class {
 }
 
 impl Class {
-    fn of(parameter: KeptParameter) -> Self {
+    fn containing(parameter: KeptParameter) -> Self {
         match parameter {
             KeptParameter::CameraPosition { .. } | KeptParameter::CameraRotation { .. } => {
                 Self::CameraPoses
             }
             KeptParameter::TagPosition { .. } | KeptParameter::TagRotation { .. } => Self::TagPoses,
-            KeptParameter::TagSize { .. } => Self::TagSizes,
+            KeptParameter::TagSize { .. } | KeptParameter::Scale { .. } => Self::TagSizes,
             KeptParameter::Lens { camera, .. } => Self::Lens(camera),
             KeptParameter::Clock { camera } => Self::Clock(camera),
             KeptParameter::LineDelay { camera } => Self::LineDelay(camera),
