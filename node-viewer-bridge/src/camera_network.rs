@@ -1,5 +1,5 @@
-//! Names, liveliness and messages of browsers' cameras on the site's network, by a thread of its own: an observation waits for no other work
-//! of the bridge.
+//! Names, liveliness and messages of browsers' cameras on the site's network, by a thread of its own: an observation
+//! waits for no other work of the bridge.
 
 use crate::shared::Shared;
 use crate::web_camera::registry::{JoinState, Outgoing, WebCameras, taken};

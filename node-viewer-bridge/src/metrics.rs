@@ -1,5 +1,5 @@
-//! What an operator watches: counts, rates, latencies and states of the whole site, from the mirror of the site and what is counted here;
-//! as metrics of Prometheus ([`text`]) and as a verdict on the site's health ([`health`]).
+//! What an operator watches: counts, rates, latencies and states of the whole site, from the mirror of the site and
+//! what is counted here; as metrics of Prometheus ([`text`]) and as a verdict on the site's health ([`health`]).
 
 mod figures;
 mod health;
@@ -32,7 +32,8 @@ pub(crate) struct Metrics {
     figures: Mutex<Figures>,
 }
 
-/// What is counted of cameras and objects. There are only those that the mirror keeps, or kept until [`Metrics::keep_known`].
+/// What is counted of cameras and objects. There are only those that the mirror keeps, or kept until
+/// [`Metrics::keep_known`].
 #[derive(Debug, Default)]
 struct Figures {
     cameras: BTreeMap<CameraId, CameraFigures>,

@@ -1,7 +1,7 @@
 //! The device that each phone's link belongs to: the first that became a camera by it.
 //!
-//! Kept as `phone-claims.toml` in the bridge's folder, without secrets: digests of the link's token and of the device's key. A phone whose key of the
-//! site is renewed has another token, and its new link is free.
+//! Kept as `phone-claims.toml` in the bridge's folder, without secrets: digests of the link's token and of the device's
+//! key. A phone whose key of the site is renewed has another token, and its new link is free.
 
 use serde::{Deserialize, Serialize};
 use sextant_site_files::{FileError, read_toml, write_toml};
@@ -63,7 +63,8 @@ impl PhoneClaims {
         self.claims().get(camera) == Some(&Claim::of(token, key))
     }
 
-    /// Lets a device be a camera by a link with this token. `key` is what its browser shows each time. Waits for the disk.
+    /// Lets a device be a camera by a link with this token. `key` is what its browser shows each time. Waits for the
+    /// disk.
     ///
     /// # Errors
     /// Why not, in words for the person who holds it.

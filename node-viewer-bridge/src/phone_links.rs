@@ -122,7 +122,8 @@ fn kept_folder(config: &ViewerConfig, config_file: &Path) -> Option<PathBuf> {
     config.folder.as_ref().map(|kept| beside.join(kept))
 }
 
-/// Links to a bridge that listens on `address`, with its access rule and whether it uses TLS; `host` is the one that a browser asked for.
+/// Links to a bridge that listens on `address`, with its access rule and whether it uses TLS; `host` is the one that a
+/// browser asked for.
 pub(crate) fn links(
     config: &ViewerConfig,
     address: SocketAddr,
@@ -150,11 +151,13 @@ pub(crate) fn links(
     let is_local = address.ip().to_canonical().is_loopback();
     let caution = if links.is_empty() {
         Some(
-            "No phone has keys yet: run `sextant keys add DIR NAME --role phone`, copy the keys of this page again and restart it.",
+            "No phone has keys yet: run `sextant keys add DIR NAME --role phone`, copy the keys \
+             of this page again and restart it.",
         )
     } else if is_local {
         Some(
-            "Only this machine reaches this page. For phones, in viewer.toml: listen = \"0.0.0.0:8600\", https = true and [security] profile = \"open\"; or keys of the site (docs/phones.md).",
+            "Only this machine reaches this page. For phones, in viewer.toml: listen = \
+             \"0.0.0.0:8600\", https = true and [security] profile = \"open\"; or keys of the site (docs/phones.md).",
         )
     } else if !is_secure {
         Some("Browsers give cameras to secure pages only: set https = true in viewer.toml.")
@@ -202,7 +205,8 @@ impl PhoneLink {
         }
     }
 
-    /// The QR code for a terminal, with its quiet zone: two modules a character, light ones drawn, as terminals are dark.
+    /// The QR code for a terminal, with its quiet zone: two modules a character, light ones drawn, as terminals are
+    /// dark.
     #[must_use]
     pub fn qr_text(&self) -> String {
         const QUIET: usize = 2;

@@ -562,8 +562,8 @@ fn one_wizard_is_seen_by_every_client_and_by_those_who_come_late() {
     site.stop();
 }
 
-/// 200 connections that say nothing or half a header, one that asks for everything and does not read, a WebSocket that does not
-/// read: every image arrives, the page is served, and those that say nothing are shown out.
+/// 200 connections that say nothing or half a header, one that asks for everything and does not read, a WebSocket that
+/// does not read: every image arrives, the page is served, and those that say nothing are shown out.
 #[test]
 fn idle_connections_and_slow_readers_hold_nobody_up() {
     let mut site = Site::open();

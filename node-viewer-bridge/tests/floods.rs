@@ -1,5 +1,5 @@
-//! Ten times as many forged cameras and nodes as the bridge keeps: its memory stays where it was at the bound. The bound of each
-//! kind by itself is tested beside the code.
+//! Ten times as many forged cameras and nodes as the bridge keeps: its memory stays where it was at the bound. The
+//! bound of each kind by itself is tested beside the code.
 
 #![allow(
     clippy::unwrap_used,

@@ -1,7 +1,8 @@
-//! The bundle adjustment at the size of a large site: 20 cameras, 2000 instants, an object of 24 tags of which one is known.
+//! The bundle adjustment at the size of a large site: 20 cameras, 2000 instants, an object of 24 tags of which one is
+//! known.
 //!
-//! `cargo bench -p sextant-calibrator --bench bundle` with synchronised cameras; with `-- free-running`, cameras that take images
-//! when they like and whose clocks are off, so that the object's motion and the clocks are sought too.
+//! `cargo bench -p sextant-calibrator --bench bundle` with synchronised cameras; with `-- free-running`, cameras that
+//! take images when they like and whose clocks are off, so that the object's motion and the clocks are sought too.
 
 #![allow(
     clippy::unwrap_used,

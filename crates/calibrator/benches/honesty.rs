@@ -1,5 +1,5 @@
-//! Whether stated standard deviations are honest: of two hundred simulated calibrations each, how many true values lie within
-//! two of them. Ends with 1 where that is not between 90 and 99 %.
+//! Whether stated standard deviations are honest: of two hundred simulated calibrations each, how many true values lie
+//! within two of them. Ends with 1 where that is not between 90 and 99 %.
 //!
 //! `cargo bench -p sextant-calibrator --bench honesty`, for one of them with `-- rig`, `-- lens` or `-- learn`.
 

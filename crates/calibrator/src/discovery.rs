@@ -1,8 +1,8 @@
 //! Learning an object whose tags are unknown: tags that move as one body belong to it.
 //!
-//! A tag that stands still in front of its camera belongs to the room, and one that moves differently to another object. Unknown sizes
-//! follow from a known one, since all tags of a body share its motion. A [`DiscoverySession`] finds the tags and learns them
-//! with a [`LearnSession`], with the same interface.
+//! A tag that stands still in front of its camera belongs to the room, and one that moves differently to another
+//! object. Unknown sizes follow from a known one, since all tags of a body share its motion. A [`DiscoverySession`]
+//! finds the tags and learns them with a [`LearnSession`], with the same interface.
 
 mod groups;
 mod rigidity;
@@ -203,7 +203,9 @@ impl DiscoverySession {
         if found.object.is_empty() {
             return Some(match found.others.as_slice() {
                 [] if self.tracks.is_empty() => "Show the object to the camera".to_owned(),
-                [] => "Take the object into your hand and turn it slowly before the camera, away from what stands still".to_owned(),
+                [] => "Take the object into your hand and turn it slowly before the camera, away \
+                    from what stands still"
+                    .to_owned(),
                 _ => found.several(),
             });
         }

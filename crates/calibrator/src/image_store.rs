@@ -1,4 +1,5 @@
-//! Stored images of a session, and the usable tags of an image: known tags, each once, inside the image, with both poses.
+//! Stored images of a session, and the usable tags of an image: known tags, each once, inside the image, with both
+//! poses.
 
 use nalgebra::{Matrix2, Point2, Vector2};
 use sextant_geometry::Pose;
@@ -9,7 +10,8 @@ use std::collections::BTreeMap;
 use crate::bundle::TagObservation;
 use crate::verdict::Finding;
 
-/// Standard deviation of a corner without a reported one, pixels. The adjustment estimates the noise; this only sets the unit.
+/// Standard deviation of a corner without a reported one, pixels. The adjustment estimates the noise; this only sets
+/// the unit.
 pub(crate) const DEFAULT_SIGMA_PX: f64 = 0.1;
 /// Added to the reported standard deviation for errors of lens and paper, pixels.
 pub(crate) const FLOOR_PX: f64 = 0.02;
@@ -56,8 +58,8 @@ pub(crate) struct IgnoredTags {
     pub outside: Vec<TagId>,
 }
 
-/// A bounded store of images. When it is full, it drops every second stretch of time and halves its rate, so that the stored images
-/// cover the whole session and simultaneous images stay together.
+/// A bounded store of images. When it is full, it drops every second stretch of time and halves its rate, so that the
+/// stored images cover the whole session and simultaneous images stay together.
 #[derive(Clone, Debug)]
 pub(crate) struct ImageStore {
     images: Vec<ImageObservation>,

@@ -1,7 +1,7 @@
 //! A common interface of the procedures: start with a plan, handle images, report progress, solve.
 //!
-//! Terminal and page display all of them in the same way: number of images, progress, the next instruction, and typed details that
-//! serialise. Recorded and live images are treated alike. Frames and units are those of the sessions
+//! Terminal and page display all of them in the same way: number of images, progress, the next instruction, and typed
+//! details that serialise. Recorded and live images are treated alike. Frames and units are those of the sessions
 //! ([`LensSession`], [`RigSession`], [`LearnSession`]).
 
 mod lens_report;
@@ -144,8 +144,8 @@ enum Session {
 }
 
 impl Procedure {
-    /// Starts a session without images. The rig is the site's: a found lens goes into it, a rig's cameras and lenses and those that learning
-    /// sees with are taken from it. For a lens it may be empty.
+    /// Starts a session without images. The rig is the site's: a found lens goes into it, a rig's cameras and lenses
+    /// and those that learning sees with are taken from it. For a lens it may be empty.
     ///
     /// # Errors
     /// A plan that no images can satisfy.
@@ -221,11 +221,12 @@ impl Procedure {
         findings.collect()
     }
 
-    /// Takes an image in; one of a camera that does not count is passed over. One that says that it is of another size than the lens is for is
-    /// counted and left out ([`Self::left_out`]).
+    /// Takes an image in; one of a camera that does not count is passed over. One that says that it is of another size
+    /// than the lens is for is counted and left out ([`Self::left_out`]).
     ///
     /// # Errors
-    /// An image that shows the plan to be wrong, such as one with tags beyond its border. It is not taken in, others may follow.
+    /// An image that shows the plan to be wrong, such as one with tags beyond its border. It is not taken in, others
+    /// may follow.
     pub fn handle(&mut self, image: &ImageObservation) -> Result<(), ProcedureError> {
         let expected = self.expected_size(&image.camera);
         if let (Some(size), Some(expected)) = (image.resolution, expected)

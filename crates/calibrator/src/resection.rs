@@ -20,8 +20,8 @@ pub(crate) struct ObjectView {
     pub rms_px: f64,
 }
 
-/// A proposal comes from one small tag: others may be off by this much, as a part of their own size in the image, and in
-/// pixels.
+/// A proposal comes from one small tag: others may be off by this much, as a part of their own size in the image, and
+/// in pixels.
 const LOOSE: (f64, f64) = (0.5, 6.0);
 /// After refinement, the same.
 const TIGHT: (f64, f64) = (0.03, 1.5);

@@ -326,7 +326,8 @@ fn the_base_is_as_certain_wherever_the_frame_of_the_object_is() {
     assert!((far / near - 1.0).abs() < 0.3, "{near} {far}");
 }
 
-/// The plate's tags and a second camera are elsewhere than the files say, by their sigmas; the cameras have no common clock.
+/// The plate's tags and a second camera are elsewhere than the files say, by their sigmas; the cameras have no common
+/// clock.
 #[test]
 fn what_files_are_off_by_is_in_the_covariance() {
     const SEEDS: u64 = 12;

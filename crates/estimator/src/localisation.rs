@@ -1,9 +1,10 @@
 //! The machine of a whole site: cameras that stand still, and cameras that objects carry.
 //!
-//! A carried camera is where the tags of landmarks say: objects that stand still in the world. Seen from its carrier the cameras hold still and
-//! the landmarks move as one object, so that the same machine finds `carrier_from_world` with its covariance, estimates clocks and errors of the
-//! files, and names faults. Its inverse is the carrier's pose. Where cameras that stand still see the carrier too, both estimates are
-//! independent of each other and are combined by their information.
+//! A carried camera is where the tags of landmarks say: objects that stand still in the world. Seen from its carrier
+//! the cameras hold still and the landmarks move as one object, so that the same machine finds `carrier_from_world`
+//! with its covariance, estimates clocks and errors of the files, and names faults. Its inverse is the carrier's pose.
+//! Where cameras that stand still see the carrier too, both estimates are independent of each other and are combined by
+//! their information.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -20,7 +21,8 @@ use crate::fusion::RigFusion;
 use crate::self_calibration::AdjustmentTask;
 use crate::{FusionOptions, Input, ModelError, Output, Proposal, Statistics};
 
-/// Squared distance of two estimates of one pose, in sigmas, beyond which they contradict each other: one in a thousand by chance.
+/// Squared distance of two estimates of one pose, in sigmas, beyond which they contradict each other: one in a thousand
+/// by chance.
 const CONTRADICTION: f64 = 22.46;
 /// Estimates in the last second, and the share of them, from which a contradiction is named.
 const FEWEST: f64 = 5.0;
@@ -76,8 +78,9 @@ impl Fusion {
         Ok(fusion)
     }
 
-    /// From now on the errors of the files are adjusted apart: all but the first, small adjustments wait in [`Self::adjustment`] until
-    /// [`Input::Adjusted`] comes, so that no image waits for them. Otherwise each is solved at once.
+    /// From now on the errors of the files are adjusted apart: all but the first, small adjustments wait in
+    /// [`Self::adjustment`] until [`Input::Adjusted`] comes, so that no image waits for them. Otherwise each is solved
+    /// at once.
     pub fn adjust_apart(&mut self) {
         self.machines_mut().for_each(RigFusion::adjust_apart);
     }
@@ -87,7 +90,8 @@ impl Fusion {
         self.machines().find_map(RigFusion::adjustment)
     }
 
-    /// Takes an input in; `now_ns` is the present in ns since the Unix epoch. It goes back with [`Input::ClockStep`] only.
+    /// Takes an input in; `now_ns` is the present in ns since the Unix epoch. It goes back with [`Input::ClockStep`]
+    /// only.
     pub fn handle(&mut self, now_ns: u64, input: Input) {
         match input {
             Input::Image(image) => self.take_image(now_ns, image),
@@ -123,7 +127,8 @@ impl Fusion {
         self.machines().filter_map(RigFusion::poll_timeout).min()
     }
 
-    /// The pose of an object at any time, predicted from the images up to it; `None` where it is unknown or lost by then.
+    /// The pose of an object at any time, predicted from the images up to it; `None` where it is unknown or lost by
+    /// then.
     pub fn pose_at(&self, object: &ObjectId, time_ns: u64) -> Option<ObjectEstimate> {
         let seen = self.still.pose_at(object, time_ns);
         let mut carriers = self.carriers.iter();
@@ -152,8 +157,8 @@ impl Fusion {
         all
     }
 
-    /// A calibration of what stands still that explains images better than that in force; `None` while there is no clearly better one, or while a
-    /// fault of a camera or a tag is named.
+    /// A calibration of what stands still that explains images better than that in force; `None` while there is no
+    /// clearly better one, or while a fault of a camera or a tag is named.
     pub fn proposal(&self) -> Option<Proposal> {
         self.still.proposal()
     }
@@ -501,8 +506,8 @@ impl Combined {
     }
 }
 
-/// How the inverse of a pose moves with it, both steps (dt, dr) in the axes that the poses map into: with p = -R't, p + dp = -R' exp(-dr) (t + dt),
-/// dp = -R' dt - R' [t]x dr, and the inverse turns by -R' dr.
+/// How the inverse of a pose moves with it, both steps (dt, dr) in the axes that the poses map into: with p = -R't, p +
+/// dp = -R' exp(-dr) (t + dt), dp = -R' dt - R' [t]x dr, and the inverse turns by -R' dr.
 fn slopes_of_inverse(pose: &Pose) -> Matrix6<f64> {
     let back: Matrix3<f64> = pose.rotation.inverse().to_rotation_matrix().into_inner();
     let arm = pose.translation.vector.cross_matrix();

@@ -5,8 +5,8 @@ use crate::site::Site;
 use crate::site::corrections::Corrections;
 use sextant_site_model::{ObjectModel, ObjectTag, PoseSigma, Prior, Rig};
 
-/// The models with the errors taken off that self-calibration has found in them. Corrected poses and lenses have the sigmas that are left;
-/// everything else is as it was.
+/// The models with the errors taken off that self-calibration has found in them. Corrected poses and lenses have the
+/// sigmas that are left; everything else is as it was.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Proposal {
     /// The cameras; `None` where none changes.

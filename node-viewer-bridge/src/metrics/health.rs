@@ -1,5 +1,5 @@
-//! Whether the site works: a fusion node that reports, every camera of the rig with new images, and a pose of every object whose tags are
-//! visible.
+//! Whether the site works: a fusion node that reports, every camera of the rig with new images, and a pose of every
+//! object whose tags are visible.
 
 use super::View;
 use serde::Serialize;

@@ -1,7 +1,7 @@
 //! One browser's messages: checked, converted to this host's time, counted. Knows no socket and no clock.
 //!
-//! Drop rules: messages beyond [`Budget`], of another camera, damaged, of an impossible time, or before the clocks were compared are
-//! dropped and counted; [`MOST_REFUSED`] in a row end the session.
+//! Drop rules: messages beyond [`Budget`], of another camera, damaged, of an impossible time, or before the clocks were
+//! compared are dropped and counted; [`MOST_REFUSED`] in a row end the session.
 
 use super::clock::{ClockComparison, HostTime, RoundTrip};
 use super::registry::Outgoing;

@@ -1,4 +1,5 @@
-//! One wizard at a time, from start to a kept result: a state machine without thread, file or network. Time is an argument.
+//! One wizard at a time, from start to a kept result: a state machine without thread, file or network. Time is an
+//! argument.
 
 use super::command::{Command, Start};
 use super::plan::{plan, subject};
@@ -139,7 +140,8 @@ impl Machine {
         };
         if !has_fusion && !site.has_folder {
             return Err(Refusal::not_now(
-                "there is nowhere to keep it: no fusion node lives, and viewer.toml names no `folder`; download the file",
+                "there is nowhere to keep it: no fusion node lives, and viewer.toml names no \
+                 `folder`; download the file",
             ));
         }
         let (outcome, publication) = if !has_fusion {

@@ -1,4 +1,5 @@
-//! A result on its way to the running site: published as `sextant config set` does, and what the fusion node that publishes the poses answers.
+//! A result on its way to the running site: published as `sextant config set` does, and what the fusion node that
+//! publishes the poses answers.
 
 use sextant_calibrator::procedure::Product;
 use sextant_proto::{

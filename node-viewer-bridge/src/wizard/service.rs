@@ -1,7 +1,7 @@
 //! The interface of the wizards: takes commands, images and answers, and hands jobs to the wizard's thread.
 //!
-//! The network's threads only lock the answers and offers: neither lock is held while a file is read, an image is evaluated or a command is
-//! executed.
+//! The network's threads only lock the answers and offers: neither lock is held while a file is read, an image is
+//! evaluated or a command is executed.
 
 use super::command::{Command, check_settings};
 use super::machine::{Job, Machine, Site};

@@ -1,8 +1,8 @@
 //! Priors of kept parameters: values with standard deviations, as additional residuals.
 //!
 //! The error of a pose is its step of FRAMES.md from its prior (`dt`, `dr` over the outer frame's axes); the
-//! solver's step is a twist `(v, w)` of the outer frame, so that `dt` grows by `v - t x w` and `dr`, for small errors, by `w`.
-//! The error of a size is that of its logarithm, as its step is.
+//! solver's step is a twist `(v, w)` of the outer frame, so that `dt` grows by `v - t x w` and `dr`, for small errors,
+//! by `w`. The error of a size is that of its logarithm, as its step is.
 
 use super::layout::{KeptParameter, Layout};
 use super::state::{Anchor, Bundle, Freedom};
@@ -61,7 +61,8 @@ pub(super) fn rho(bundle: &Bundle) -> f64 {
     squares.sum()
 }
 
-/// Sum of the logarithms of the precisions of the clocks' anchors: those of the others are the same in all models that are compared.
+/// Sum of the logarithms of the precisions of the clocks' anchors: those of the others are the same in all models that
+/// are compared.
 pub(super) fn log_prior(bundle: &Bundle) -> f64 {
     let precisions = bundle.anchors.iter().map(|anchor| match anchor {
         Anchor::Clock { camera, sigma, .. } if bundle.cameras[*camera].clock == Freedom::Free => {

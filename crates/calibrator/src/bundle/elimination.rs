@@ -1,7 +1,7 @@
 //! Elimination of the instants: the Schur complement over the kept parameters, and back substitution.
 //!
-//! Instants tied to the next one form a chain, which is eliminated from its earliest instant on (block Cholesky factorisation of a block
-//! tridiagonal matrix); instants without ties are chains of one.
+//! Instants tied to the next one form a chain, which is eliminated from its earliest instant on (block Cholesky
+//! factorisation of a block tridiagonal matrix); instants without ties are chains of one.
 
 use super::equations::Equations;
 use super::node::{Coupling, Node};
@@ -37,7 +37,8 @@ pub(super) struct ReducedSystem<const D: usize> {
 }
 
 impl<const D: usize> ReducedSystem<D> {
-    /// Eliminates the instants with Marquardt damping, a fraction of the diagonal; `None` if an instant remains undetermined.
+    /// Eliminates the instants with Marquardt damping, a fraction of the diagonal; `None` if an instant remains
+    /// undetermined.
     pub(super) fn of(equations: &Equations<D>, damping: f64) -> Option<Self> {
         let mut reduced = Self {
             information: equations.kept.clone(),
@@ -117,7 +118,8 @@ impl<const D: usize> ReducedSystem<D> {
     }
 }
 
-/// Rows over all kept columns that wait for their subtraction: one product of large matrices is many times as fast as many small ones.
+/// Rows over all kept columns that wait for their subtraction: one product of large matrices is many times as fast as
+/// many small ones.
 struct Stack<const D: usize> {
     couplings: DMatrix<f64>,
     /// Rows of `couplings` in use.

@@ -1,6 +1,7 @@
 //! Contribution of the tags of one image to the normal equations.
 //!
-//! The columns of an image are those of its camera, the `D` of its instant, and one for the error of its stamp; each tag has seven of its own.
+//! The columns of an image are those of its camera, the `D` of its instant, and one for the error of its stamp; each
+//! tag has seven of its own.
 
 use super::layout::{CameraColumns, Layout};
 use super::residuals::{LensColumns, TagEquations, View, lever, linearise, object_at};
@@ -12,7 +13,8 @@ use sextant_geometry::{Pose, se3};
 /// Rows of a tag by columns of its image.
 type TagRows = OMatrix<f64, Const<8>, Dyn>;
 
-/// Normal equations of one tag over its seven parameters (a twist of the object's frame, which is a step of its pose, and its size).
+/// Normal equations of one tag over its seven parameters (a twist of the object's frame, which is a step of its pose,
+/// and its size).
 pub(super) struct TagSums {
     /// Index of the tag.
     pub tag: usize,

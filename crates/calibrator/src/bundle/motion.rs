@@ -1,20 +1,23 @@
 //! Motion model between instants: a constant twist with white noise acceleration.
 //!
-//! Between instants `dt` apart, `e = (log(T_k^-1 T_k+1) - dt x_k, x_k+1 - x_k)` with the twists `x` in the object's axes has
-//! the information `[12/dt^3 -6/dt^2; -6/dt^2 4/dt] / q^2` (T. Barfoot, State Estimation for Robotics, 2017, section 3.4).
+//! Between instants `dt` apart, `e = (log(T_k^-1 T_k+1) - dt x_k, x_k+1 - x_k)` with the twists `x` in the object's
+//! axes has the information `[12/dt^3 -6/dt^2; -6/dt^2 4/dt] / q^2` (T. Barfoot, State Estimation for Robotics, 2017,
+//! section 3.4).
 
 use super::node::Node;
 use super::state::{Bundle, Instant, Motion};
 use nalgebra::{Matrix6, SMatrix, SVector, Vector6};
 use sextant_geometry::se3;
 
-/// Prior standard deviation of velocity, m/s, and angular velocity, rad/s, which bounds the twist of an isolated instant.
+/// Prior standard deviation of velocity, m/s, and angular velocity, rad/s, which bounds the twist of an isolated
+/// instant.
 const FASTEST: f64 = 10.0;
 
 /// A matrix over (pose, twist) of an instant.
 type TieMatrix = SMatrix<f64, 12, 12>;
 
-/// Residual between two instants, its information, and its derivatives with respect to the earlier and the later instant.
+/// Residual between two instants, its information, and its derivatives with respect to the earlier and the later
+/// instant.
 struct Tie {
     error: SVector<f64, 12>,
     information: TieMatrix,
@@ -22,7 +25,8 @@ struct Tie {
     by_later: TieMatrix,
 }
 
-/// Adds the residuals of the motion model to the nodes and returns the sum of their squares; zero without a motion model.
+/// Adds the residuals of the motion model to the nodes and returns the sum of their squares; zero without a motion
+/// model.
 pub(super) fn tie<const D: usize>(bundle: &Bundle, nodes: &mut [Node<D>]) -> f64 {
     let Some(motion) = bundle.motion.filter(|_| D == 12) else {
         return 0.0;

@@ -4,9 +4,10 @@
 //! frame moves the point `X` by `v + w x X`. Steps of the object's pose and of a tag are such twists, and a camera's
 //! is its adjoint, so one 8x6 Jacobian serves all of them (`J = J_pi R [I | -hat X]`).
 //!
-//! With a rolling shutter the object has moved between the capture time, which is that of the middle row, and the time of a corner's row, by
-//! a constant twist: `X' = exp(x tau) X` (L. Oth, P. Furgale, L. Kneip, R. Siegwart, Rolling shutter camera calibration, CVPR 2013, with a
-//! constant twist over an image). Steps of the object then act on `X'`, those of a tag on `X` before.
+//! With a rolling shutter the object has moved between the capture time, which is that of the middle row, and the time
+//! of a corner's row, by a constant twist: `X' = exp(x tau) X` (L. Oth, P. Furgale, L. Kneip, R. Siegwart, Rolling
+//! shutter camera calibration, CVPR 2013, with a constant twist over an image). Steps of the object then act on `X'`,
+//! those of a tag on `X` before.
 
 use super::state::{Bundle, BundleImage, TagObservation};
 use nalgebra::{Matrix2, Matrix2x3, Point2, SMatrix, SVector, Vector2, Vector6};
@@ -139,8 +140,8 @@ pub(super) fn object_at(bundle: &Bundle, image: &BundleImage) -> Pose {
     }
 }
 
-/// Effect of a step of the instant on the object's frame at the time of the image, `delay` seconds later on the twist `x`:
-/// `[Ad(exp(-x delay)) | delay J_r(x delay)]`; the right Jacobian is the left one of the inverse motion.
+/// Effect of a step of the instant on the object's frame at the time of the image, `delay` seconds later on the twist
+/// `x`: `[Ad(exp(-x delay)) | delay J_r(x delay)]`; the right Jacobian is the left one of the inverse motion.
 pub(super) fn lever<const D: usize>(bundle: &Bundle, image: &BundleImage) -> SMatrix<f64, 6, D> {
     if bundle.motion.is_none() {
         return SMatrix::from_fn(|row, column| if row == column { 1.0 } else { 0.0 });

@@ -1,7 +1,9 @@
-//! Errors of single time stamps, where the stamps of a camera jitter: one number an image, eliminated before the instants.
+//! Errors of single time stamps, where the stamps of a camera jitter: one number an image, eliminated before the
+//! instants.
 //!
-//! An error of `s` seconds displaces an image as the twist of the object times `s` does. Its normal equations with everything else are
-//! the column `h`; with its own information `d` and gradient `g` the others become `H - h h' / d` and `b - h g / d`.
+//! An error of `s` seconds displaces an image as the twist of the object times `s` does. Its normal equations with
+//! everything else are the column `h`; with its own information `d` and gradient `g` the others become `H - h h' / d`
+//! and `b - h g / d`.
 
 use super::image_sums::ImageSums;
 use super::layout::Layout;
@@ -50,7 +52,8 @@ impl<const D: usize> StampRow<D> {
         })
     }
 
-    /// Eliminates the error from the equations of its instant and of the kept parameters, of which only the upper triangle is filled.
+    /// Eliminates the error from the equations of its instant and of the kept parameters, of which only the upper
+    /// triangle is filled.
     pub(super) fn eliminate(
         &self,
         node: &mut Node<D>,

@@ -17,7 +17,8 @@ pub enum Freedom {
     Free,
 }
 
-/// Which of a lens's parameters are sought, in the order of [`Lens::parameters`]; entries beyond the lens's own are ignored.
+/// Which of a lens's parameters are sought, in the order of [`Lens::parameters`]; entries beyond the lens's own are
+/// ignored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FreeLens(pub [Freedom; MAX_PARAMETERS]);
 
@@ -43,11 +44,11 @@ pub struct BundleCamera {
     pub clock_offset_s: f64,
     /// Whether that is sought; without [`Bundle::motion`] it cannot be.
     pub clock: Freedom,
-    /// Standard deviation of the error of each capture time beside the offset, seconds, which is sought image by image; zero if
-    /// there is none, and without [`Bundle::motion`].
+    /// Standard deviation of the error of each capture time beside the offset, seconds, which is sought image by image;
+    /// zero if there is none, and without [`Bundle::motion`].
     pub stamp_sigma_s: f64,
-    /// Rolling shutter: seconds from a row to the next, which displace corners as the object moves; without effect without
-    /// [`Bundle::motion`].
+    /// Rolling shutter: seconds from a row to the next, which displace corners as the object moves; without effect
+    /// without [`Bundle::motion`].
     pub line_delay_s: f64,
     /// Whether that is sought; without [`Bundle::motion`] it cannot be.
     pub line_delay: Freedom,
@@ -100,7 +101,8 @@ pub struct BundleImage {
     pub instant: usize,
     /// Capture time by the camera's own clock less the instant's time, seconds; only read where the motion is modelled.
     pub seconds_after_instant: f64,
-    /// Added to the capture time beside the camera's clock offset, seconds; sought where [`BundleCamera::stamp_sigma_s`] is not zero.
+    /// Added to the capture time beside the camera's clock offset, seconds; sought where
+    /// [`BundleCamera::stamp_sigma_s`] is not zero.
     pub stamp_error_s: f64,
     /// The observed tags.
     pub tags: Vec<TagObservation>,
@@ -137,7 +139,8 @@ pub enum Anchor {
         object_from_tag: Pose,
         /// One deviation an axis.
         sigma: PoseSigma,
-        /// Factor on those across the plane of the object's x and y: along its z, and of the turns about x and y. 1 unless it bends.
+        /// Factor on those across the plane of the object's x and y: along its z, and of the turns about x and y. 1
+        /// unless it bends.
         across: f64,
     },
     /// How large a tag is.
@@ -219,7 +222,8 @@ pub enum BundleError {
     Arm,
     /// A clock or line delay is sought although no motion is modelled, or instants of a motion do not ascend in time.
     #[error(
-        "clocks or line delays are sought but the object's motion is not modelled, or its instants do not ascend in time"
+        "clocks or line delays are sought but the object's motion is not modelled, or its \
+         instants do not ascend in time"
     )]
     Time,
     /// The start fits so badly that no step could be computed.
@@ -264,8 +268,8 @@ impl TagObservation {
         }
     }
 
-    /// Corners with the covariances that the detector states, px^2, to each of which `floor_px` squared is added for what
-    /// the detector cannot know. `None` where that is not positive definite.
+    /// Corners with the covariances that the detector states, px^2, to each of which `floor_px` squared is added for
+    /// what the detector cannot know. `None` where that is not positive definite.
     pub fn with_covariance(
         tag: usize,
         corners: [Point2<f64>; 4],

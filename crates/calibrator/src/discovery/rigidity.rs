@@ -1,9 +1,9 @@
-//! Tests whether two tags are on the same rigid body, without knowing their sizes: their relative attitude is constant, and so is their
-//! relative position with the right ratio of sizes.
+//! Tests whether two tags are on the same rigid body, without knowing their sizes: their relative attitude is constant,
+//! and so is their relative position with the right ratio of sizes.
 //!
-//! With unit tags, a tag's pose has its position in edges. For tags a and b of one body with sizes s_a and s_b = r s_a, each image
-//! says `r R_a^-1 t_b - R_a^-1 t_a = c`, linear in the ratio r and the constant c (position of b in a's frame, in edges of a). The
-//! tags' depth is what tells r; mirrored branches do not agree on the attitude.
+//! With unit tags, a tag's pose has its position in edges. For tags a and b of one body with sizes s_a and s_b = r s_a,
+//! each image says `r R_a^-1 t_b - R_a^-1 t_a = c`, linear in the ratio r and the constant c (position of b in a's
+//! frame, in edges of a). The tags' depth is what tells r; mirrored branches do not agree on the attitude.
 
 use nalgebra::{Point2, UnitQuaternion, Vector3};
 use sextant_geometry::planar_pose::tag_poses;

@@ -6,7 +6,8 @@ use crate::verdict::listed;
 use sextant_site_model::TagId;
 use std::collections::BTreeMap;
 
-/// Relative difference up to which a size equals the given one: before the adjustment, sizes are known to about a hundredth.
+/// Relative difference up to which a size equals the given one: before the adjustment, sizes are known to about a
+/// hundredth.
 const SAME: f64 = 0.04;
 /// Assumed if no size is given, to have something to show, metres.
 const PLACEHOLDER_M: f64 = 0.04;

@@ -1,4 +1,5 @@
-//! A preview of the growing constellation: approximate poses of the connected tags from a few images, fast enough for display.
+//! A preview of the growing constellation: approximate poses of the connected tags from a few images, fast enough for
+//! display.
 
 use super::LearnSession;
 use super::places::Groups;

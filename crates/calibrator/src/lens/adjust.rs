@@ -1,5 +1,5 @@
-//! One bundle adjustment of a lens: the camera is fixed, the pose of the board in every view is free, and so are the requested parameters
-//! of the lens.
+//! One bundle adjustment of a lens: the camera is fixed, the pose of the board in every view is free, and so are the
+//! requested parameters of the lens.
 
 use super::board::Board;
 use super::view::View;
@@ -66,8 +66,8 @@ impl Parameters {
     }
 }
 
-/// A lens, the places of the board's tags, and the pose of the board and its fitting tags in each view; views that the lens does not
-/// explain have no pose.
+/// A lens, the places of the board's tags, and the pose of the board and its fitting tags in each view; views that the
+/// lens does not explain have no pose.
 pub(super) struct Start {
     pub lens: Lens,
     pub places: Vec<Pose>,
@@ -88,7 +88,8 @@ pub(super) struct Adjustment {
     pub view_of: Vec<usize>,
 }
 
-/// Adjusts from a start, also the places of the tags of a board that bends and is printed as `board` says; `None` if no view has a pose or the start has no finite error.
+/// Adjusts from a start, also the places of the tags of a board that bends and is printed as `board` says; `None` if no
+/// view has a pose or the start has no finite error.
 pub(super) fn adjust(
     board: &Board,
     views: &[View],

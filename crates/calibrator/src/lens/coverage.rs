@@ -64,8 +64,8 @@ impl Coverage {
     }
 }
 
-/// Tilt of the board's normal to the right and downwards relative to the image plane, as tangents: a board whose right side is
-/// farther away tilts to the right. This tilt separates focal length from distance.
+/// Tilt of the board's normal to the right and downwards relative to the image plane, as tangents: a board whose right
+/// side is farther away tilts to the right. This tilt separates focal length from distance.
 pub(super) fn lean(camera_from_board: &Pose) -> [f64; 2] {
     let normal = camera_from_board.rotation * Vector3::z();
     let lean = [normal.x / -normal.z, normal.y / -normal.z];

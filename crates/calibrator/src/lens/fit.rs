@@ -193,9 +193,9 @@ impl Fit {
         tilts.collect()
     }
 
-    /// Relative excess of the size of the squares over that in the board file, and its standard deviation: the component of the
-    /// residuals along the motion of each corner when its tag grows about its own centre, on a board that does not bend. `None` where that
-    /// cannot be adjusted.
+    /// Relative excess of the size of the squares over that in the board file, and its standard deviation: the
+    /// component of the residuals along the motion of each corner when its tag grows about its own centre, on a board
+    /// that does not bend. `None` where that cannot be adjusted.
     pub(super) fn growth(&self, board: &Board, views: &[View]) -> Option<(f64, f64)> {
         let start = Start {
             places: board.places(),

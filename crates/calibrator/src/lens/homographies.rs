@@ -1,14 +1,15 @@
 //! Homographies of the board, and the focal lengths that follow from them.
 //!
-//! Z. Zhang, A flexible new technique for camera calibration, PAMI 2000, section 3.1, with the principal point in the middle
-//! of the picture and no skew: the two constraints of each homography are then linear in 1/fx^2 and 1/fy^2.
+//! Z. Zhang, A flexible new technique for camera calibration, PAMI 2000, section 3.1, with the principal point in the
+//! middle of the picture and no skew: the two constraints of each homography are then linear in 1/fx^2 and 1/fy^2.
 
 use super::board::Board;
 use super::view::View;
 use nalgebra::{DMatrix, Matrix2, Matrix3, Point2, SymmetricEigen, Vector2};
 use sextant_geometry::Homography;
 
-/// Largest distance of a corner from its homography, as a share of the image width; beyond it the corner is wrong or distortion too strong.
+/// Largest distance of a corner from its homography, as a share of the image width; beyond it the corner is wrong or
+/// distortion too strong.
 const TOLERANCE: f64 = 0.03;
 /// Largest deviation of a board from a plane, as a share of its size.
 const FLATNESS: f64 = 1e-6;

@@ -1,8 +1,8 @@
 //! Standard deviations of a lens as in a rig file: of the focal length and of the distortion.
 //!
 //! The effect of parameter errors over the image is decomposed, by least squares over the cells of the maps, into a
-//! rotation of the whole camera (which its pose absorbs), a change of the focal length and a displacement with the cube of the
-//! distance from the centre. The covariance of the latter two follows from that of the parameters.
+//! rotation of the whole camera (which its pose absorbs), a change of the focal length and a displacement with the cube
+//! of the distance from the centre. The covariance of the latter two follows from that of the parameters.
 
 use super::calibration::LensCalibration;
 use super::maps::{Movement, movements};

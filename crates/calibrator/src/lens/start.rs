@@ -66,8 +66,8 @@ fn lenses(fx: f64, fy: f64, [width, height]: [f64; 2]) -> impl Iterator<Item = L
     plain.into_iter().chain(fisheye)
 }
 
-/// Adjusts the focal lengths and the first distortion coefficient of a candidate in a few steps. A view that it does not explain costs
-/// as much as one whose tags are all wrong.
+/// Adjusts the focal lengths and the first distortion coefficient of a candidate in a few steps. A view that it does
+/// not explain costs as much as one whose tags are all wrong.
 fn judge(board: &Board, judges: &[View], lens: Lens, width: f64) -> Option<Adjustment> {
     let poses: Vec<_> = judges
         .iter()

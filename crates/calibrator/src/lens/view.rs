@@ -100,8 +100,8 @@ fn check_centre(resolution: [u32; 2], tag: &TagCorners) -> Result<(), LensRefusa
     })
 }
 
-/// The corners that an image shows. A corner of a board's tag that is no saddle point there, at the board's rim or behind something,
-/// is extrapolated from the rest of the tag through a lens that is not known yet: it must not count.
+/// The corners that an image shows. A corner of a board's tag that is no saddle point there, at the board's rim or
+/// behind something, is extrapolated from the rest of the tag through a lens that is not known yet: it must not count.
 fn shown_corners(seen: &TagCorners) -> [bool; 4] {
     /// Variance of a corner in terms of its tag's best one from which it was extrapolated.
     const EXTRAPOLATED: f64 = 25.0;

@@ -40,7 +40,8 @@ impl Trajectory {
             .map(|(time, poses)| (*time, poses.as_slice()))
     }
 
-    /// The possible poses at a time: of the image at that time or, if requested, interpolated between adjacent images. Empty in a gap.
+    /// The possible poses at a time: of the image at that time or, if requested, interpolated between adjacent images.
+    /// Empty in a gap.
     pub(crate) fn at(&self, time_ns: u64, moments: Moments) -> Vec<Pose> {
         let after = self.sightings.partition_point(|(time, _)| *time < time_ns);
         let near = [after.checked_sub(1), Some(after)];

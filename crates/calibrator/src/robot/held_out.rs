@@ -1,4 +1,5 @@
-//! Cross-validation: the images of some poses are left out, the robot is solved from the others, and its poses predict what these images show.
+//! Cross-validation: the images of some poses are left out, the robot is solved from the others, and its poses predict
+//! what these images show.
 
 use super::RobotSession;
 use super::report::HeldOut;

@@ -30,11 +30,13 @@ impl RobotSession {
         };
         let undetermined = match turns(solution.agreeing_hands(arm)) {
             Turns::None(rad) => Some(format!(
-                "the hand hardly turned ({:.1} degrees): where the {carried} is on the hand and where the base is cannot be told apart; turn the hand about two axes by 30 degrees or more",
+                "the hand hardly turned ({:.1} degrees): where the {carried} is on the hand and \
+                 where the base is cannot be told apart; turn the hand about two axes by 30 degrees or more",
                 rad.to_degrees()
             )),
             Turns::OneAxis(axis) => Some(format!(
-                "the hand turned about {} only: the position of the {carried} along that axis cannot be told apart from that of the base; tilt the hand by 30 degrees or more about another axis",
+                "the hand turned about {} only: the position of the {carried} along that axis \
+                 cannot be told apart from that of the base; tilt the hand by 30 degrees or more about another axis",
                 axis_in_words(&axis)
             )),
             Turns::Enough => None,

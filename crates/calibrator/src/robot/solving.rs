@@ -164,7 +164,10 @@ impl RobotSession {
                 let times = self.images.iter().map(|image| image.capture_ns);
                 let (from, to) = (times.clone().min(), times.max());
                 format!(
-                    "images are from {} to {} ns and the robot's poses from {first} to {last} ns, and an image counts between two poses that are at most 0.2 s apart or at exactly the time of one; where the hand stands still for each image, write the image's number (column `image`, from 0) in place of the time",
+                    "images are from {} to {} ns and the robot's poses from {first} to {last} \
+                     ns, and an image counts between two poses that are at most 0.2 s apart or \
+                     at exactly the time of one; where the hand stands still for each image, \
+                     write the image's number (column `image`, from 0) in place of the time",
                     from.unwrap_or_default(),
                     to.unwrap_or_default()
                 )

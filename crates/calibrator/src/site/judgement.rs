@@ -31,7 +31,8 @@ impl SiteSolution {
                 judge_camera(camera, verdict);
             } else {
                 let cause = format!(
-                    "camera {} shares no view with the others: carry an object where it and one of them see it at the same time",
+                    "camera {} shares no view with the others: carry an object where it and one \
+                     of them see it at the same time",
                     camera.camera
                 );
                 report.unsolved.push(cause.clone());

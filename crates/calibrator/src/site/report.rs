@@ -23,8 +23,8 @@ pub struct SiteCameraReport {
     pub placed: bool,
     /// Number of its images that show a tag of an object.
     pub images: usize,
-    /// One standard deviation of its position relative to the reference camera (root mean square of the axes), millimetres, the common
-    /// scale apart.
+    /// One standard deviation of its position relative to the reference camera (root mean square of the axes),
+    /// millimetres, the common scale apart.
     pub sigma_mm: f64,
     /// Of its attitude, degrees.
     pub sigma_deg: f64,
@@ -261,7 +261,8 @@ impl SiteSolution {
         covered.iter().filter(|is| **is).count() as f64 / 4.0
     }
 
-    /// The object of a body, in the frame of its tags' centroid, with its report; `None` if none of its tags was placed.
+    /// The object of a body, in the frame of its tags' centroid, with its report; `None` if none of its tags was
+    /// placed.
     fn object(
         &self,
         body: usize,

@@ -22,13 +22,14 @@ use sextant_geometry::{Intrinsics, Lens, Pose};
 use sextant_site_model::{Camera, Prior, Rig};
 use std::collections::BTreeSet;
 
-/// Rounds of lenses and constellations from each image by itself: the poses of single tags that they begin with depend on the lens.
+/// Rounds of lenses and constellations from each image by itself: the poses of single tags that they begin with depend
+/// on the lens.
 const ROUNDS: usize = 2;
 /// Images of a static tag in a camera that are used: the errors of more are the same.
 const MOST_STILL: usize = 12;
 
-/// Images of bodies that are used of free-running cameras, where each costs more, since its motion is sought, too. Of more, only every
-/// second stretch of this length is used, or every third.
+/// Images of bodies that are used of free-running cameras, where each costs more, since its motion is sought, too. Of
+/// more, only every second stretch of this length is used, or every third.
 const MOST_FREE_RUNNING: usize = 8000;
 const STRETCH_NS: u64 = 500_000_000;
 
@@ -308,7 +309,8 @@ fn adjusted(
 }
 
 impl BodyViews {
-    /// Without most images of the tags that stand still: at most [`MOST_STILL`] of each camera, from all over the recording.
+    /// Without most images of the tags that stand still: at most [`MOST_STILL`] of each camera, from all over the
+    /// recording.
     pub(super) fn thinned(mut self, n_cameras: usize) -> Self {
         let mut kept: BTreeSet<usize> = BTreeSet::new();
         for camera in 0..n_cameras {

@@ -1,7 +1,7 @@
 //! World frame and scale of a solved site.
 //!
-//! All lengths share one scale, that of the printed sizes, which no image shows to be wrong. A measured distance corrects it: a scalar Kalman
-//! update of the logarithm of the scale with the prior of a printer.
+//! All lengths share one scale, that of the printed sizes, which no image shows to be wrong. A measured distance
+//! corrects it: a scalar Kalman update of the logarithm of the scale with the prior of a printer.
 
 use super::members::Members;
 use super::solution::{SiteSolution, StillTag};

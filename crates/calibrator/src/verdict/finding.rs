@@ -244,7 +244,8 @@ impl fmt::Display for Finding {
         match self {
             Self::UncertainLens { mean_px, worst_px } => write!(
                 f,
-                "the lens is uncertain by {mean_px:.2} px on average over the image and by {worst_px:.1} px in the worst part; add images"
+                "the lens is uncertain by {mean_px:.2} px on average over the image and by \
+                 {worst_px:.1} px in the worst part; add images"
             ),
             Self::NoRays { share } => write!(
                 f,
@@ -258,7 +259,8 @@ impl fmt::Display for Finding {
             ),
             Self::SystematicResiduals { px } => write!(
                 f,
-                "corners are off by {px:.2} px in parts of the image: the board is not flat, or the lens needs another model"
+                "corners are off by {px:.2} px in parts of the image: the board is not flat, or \
+                 the lens needs another model"
             ),
             Self::BoardOutliers { share } => write!(
                 f,
@@ -276,7 +278,8 @@ impl fmt::Display for Finding {
             ),
             Self::UncertainCameras { cameras, mm, deg } => write!(
                 f,
-                "{} known to no better than {mm:.0} mm or {deg:.2} degrees: carry the object longer and nearer through the views shared with other cameras",
+                "{} known to no better than {mm:.0} mm or {deg:.2} degrees: carry the object \
+                 longer and nearer through the views shared with other cameras",
                 listed(cameras)
             ),
             Self::UncertainTags { tags, mm, deg } => write!(
@@ -290,7 +293,8 @@ impl fmt::Display for Finding {
                 sigma_ms,
             } => write!(
                 f,
-                "the clock of {camera} is {:.1} ms (one sigma {sigma_ms:.1}) {} those of the others, which was corrected",
+                "the clock of {camera} is {:.1} ms (one sigma {sigma_ms:.1}) {} those of the \
+                 others, which was corrected",
                 ms.abs(),
                 if *ms > 0.0 { "ahead of" } else { "behind" }
             ),
@@ -333,21 +337,26 @@ impl fmt::Display for Finding {
                 "{a} is where {b} was before, and the other way round: are their names swapped?"
             ),
             Self::ContradictingCameras => f.write_str(
-                "cameras that saw the object at the same time contradict each other, so their images were not combined: one has moved since the rig was calibrated, its clock is off, or names are swapped",
+                "cameras that saw the object at the same time contradict each other, so their \
+                 images were not combined: one has moved since the rig was calibrated, its clock \
+                 is off, or names are swapped",
             ),
             Self::LooseTags(tags) => write!(
                 f,
-                "{} moved too, but no image shows them with the object: if they are part of it, show them together with its other tags",
+                "{} moved too, but no image shows them with the object: if they are part of it, \
+                 show them together with its other tags",
                 listed(tags)
             ),
             Self::UnassignedTags(tags) => write!(
                 f,
-                "{} moved, but no image shows them with another tag that moves as they do: show them together with the other tags of their object",
+                "{} moved, but no image shows them with another tag that moves as they do: show \
+                 them together with the other tags of their object",
                 listed(tags)
             ),
             Self::UnsharedObject(object) => write!(
                 f,
-                "no two cameras saw {object} at the same time, so that it does not help to place them: carry it where their views overlap"
+                "no two cameras saw {object} at the same time, so that it does not help to place \
+                 them: carry it where their views overlap"
             ),
             Self::FewSightings { camera, images } => write!(
                 f,
@@ -355,16 +364,19 @@ impl fmt::Display for Finding {
             ),
             Self::UncertainFocal { camera, percent } => write!(
                 f,
-                "the focal length of {camera} is known to no better than {percent:.1} %: show it objects nearer and tilted"
+                "the focal length of {camera} is known to no better than {percent:.1} %: show it \
+                 objects nearer and tilted"
             ),
             Self::UncoveredCorners { camera, missing } => write!(
                 f,
-                "no tag reached {missing} of the 4 corners of the image of {camera}, so that its distortion is uncertain there: carry objects along the edge of its view"
+                "no tag reached {missing} of the 4 corners of the image of {camera}, so that its \
+                 distortion is uncertain there: carry objects along the edge of its view"
             ),
             Self::Unplaced(cause) => f.write_str(cause),
             Self::Thinned { stored, received } => write!(
                 f,
-                "{stored} of {received} images were used, in stretches of half a second spread over the whole time: more only cost time"
+                "{stored} of {received} images were used, in stretches of half a second spread \
+                 over the whole time: more only cost time"
             ),
             Self::OtherSize {
                 camera,
@@ -373,38 +385,50 @@ impl fmt::Display for Finding {
                 expected: [expected_width, expected_height],
             } => write!(
                 f,
-                "{images} images of {camera} were left out, since they have {width} x {height} pixels and not {expected_width} x {expected_height}: set the camera back, or calibrate its lens for images of that size"
+                "{images} images of {camera} were left out, since they have {width} x {height} \
+                 pixels and not {expected_width} x {expected_height}: set the camera back, or \
+                 calibrate its lens for images of that size"
             ),
             Self::ImagesNotStored { stored, not_stored } => write!(
                 f,
-                "the last {not_stored} images were left out, since {stored} are the most: record less often or for a shorter time"
+                "the last {not_stored} images were left out, since {stored} are the most: record \
+                 less often or for a shorter time"
             ),
             Self::UncertainRobot => f.write_str(
-                "base and hand are uncertain: add poses, with the object near and all over the image, the hand turned by 30 degrees or more about each axis",
+                "base and hand are uncertain: add poses, with the object near and all over the \
+                 image, the hand turned by 30 degrees or more about each axis",
             ),
             Self::FewRobotPoses(poses) => {
                 write!(f, "only {poses} poses of the robot; use 15 or more")
             }
             Self::RobotOutliers(images) => write!(
                 f,
-                "{} of the robot at image {} contradict{} the others: did the hand stand still, and is each pose that of its image?",
-                if images.len() == 1 { "the pose" } else { "the poses" },
+                "{} of the robot at image {} contradict{} the others: did the hand stand still, \
+                 and is each pose that of its image?",
+                if images.len() == 1 {
+                    "the pose"
+                } else {
+                    "the poses"
+                },
                 listed(images),
                 if images.len() == 1 { "s" } else { "" }
             ),
             Self::RobotDisagrees { mm, deg } => write!(
                 f,
-                "robot and images disagree by {mm:.1} mm and {deg:.2} degrees: check the tool that the robot's poses are of, its own calibration, the lens and the size of the tags"
+                "robot and images disagree by {mm:.1} mm and {deg:.2} degrees: check the tool \
+                 that the robot's poses are of, its own calibration, the lens and the size of the tags"
             ),
             Self::RobotClock { ms, sigma_ms } => write!(
                 f,
-                "the clock of the robot is {:.1} ms (one sigma {sigma_ms:.1}) {} that of the images, which was corrected",
+                "the clock of the robot is {:.1} ms (one sigma {sigma_ms:.1}) {} that of the \
+                 images, which was corrected",
                 ms.abs(),
                 if *ms > 0.0 { "ahead of" } else { "behind" }
             ),
             Self::LensDiffers { camera, percent } => write!(
                 f,
-                "by the robot's poses the focal length of {camera} is {percent:+.1} % that of the rig file, which was corrected here only: calibrate its lens (`sextant calibrate lens`)"
+                "by the robot's poses the focal length of {camera} is {percent:+.1} % that of \
+                 the rig file, which was corrected here only: calibrate its lens (`sextant calibrate lens`)"
             ),
         }
     }
@@ -427,11 +451,13 @@ impl WeakMotion {
             ),
             Self::Along => write!(
                 f,
-                "the position of {camera} along its optical axis is not observable: bring the object nearer, and tilt it"
+                "the position of {camera} along its optical axis is not observable: bring the \
+                 object nearer, and tilt it"
             ),
             Self::Across => write!(
                 f,
-                "the position of {camera} across its optical axis is not observable: show it the object in more places, tilted"
+                "the position of {camera} across its optical axis is not observable: show it the \
+                 object in more places, tilted"
             ),
         }
     }

@@ -1,4 +1,5 @@
-//! Sites of which nothing but sizes is known: two objects carried about before four cameras with different lenses, with imperfect corners.
+//! Sites of which nothing but sizes is known: two objects carried about before four cameras with different lenses, with
+//! imperfect corners.
 
 use crate::scene::{Random, looking, object, tag};
 use nalgebra::{Isometry3, Matrix2, Point2, Translation3, UnitQuaternion, Vector2, Vector3};

@@ -1,8 +1,8 @@
 //! Offset between two cameras' clocks, from the motion that each of them sees alone.
 //!
-//! With poses a(t) and b(t) of the same body by the timestamps of either camera, the offset o of b's clock against a's minimises sum |b(t) -
-//! a(t - o)|² in the metric of both covariances. It holds for any offset, not only for small ones. A camera that is not where the rig says
-//! differs at every offset.
+//! With poses a(t) and b(t) of the same body by the timestamps of either camera, the offset o of b's clock against a's
+//! minimises sum |b(t) - a(t - o)|² in the metric of both covariances. It holds for any offset, not only for small
+//! ones. A camera that is not where the rig says differs at every offset.
 
 use std::collections::VecDeque;
 
@@ -225,8 +225,8 @@ impl Comparison<'_> {
         Some(best)
     }
 
-    /// Standard deviation of the offset by the motion of the compared poses, s; `None` where there is none. Leaves the fastest poses out:
-    /// the step of a body at rest, or of its track, happens at one moment only.
+    /// Standard deviation of the offset by the motion of the compared poses, s; `None` where there is none. Leaves the
+    /// fastest poses out: the step of a body at rest, or of its track, happens at one moment only.
     fn sigma_s(&self, offset_s: f64) -> Option<f64> {
         let told = self.meetings(offset_s, FINE).filter_map(|one| one.told());
         let mut told: Vec<f64> = told.collect();
@@ -261,7 +261,8 @@ impl Comparison<'_> {
         }
     }
 
-    /// The cost at the same stamps once b has been moved as a whole: least squares over (dt, dr) of the world about its origin.
+    /// The cost at the same stamps once b has been moved as a whole: least squares over (dt, dr) of the world about its
+    /// origin.
     fn cost_if_moved(&self) -> Option<Cost> {
         let meetings = self.meetings(0.0, FINE);
         let all: Vec<Difference> = meetings.filter_map(|one| one.difference()).collect();
@@ -360,8 +361,8 @@ impl<'a> PosePair<'a> {
         })
     }
 
-    /// The squared distance, at most [`MOST`]. The place alone, or the attitude alone, with its variances as if along one
-    /// axis, bounds it from below: nearly everywhere on the grid that is enough.
+    /// The squared distance, at most [`MOST`]. The place alone, or the attitude alone, with its variances as if along
+    /// one axis, bounds it from below: nearly everywhere on the grid that is enough.
     fn square(&self) -> Option<f64> {
         let place = |sample: &Sample| sample.world_from_body.translation.vector;
         let at = place(self.before).lerp(&place(self.after), self.share);

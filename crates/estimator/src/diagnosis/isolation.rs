@@ -1,8 +1,9 @@
 //! Which fault explains what a window of images contradicts: the one that all alternatives fall far behind.
 //!
-//! Every camera and every tag of a window is tried with one parameter (clock offset, size) and with six (pose). A fault is named if its
-//! likelihood ratio is high, if it explains much of the contradiction, and if no fault of another source explains nearly as much. Two
-//! cameras that explain the same contradict each other. Then the fault is taken as known, and the rest is tested for a further one.
+//! Every camera and every tag of a window is tried with one parameter (clock offset, size) and with six (pose). A fault
+//! is named if its likelihood ratio is high, if it explains much of the contradiction, and if no fault of another
+//! source explains nearly as much. Two cameras that explain the same contradict each other. Then the fault is taken as
+//! known, and the rest is tested for a further one.
 
 use std::collections::BTreeMap;
 
@@ -20,7 +21,8 @@ use sextant_site_model::PoseSigma;
 
 /// Most faults at a time.
 const MOST_FAULTS: usize = 4;
-/// Logarithm of the likelihood that a parameter gains by fitting noise, by Schwarz's criterion for some hundred coordinates.
+/// Logarithm of the likelihood that a parameter gains by fitting noise, by Schwarz's criterion for some hundred
+/// coordinates.
 const PER_PARAMETER: f64 = 2.5;
 /// Cameras that must be in the window for the reference clock to be tested: of two it is right by definition.
 const CAMERAS_FOR_REFERENCE: usize = 3;

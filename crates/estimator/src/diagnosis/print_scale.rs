@@ -1,9 +1,9 @@
 //! Objects whose tags have all been printed at another scale than their file says.
 //!
-//! In an image of several tags their sizes and their distances contradict each other then: with the sizes of the file the object is too near,
-//! with its places too far. A common factor of all sizes is estimated beside the pose by each image alone, so that neither cameras nor tracks
-//! matter. Self-calibration can't tell it from tags that are all off their places; but that each is off by just as much as a printer's scale
-//! would have it is no accident.
+//! In an image of several tags their sizes and their distances contradict each other then: with the sizes of the file
+//! the object is too near, with its places too far. A common factor of all sizes is estimated beside the pose by each
+//! image alone, so that neither cameras nor tracks matter. Self-calibration can't tell it from tags that are all off
+//! their places; but that each is off by just as much as a printer's scale would have it is no accident.
 
 use std::collections::VecDeque;
 
@@ -102,7 +102,8 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
     sorted[sorted.len() / 2]
 }
 
-/// Logarithm of the common factor of all sizes that explains an image best; zero where none explains what the file's sizes do not.
+/// Logarithm of the common factor of all sizes that explains an image best; zero where none explains what the file's
+/// sizes do not.
 fn log_scale(views: &[TagView], camera_index: usize, camera: &CalibratedCamera) -> Option<f64> {
     let best = |start: f64, is_free: bool| {
         let starts = scaled(views, start);
@@ -140,7 +141,8 @@ fn apart(weighted: &[WeightedView<'_>]) -> Option<f64> {
     (!ratios.is_empty()).then(|| median(ratios.into_iter()))
 }
 
-/// The scale next to a start, or that of the start where it is not free, and the cost; `None` where the tags can't be seen so.
+/// The scale next to a start, or that of the start where it is not free, and the cost; `None` where the tags can't be
+/// seen so.
 fn fit(
     (views, camera_index, camera): (&[TagView], usize, &CalibratedCamera),
     mut pose: Pose,

@@ -18,7 +18,8 @@ pub(crate) fn is_off(clock: &ClockOffset) -> bool {
     clock.offset_s.abs() > OFF_S.max(SURE * clock.sigma_s)
 }
 
-/// All faults: cameras, tags, clocks, duplicates, each in order of name. A moved camera is not named while its clock may be the cause.
+/// All faults: cameras, tags, clocks, duplicates, each in order of name. A moved camera is not named while its clock
+/// may be the cause.
 pub(crate) fn all(
     site: &Site,
     diagnosis: &Diagnosis,
@@ -80,8 +81,8 @@ fn of_clocks(
 ) -> Vec<Fault> {
     let is_sure = !search.is_young(now_ns);
     let camera = |index: usize| site.camera_id(index);
-    // Poses allow for offsets: a camera that contradicts all the same has another fault, and a camera that is moved spoils the offsets of
-    // all others.
+    // Poses allow for offsets: a camera that contradicts all the same has another fault, and a camera that is moved
+    // spoils the offsets of all others.
     let contradicting: BTreeSet<usize> = diagnosis.contradicting_cameras().collect();
     let is_spoilt = diagnosis.moved_cameras().next().is_some();
     let steadily_off = search.steadily_off(now_ns);

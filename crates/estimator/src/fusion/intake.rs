@@ -20,8 +20,8 @@ pub(crate) struct ImageIntake {
     stepped_ns: u64,
 }
 
-/// Least time between two images of a camera, ns: no camera of a site is as fast as 500 images a second. It bounds how many images
-/// a window holds, whatever their stamps say.
+/// Least time between two images of a camera, ns: no camera of a site is as fast as 500 images a second. It bounds how
+/// many images a window holds, whatever their stamps say.
 const LEAST_INTERVAL_NS: u64 = 2_000_000;
 /// Most capture times remembered of a camera, however long the window.
 const MOST_RECENT: usize = 4096;
@@ -120,8 +120,8 @@ impl ImageIntake {
         }
     }
 
-    /// Whether an image was under way when the clock was set. For a window after that, timestamps that do not lie between the step and the
-    /// present are by the former clock. Counts such images.
+    /// Whether an image was under way when the clock was set. For a window after that, timestamps that do not lie
+    /// between the step and the present are by the former clock. Counts such images.
     pub fn is_from_before_step(
         &mut self,
         now_ns: u64,

@@ -1,11 +1,11 @@
-//! Where the links of an object are: its configuration (pose of a link, its root, and values of the joints) and how links
-//! move with it.
+//! Where the links of an object are: its configuration (pose of a link, its root, and values of the joints) and how
+//! links move with it.
 //!
-//! world_from_link = world_from_root * product over the joints on the way of parent_from_joint * motion(value), inverted
-//! where the way leads from child to parent. A step (dt, dr) of the root and dq of a joint whose axis lies along a through c
-//! (world) moves a link at p by dp = dt + dr x (p - p_root) + sum of a x (p - c) dq (revolute) or a dq (prismatic), and turns
-//! it by dr + sum of a dq (revolute): the geometric Jacobian (Siciliano et al. 2009, Robotics, eqs. 3.26-3.30), with the
-//! other sign on the way from child to parent.
+//! world_from_link = world_from_root * product over the joints on the way of parent_from_joint * motion(value),
+//! inverted where the way leads from child to parent. A step (dt, dr) of the root and dq of a joint whose axis lies
+//! along a through c (world) moves a link at p by dp = dt + dr x (p - p_root) + sum of a x (p - c) dq (revolute) or a
+//! dq (prismatic), and turns it by dr + sum of a dq (revolute): the geometric Jacobian (Siciliano et al. 2009,
+//! Robotics, eqs. 3.26-3.30), with the other sign on the way from child to parent.
 
 use std::sync::Arc;
 

@@ -1,4 +1,5 @@
-//! The adjustment: Gauss-Newton over the errors of the site and the pose of each keyframe, the poses eliminated (Schur complement).
+//! The adjustment: Gauss-Newton over the errors of the site and the pose of each keyframe, the poses eliminated (Schur
+//! complement).
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -44,7 +45,8 @@ const MEDIAN: f64 = 7.34;
 /// Information that keeps the pose of a keyframe definite, 1/m^2 and 1/rad^2.
 const LEAST_INFORMATION: f64 = 1e-6;
 
-/// Step lengths of the backtracking line search, as shares of the Gauss-Newton step (Nocedal and Wright, Numerical Optimization, chapter 3).
+/// Step lengths of the backtracking line search, as shares of the Gauss-Newton step (Nocedal and Wright, Numerical
+/// Optimization, chapter 3).
 const STEP_LENGTHS: [f64; 5] = [1.0, 0.5, 0.25, 0.1, 0.03];
 
 /// Steps by which a keyframe's pose is brought to its views, and tags of which it may begin.
@@ -163,8 +165,8 @@ impl Adjustment {
         })
     }
 
-    /// Goes the step of a solution, or as much of it as lowers the cost (backtracking): where images say little of an error, its slopes hold for a
-    /// short way only. Whether it went the whole step.
+    /// Goes the step of a solution, or as much of it as lowers the cost (backtracking): where images say little of an
+    /// error, its slopes hold for a short way only. Whether it went the whole step.
     fn advance(
         &self,
         keyframes: &mut Keyframes,
@@ -215,8 +217,8 @@ impl Adjustment {
         of_errors + keyframes.iter().map(of_keyframe).sum::<f64>()
     }
 
-    /// Brings a keyframe's pose to where it explains its views best by the models in force, whichever of the tracker's pose and those of
-    /// single tags that is nearest to.
+    /// Brings a keyframe's pose to where it explains its views best by the models in force, whichever of the tracker's
+    /// pose and those of single tags that is nearest to.
     pub fn align(&self, keyframe: &mut Keyframe, site: &Site) {
         let cameras = cameras_in_force(keyframe, site);
         for one in &mut keyframe.views {
@@ -282,7 +284,8 @@ impl Adjustment {
         }
     }
 
-    /// The square of each view's residuals at the pose that explains the keyframe best, px^2; `None` of views that cannot be explained.
+    /// The square of each view's residuals at the pose that explains the keyframe best, px^2; `None` of views that
+    /// cannot be explained.
     pub fn squares_px(
         &self,
         mut keyframe: Keyframe,
@@ -482,7 +485,8 @@ impl Adjustment {
         weighted.faces(&pose).then_some((weighted, moving))
     }
 
-    /// Learns the noise of each camera from what its images leave by themselves, whatever is wrong with the other cameras.
+    /// Learns the noise of each camera from what its images leave by themselves, whatever is wrong with the other
+    /// cameras.
     fn learn_noise(&mut self, keyframes: &Keyframes, cameras: &BTreeMap<usize, CalibratedCamera>) {
         let mut sums: BTreeMap<usize, (f64, f64)> = BTreeMap::new();
         for keyframe in keyframes.iter() {
@@ -687,7 +691,8 @@ fn starts(keyframe: &Keyframe, cameras: &BTreeMap<usize, CalibratedCamera>) -> V
     std::iter::once(keyframe.pose).chain(branches).collect()
 }
 
-/// By how much all views exceed their noise: a start far off is approached with as much noise, so that no view is an outlier yet.
+/// By how much all views exceed their noise: a start far off is approached with as much noise, so that no view is an
+/// outlier yet.
 fn excess(squares: &Squares) -> f64 {
     let mut all: Vec<f64> = squares.clone();
     all.sort_by(f64::total_cmp);

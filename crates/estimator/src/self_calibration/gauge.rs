@@ -1,9 +1,11 @@
-//! Gauge freedom: motions of the whole site, of an object's frame in its tags, and the common scale, which no image determines.
+//! Gauge freedom: motions of the whole site, of an object's frame in its tags, and the common scale, which no image
+//! determines.
 //!
-//! Each such motion changes the errors of cameras and tags along a column of the gauge basis and no residual. With the prior precision L,
-//! the part of a covariance C that is relative to the rest is P C P', P = I - G (G' L G)^-1 G' L (Teunissen 1985, Zero order design:
-//! generalized inverses, adjustment, the datum problem and S-transformations, eq. 3.10).
-//! Frames of different objects share no tag. They are taken out body by body, and the motions of the whole site after them.
+//! Each such motion changes the errors of cameras and tags along a column of the gauge basis and no residual. With the
+//! prior precision L, the part of a covariance C that is relative to the rest is P C P', P = I - G (G' L G)^-1 G' L
+//! (Teunissen 1985, Zero order design: generalized inverses, adjustment, the datum problem and S-transformations, eq.
+//! 3.10). Frames of different objects share no tag. They are taken out body by body, and the motions of the whole site
+//! after them.
 
 use nalgebra::{DMatrix, DVector, DVectorView, Matrix3, Matrix6, Vector3};
 use sextant_geometry::so3;
@@ -131,7 +133,8 @@ impl Gauge {
             .try_inverse()
     }
 
-    /// Variance of the common scale by all priors. Tags of one object are of one printer, so that their number makes them no better.
+    /// Variance of the common scale by all priors. Tags of one object are of one printer, so that their number makes
+    /// them no better.
     pub fn scale_variance(&self, site: &Site) -> f64 {
         let information = |basis: &DMatrix<f64>, precision: DVectorView<'_, f64>| {
             let slopes = basis.column(OF_WORLD);

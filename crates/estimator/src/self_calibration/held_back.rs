@@ -1,8 +1,10 @@
-//! Keyframes held back from the adjustment: they judge whether corrections of the files explain images that had no part in them.
+//! Keyframes held back from the adjustment: they judge whether corrections of the files explain images that had no part
+//! in them.
 //!
-//! Each of them is explained once with the models of the files and once with the corrected ones, the best pose found anew each time. With
-//! g = ln(rms before / rms after) of a keyframe, corrections are better where the mean of g over the keyframes is at least [`LEAST_GAIN`]
-//! and at least [`SIGNIFICANT`] times its standard error (a paired t test; logarithms, so that no single bad image decides).
+//! Each of them is explained once with the models of the files and once with the corrected ones, the best pose found
+//! anew each time. With g = ln(rms before / rms after) of a keyframe, corrections are better where the mean of g over
+//! the keyframes is at least [`LEAST_GAIN`] and at least [`SIGNIFICANT`] times its standard error (a paired t test;
+//! logarithms, so that no single bad image decides).
 
 use std::collections::{BTreeMap, BTreeSet};
 

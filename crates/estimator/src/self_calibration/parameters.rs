@@ -9,7 +9,8 @@ use crate::self_calibration::keyframes::{Body, Keyframes};
 use crate::site::Site;
 use sextant_site_model::{PoseSigma, TagId};
 
-/// Errors of a camera: six of the pose (m, rad), focal length (px), first coefficient of the distortion, clock offset (s).
+/// Errors of a camera: six of the pose (m, rad), focal length (px), first coefficient of the distortion, clock offset
+/// (s).
 pub(crate) const OF_CAMERA: usize = 9;
 /// First place of the lens among them, and that of the clock.
 pub(crate) const LENS: usize = 6;

@@ -1,4 +1,5 @@
-//! An adjustment as a task of its own: a copy of all that it needs, which any thread may solve while images go on being fused.
+//! An adjustment as a task of its own: a copy of all that it needs, which any thread may solve while images go on being
+//! fused.
 
 use std::sync::OnceLock;
 
@@ -10,7 +11,8 @@ use crate::site::Site;
 use crate::site::corrections::Corrections;
 use sextant_site_report::Imperfection;
 
-/// An adjustment of the site's files that is due: [`crate::Fusion::adjustment`] gives it out, [`crate::Input::Adjusted`] applies it.
+/// An adjustment of the site's files that is due: [`crate::Fusion::adjustment`] gives it out,
+/// [`crate::Input::Adjusted`] applies it.
 #[derive(Debug)]
 pub struct AdjustmentTask {
     adjustment: Adjustment,

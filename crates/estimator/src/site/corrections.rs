@@ -1,4 +1,5 @@
-//! Corrections of the models by self-calibration: a step from the file for each, with the standard deviation that is left.
+//! Corrections of the models by self-calibration: a step from the file for each, with the standard deviation that is
+//! left.
 
 use std::collections::BTreeMap;
 
@@ -56,7 +57,8 @@ pub(crate) struct ObjectFrame {
     pub centre: Vector3<f64>,
 }
 
-/// Steps smaller than such a share of a default sigma are no correction: the share at which a class has no errors, and rounding.
+/// Steps smaller than such a share of a default sigma are no correction: the share at which a class has no errors, and
+/// rounding.
 const NEGLIGIBLE: f64 = 2e-3;
 /// Share of a default sigma that no figure in a file is better than: a site warms up, is cleaned and is touched.
 const LEAST_SIGMA: f64 = 0.05;
@@ -148,8 +150,8 @@ fn with_step(sigma: PoseSigma, step: &Vector6<f64>) -> PoseSigma {
 const OTHER_SIGMA: f64 = 1.4;
 
 impl Corrections {
-    /// Whether other corrections differ only within their uncertainty: no step by more than its standard deviation, and no standard
-    /// deviation by much.
+    /// Whether other corrections differ only within their uncertainty: no step by more than its standard deviation, and
+    /// no standard deviation by much.
     pub(crate) fn is_close(&self, other: &Self) -> bool {
         let cameras = self.cameras.iter().all(|(camera, one)| {
             let other = other.cameras.get(camera);

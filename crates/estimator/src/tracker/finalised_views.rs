@@ -11,7 +11,8 @@ use crate::tracker::track::Track;
 use crate::tracker::view_outcome::ViewOutcome;
 use sextant_site_model::TagId;
 
-/// Ratio of the corners' residuals to their distances from the tag's centre from which on a tag is not loose but somewhere else.
+/// Ratio of the corners' residuals to their distances from the tag's centre from which on a tag is not loose but
+/// somewhere else.
 const FAR: f64 = 2.5;
 
 /// An instant that has left the fixed lag.

@@ -1,10 +1,10 @@
 //! The fixed lag of one object: images by capture time, with the track after each instant.
 //!
-//! A late image is inserted at its capture time and the instants after it are processed again, so that the result depends on the capture
-//! times alone. Instants older than the window become the base, which is final.
+//! A late image is inserted at its capture time and the instants after it are processed again, so that the result
+//! depends on the capture times alone. Instants older than the window become the base, which is final.
 //!
-//! Instants are processed again only as far as an estimate is asked for: where a clock is ahead all images of the other cameras are late,
-//! and each asks for its own instant only.
+//! Instants are processed again only as far as an estimate is asked for: where a clock is ahead all images of the other
+//! cameras are late, and each asks for its own instant only.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -20,8 +20,8 @@ use crate::tracker::track::Track;
 use sextant_site_model::ObjectId;
 use sextant_site_report::{ClockOffset, ObjectEstimate};
 
-/// Cameras whose simultaneous images are processed jointly; further ones follow in the order of the rig, so that an image costs no more than
-/// its own group.
+/// Cameras whose simultaneous images are processed jointly; further ones follow in the order of the rig, so that an
+/// image costs no more than its own group.
 const GROUP: usize = 8;
 
 /// Capture time in ns, and group of cameras.
@@ -220,8 +220,8 @@ impl Timeline {
             .last_estimate(&self.object, time_ns, options)
     }
 
-    /// Discards the images and keeps the track: the models that they were taken in with are no longer in force. All instants must have been
-    /// processed.
+    /// Discards the images and keeps the track: the models that they were taken in with are no longer in force. All
+    /// instants must have been processed.
     pub fn discard_images(&mut self) {
         self.stale_from = None;
         if let Some((_, last)) = std::mem::take(&mut self.instants).into_iter().next_back() {
@@ -229,7 +229,8 @@ impl Timeline {
         }
     }
 
-    /// Another rig is in force: the track is moved along with the cameras that saw the object lately, and begins anew where they see it elsewhere now.
+    /// Another rig is in force: the track is moved along with the cameras that saw the object lately, and begins anew
+    /// where they see it elsewhere now.
     pub fn take_rig(&mut self, before: &[SiteCamera], site: &Site) {
         self.base.take_rig(before, site);
     }

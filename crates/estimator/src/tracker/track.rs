@@ -48,9 +48,11 @@ pub(crate) struct Track {
     pub(crate) summary: InstantSummary,
 }
 
-/// Residual of a tag's corners over its edge from which on it contradicts, however noisy its camera is taken to be; less than a pixel never does.
+/// Residual of a tag's corners over its edge from which on it contradicts, however noisy its camera is taken to be;
+/// less than a pixel never does.
 const MOST_OFF: f64 = 0.06;
-/// Views, fading, from which on the share of the refused ones means something, and the share from which on the images contradict the track.
+/// Views, fading, from which on the share of the refused ones means something, and the share from which on the images
+/// contradict the track.
 const FEWEST_VIEWS: f64 = 4.0;
 const MOST_REFUSED: f64 = 0.6;
 
@@ -98,8 +100,8 @@ impl Track {
             .unwrap_or(followed)
     }
 
-    /// The object by two or more tags of an image that agree with one another, with as much more noise as they need for that: as it
-    /// moved before, or else anew.
+    /// The object by two or more tags of an image that agree with one another, with as much more noise as they need for
+    /// that: as it moved before, or else anew.
     pub(crate) fn agreed(
         &self,
         time_ns: u64,
@@ -235,8 +237,8 @@ impl Track {
         next
     }
 
-    /// A track without hypotheses that keeps the noise scales and the clock offsets of a lost object, and since when it has been in doubt: stills
-    /// far apart are told of as images in a row are.
+    /// A track without hypotheses that keeps the noise scales and the clock offsets of a lost object, and since when it
+    /// has been in doubt: stills far apart are told of as images in a row are.
     pub(crate) fn forgotten(&self) -> Self {
         let mut timing = self.timing.clone();
         if let Some(best) = self.hypotheses.first().filter(|_| self.trusted) {
@@ -339,7 +341,8 @@ impl Track {
                 .is_some_and(|since| seconds(since, self.time_ns) >= options.contradiction_s)
     }
 
-    /// Share of the object's views in the last second that contradict its pose, where these are most; then nothing is known for certain.
+    /// Share of the object's views in the last second that contradict its pose, where these are most; then nothing is
+    /// known for certain.
     pub fn refused_share(&self, now_ns: u64) -> Option<f64> {
         let views = self.views.faded(now_ns);
         let share = views.share();
@@ -495,7 +498,8 @@ impl Hypothesis {
                     &weighted.view.moving(&self.state.configuration()),
                 )
             };
-            // Wrong among right ones is no noise, nor is what is off by more than noise again and again while others are right.
+            // Wrong among right ones is no noise, nor is what is off by more than noise again and again while others
+            // are right.
             let is_fault = || {
                 2 * right > image().count()
                     || self.consistency.is_wrong(weighted.camera_index) && !may_be_noise()

@@ -1,4 +1,5 @@
-//! What goes wrong while a site runs is named right and in time, and as nothing else: two cubes that move, four cameras.
+//! What goes wrong while a site runs is named right and in time, and as nothing else: two cubes that move, four
+//! cameras.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use sextant_estimator::{Fusion, FusionOptions, Input, Output};
@@ -80,13 +81,14 @@ impl Site {
     }
 }
 
-/// Watches a site that turns from what the machine believes into another: the faults named, each with the seconds from the
-/// change to its first naming. `spoil` does what a model can't say to an image.
+/// Watches a site that turns from what the machine believes into another: the faults named, each with the seconds from
+/// the change to its first naming. `spoil` does what a model can't say to an image.
 fn named(truth: &Site, seed: u64, spoil: impl Fn(&mut ImageObservation)) -> Vec<(f64, Fault)> {
     watched(&site(), truth, seed, spoil, CHANGE_S + WATCHED_S).0
 }
 
-/// The same of a site that the machine believes to be `before`, which it is again in the end; and the faults at `end_s`.
+/// The same of a site that the machine believes to be `before`, which it is again in the end; and the faults at
+/// `end_s`.
 fn watched(
     before: &Site,
     truth: &Site,

@@ -25,7 +25,8 @@ fn room() -> ObjectModel {
         let angle = std::f64::consts::TAU * f64::from(index) / 16.0;
         let height = 0.3 * f64::from(index % 3) - 0.3;
         let place = Vector3::new(2.0 * angle.cos(), 2.0 * angle.sin(), height);
-        // looking_from gives x right, y down, z inwards; a tag has x right, y up and its face along z for whom it faces.
+        // looking_from gives x right, y down, z inwards; a tag has x right, y up and its face along z for whom it
+        // faces.
         let about_x = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
         let about_y = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), std::f64::consts::PI);
         let turn = looking_from(place).rotation * about_x * about_y;

@@ -1,4 +1,5 @@
-//! A camera that stands wrong from the very first image, of whose clock nobody says anything: is it where it stands, or when it looks?
+//! A camera that stands wrong from the very first image, of whose clock nobody says anything: is it where it stands, or
+//! when it looks?
 
 use nalgebra::{UnitQuaternion, Vector3};
 use sextant_estimator::{FusionOptions, Input};
@@ -60,8 +61,8 @@ fn whichever_camera_stands_wrong_from_the_start_is_named_and_stays_so() {
     }
 }
 
-/// Seconds after the first image within which another camera may be accused of what the first one does: tracks begin with what the
-/// first one sees.
+/// Seconds after the first image within which another camera may be accused of what the first one does: tracks begin
+/// with what the first one sees.
 const FIRST_S: f64 = 2.0;
 
 #[test]

@@ -10,7 +10,8 @@ use crate::scene::{Random, cube, feed, fusion, rig, run};
 /// Half a minute of images.
 const INSTANTS: u64 = 900;
 
-/// Worst distance, in m and rad alike, of the first of some poses to the others against the truth: no common frame matters for it.
+/// Worst distance, in m and rad alike, of the first of some poses to the others against the truth: no common frame
+/// matters for it.
 fn worst_apart(poses: &[Pose], truth: &[Pose]) -> f64 {
     let apart = |poses: &[Pose], index: usize| poses[0].inverse() * poses[index];
     let off = |index| se3::difference(&apart(poses, index), &apart(truth, index)).amax();

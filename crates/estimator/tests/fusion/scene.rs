@@ -187,8 +187,8 @@ impl Eye<'_> {
         self.image_over_time((camera, time_ns), &at, random)
     }
 
-    /// The same by the camera's shutter: `pose` is the object's by seconds after the capture time. A corner is taken when its
-    /// row is.
+    /// The same by the camera's shutter: `pose` is the object's by seconds after the capture time. A corner is taken
+    /// when its row is.
     pub fn image_over_time(
         &self,
         (camera, time_ns): (usize, u64),

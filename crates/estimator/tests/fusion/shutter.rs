@@ -88,8 +88,8 @@ fn a_rolling_shutter_that_is_known_costs_no_accuracy() {
         let known = followed(&rolling, &rolling, &object);
         let unknown = followed(&rolling, &global, &object);
         assert!(known.0 < 1.2 * best.0, "{known:?} against {best:?}");
-        // Below what global shutters give (0.8): what the body may have done between the capture time and the rows is counted for
-        // every image by itself, though it is a part of what it may have done since the image before.
+        // Below what global shutters give (0.8): what the body may have done between the capture time and the rows is
+        // counted for every image by itself, though it is a part of what it may have done since the image before.
         assert!((0.6..1.25).contains(&known.1), "NEES {}", known.1);
         assert!(
             unknown.0 > 2.0 * known.0 && unknown.1 > 5.0,

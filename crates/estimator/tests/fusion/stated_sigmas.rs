@@ -37,8 +37,8 @@ struct Site {
     believed: (Rig, ObjectModel),
 }
 
-/// Seconds of images, and how many of them are passed over from one to the next: so far apart that self-calibration does not compare the
-/// cameras, after which covariances are relative to them.
+/// Seconds of images, and how many of them are passed over from one to the next: so far apart that self-calibration
+/// does not compare the cameras, after which covariances are relative to them.
 const SECONDS: f64 = 2.4;
 const APART: usize = 11;
 
