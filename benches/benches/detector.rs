@@ -1,4 +1,5 @@
-//! Detection, image by image, on one thread, as a whole, by stages, and as a sequence of images; with the feature `peer` also AprilTag's own detector in C.
+//! Detection, image by image, on one thread, as a whole, by stages, and as a sequence of images; with the feature
+//! `peer` also AprilTag's own detector in C.
 
 use criterion::Criterion;
 use sextant_apriltag::{Detector, Image, Options, Refinement, Stage, Tracker};

@@ -84,8 +84,8 @@ impl SlotWriter {
         Ok(())
     }
 
-    /// Fills one slot in shared memory and publishes it. A source without an image gets the same slot, with its contents, at the next
-    /// call.
+    /// Fills one slot in shared memory and publishes it. A source without an image gets the same slot, with its
+    /// contents, at the next call.
     fn lend_next(
         &mut self,
         source: &mut dyn ImageSource,

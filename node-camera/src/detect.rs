@@ -1,4 +1,5 @@
-//! The detection part: borrows images, detects tags, solves their poses, publishes them, and publishes a status once a second.
+//! The detection part: borrows images, detects tags, solves their poses, publishes them, and publishes a status once a
+//! second.
 
 #[cfg(test)]
 mod allocation_tests;
@@ -93,7 +94,8 @@ fn detect_all(
     tracing::info!(camera = %config.camera, "detecting");
     while !shutdown.is_requested() {
         fail_point!("detect");
-        // Ends this process where the network is half dead: it is started again, and capture keeps the camera meanwhile.
+        // Ends this process where the network is half dead: it is started again, and capture keeps the camera
+        // meanwhile.
         probe
             .check(bus, Instant::now())
             .exit_with(Exit::Unavailable)?;

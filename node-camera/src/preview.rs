@@ -1,6 +1,6 @@
 //! Pictures for people: a thread of low priority with a borrow of its own, so that it can hold up neither capture nor
-//! detection. It encodes only while there is a subscriber, and only once the router has received the last picture: on a narrow link an
-//! observation waits for one picture at most.
+//! detection. It encodes only while there is a subscriber, and only once the router has received the last picture: on a
+//! narrow link an observation waits for one picture at most.
 
 mod jpeg;
 

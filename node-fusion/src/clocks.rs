@@ -1,8 +1,8 @@
 //! How the offsets of the cameras' clocks grow: the slope of what the estimator reports, over the last minute.
 //!
-//! Input: the estimator's offsets, about once a second. Output: the report with drifts. The slope is that of the least squares
-//! line; neighbouring offsets share most of their images and with them their errors, so that its sigma is taken from the
-//! ends alone: sqrt(2) sigma / span, twice for safety.
+//! Input: the estimator's offsets, about once a second. Output: the report with drifts. The slope is that of the least
+//! squares line; neighbouring offsets share most of their images and with them their errors, so that its sigma is taken
+//! from the ends alone: sqrt(2) sigma / span, twice for safety.
 
 use sextant_proto::{CameraClock, ClockReport, NodeId, limits};
 use sextant_site_model::CameraId;

@@ -1,9 +1,9 @@
 //! The files that the models came from, and those that accepted changes go to.
 //!
 //! A file is replaced atomically, and only by another version of what is in it; former versions stay beside it as
-//! `<name>.former`, `<name>.former.2` and so on. A new object gets the file `objects/<object>.toml` beside `fusion.toml`, whose
-//! list of objects follows; everything else in `fusion.toml` stays as it is. `fusion.toml.version` says which version of the models the
-//! files hold: files that were edited since are of no version.
+//! `<name>.former`, `<name>.former.2` and so on. A new object gets the file `objects/<object>.toml` beside
+//! `fusion.toml`, whose list of objects follows; everything else in `fusion.toml` stays as it is. `fusion.toml.version`
+//! says which version of the models the files hold: files that were edited since are of no version.
 
 use crate::camera_settings;
 use crate::config::FusionConfig;
@@ -241,7 +241,8 @@ mod tests {
     use sextant_site_files::{parse_object, parse_rig};
     use std::fs;
 
-    const RIG: &str = "[[camera]]\nid = \"north\"\nresolution = [640, 480]\nlens = { model = \"pinhole\", fx = 600.0, fy = 600.0, cx = 319.5, cy = 239.5 }\n";
+    const RIG: &str = "[[camera]]\nid = \"north\"\nresolution = [640, 480]\n\
+        lens = { model = \"pinhole\", fx = 600.0, fy = 600.0, cx = 319.5, cy = 239.5 }\n";
 
     fn object_text(id: &str, tag: u32) -> String {
         format!("# mine\nid = \"{id}\"\n[[tag]]\nfamily = \"tag36h11\"\nid = {tag}\nsize = 0.04\n")
@@ -256,7 +257,8 @@ mod tests {
     impl Site {
         fn new() -> Self {
             let site = Self(tempfile::tempdir().unwrap());
-            let text = "# the lab\nsite = \"lab\"\nrig = \"rig.toml\"\nobjects = [\"things/cube.toml\"]\nkeep_changes = true\n";
+            let text = "# the lab\nsite = \"lab\"\nrig = \"rig.toml\"\n\
+                objects = [\"things/cube.toml\"]\nkeep_changes = true\n";
             fs::create_dir(site.path("things")).unwrap();
             for (name, text) in [
                 ("rig.toml", RIG),

@@ -5,7 +5,8 @@ use sextant_proto::{EncodeError, ModelPayload, NodeId, ObjectConfig, Proposal, R
 use sextant_site_model::{ObjectId, ObjectModel, Rig};
 use std::collections::BTreeMap;
 
-/// Changes within this time of the last one, ns, are reverted together: people change several things one after the other.
+/// Changes within this time of the last one, ns, are reverted together: people change several things one after the
+/// other.
 const TOGETHER_NS: u64 = 10_000_000_000;
 
 /// A model and when it was replaced, ns since the Unix epoch.
@@ -104,7 +105,8 @@ mod tests {
 
     fn rig(id: &str) -> Rig {
         let text = format!(
-            "[[camera]]\nid = \"{id}\"\nresolution = [640, 480]\nlens = {{ model = \"pinhole\", fx = 600.0, fy = 600.0, cx = 319.5, cy = 239.5 }}\n"
+            "[[camera]]\nid = \"{id}\"\nresolution = [640, 480]\n\
+             lens = {{ model = \"pinhole\", fx = 600.0, fy = 600.0, cx = 319.5, cy = 239.5 }}\n"
         );
         parse_rig(Path::new("r"), &text).unwrap()
     }

@@ -1,6 +1,8 @@
-//! The fusion node without its network, files, threads and clock: messages in, poses and everything else that is to be published out.
+//! The fusion node without its network, files, threads and clock: messages in, poses and everything else that is to be
+//! published out.
 //!
-//! [`FusionCore::turn`] takes its inputs and has its actions carried out. Time is an input; the same inputs at the same times give the same outputs.
+//! [`FusionCore::turn`] takes its inputs and has its actions carried out. Time is an input; the same inputs at the same
+//! times give the same outputs.
 
 use crate::clocks::DriftEstimator;
 use crate::config::{FusionConfig, Refinement};
@@ -189,7 +191,8 @@ impl FusionCore {
         publication.or_else(|| self.actions.pop_front())
     }
 
-    /// When the next [`Self::turn`] is due at the latest but for changes of the models, which are looked after every tenth of a second; ns by the monotonic clock.
+    /// When the next [`Self::turn`] is due at the latest but for changes of the models, which are looked after every
+    /// tenth of a second; ns by the monotonic clock.
     #[must_use]
     pub fn poll_timeout(&self, now: Moment) -> u64 {
         let of_machine = self.machine.poll_timeout().unwrap_or(u64::MAX);
@@ -228,8 +231,8 @@ impl FusionCore {
         self.machine.adjustment().filter(|task| !task.is_solved())
     }
 
-    /// Whether the next message under a key of the configuration may be handed over. At most one change is made at a time, and none for a
-    /// while after it: images go first.
+    /// Whether the next message under a key of the configuration may be handed over. At most one change is made at a
+    /// time, and none for a while after it: images go first.
     #[must_use]
     pub(crate) fn takes_requests(&self, now: Moment) -> bool {
         !self.standby.leads() || (self.requested_ns.is_none() && self.replica.is_ready(now))
@@ -280,7 +283,8 @@ impl FusionCore {
         self.replica.follow(node, theirs, now);
     }
 
-    /// Publishes or stands by, as the other fusion nodes of the site leave it to this one. To be called before images are handed over.
+    /// Publishes or stands by, as the other fusion nodes of the site leave it to this one. To be called before images
+    /// are handed over.
     pub(crate) fn update_duty(&mut self, now: Moment) {
         let duty = self.standby.tick(self.replica.models(), now);
         let is_shared = self.standby.is_shared();
@@ -301,7 +305,8 @@ impl FusionCore {
         }
     }
 
-    /// Epoch of the poses that this node publishes now; none while it stands by. Where objects are shared, of the node that cares for the site.
+    /// Epoch of the poses that this node publishes now; none while it stands by. Where objects are shared, of the node
+    /// that cares for the site.
     fn epoch(&self, now: Moment) -> Option<u64> {
         let epoch = self.standby.epoch(now);
         epoch.filter(|_| self.replica.is_current())
@@ -398,7 +403,8 @@ impl FusionCore {
 
 /// The models of the site.
 impl FusionCore {
-    /// A message under a key of the configuration; what is no request, or is not for this node to decide on, is passed over.
+    /// A message under a key of the configuration; what is no request, or is not for this node to decide on, is passed
+    /// over.
     pub(crate) fn config(&mut self, item: &Item, now: Moment) {
         if !self.standby.leads() {
             return;

@@ -1,6 +1,7 @@
 //! The rig and the objects in force, and what a change would make of them: whole, or a refusal with its cause.
 //!
-//! Input: payloads under the site's `config/` keys. Output: the models after the change. Knows no network, no file and no clock.
+//! Input: payloads under the site's `config/` keys. Output: the models after the change. Knows no network, no file and
+//! no clock.
 
 use crate::camera_settings::SettingsOfCameras;
 use crate::refusals::{detail, invalid_camera, invalid_object, undecodable, unusable};

@@ -28,8 +28,8 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Most observations that wait, and their bytes: one second of 64 cameras at 30 images a second with 20 tags each. They wait for at most
-/// `max_age_s`.
+/// Most observations that wait, and their bytes: one second of 64 cameras at 30 images a second with 20 tags each. They
+/// wait for at most `max_age_s`.
 const QUEUE: usize = 2048;
 const QUEUE_BYTES: usize = 8 << 20;
 /// Most heartbeats that wait: three seconds of those of as many nodes as a site may have.

@@ -1,5 +1,5 @@
-//! What a fusion node publishes: poses, status, clocks, answers, proposals, its models for the other fusion nodes, and, while it publishes
-//! the poses, the models in force.
+//! What a fusion node publishes: poses, status, clocks, answers, proposals, its models for the other fusion nodes, and,
+//! while it publishes the poses, the models in force.
 //!
 //! Input: messages. Output: payloads under keys. Knows no network.
 
@@ -223,7 +223,8 @@ impl Outbox {
     /// A pose that was held up in this node is not current any more: it is counted, and not published.
     pub fn count_held_up(&mut self, object: &ObjectId, held_s: f64) {
         self.unpublished.count(format!(
-            "a pose of object {object} was held up for {held_s:.1} s in this node: its machine stood still, or is too slow"
+            "a pose of object {object} was held up for {held_s:.1} s in this node: its machine \
+             stood still, or is too slow"
         ));
     }
 

@@ -1,8 +1,8 @@
-//! This node's replica of the site's models. The node that publishes the poses decides about changes, the others follow it, and the newest version wins
-//! wherever it comes from.
+//! This node's replica of the site's models. The node that publishes the poses decides about changes, the others follow
+//! it, and the newest version wins wherever it comes from.
 //!
-//! Input: requests, heartbeats of other nodes, their models, and what became of writing files. Output: [`Effect`]s. Knows no network, no file and
-//! no clock.
+//! Input: requests, heartbeats of other nodes, their models, and what became of writing files. Output: [`Effect`]s.
+//! Knows no network, no file and no clock.
 
 use crate::formers::Formers;
 use crate::models::{Change, Models, Payloads};
@@ -17,7 +17,8 @@ use std::collections::{BTreeMap, VecDeque};
 const MS: u64 = 1_000_000;
 /// A node counts as present for so long after its last heartbeat, ns.
 const PRESENT_NS: u64 = 1000 * MS;
-/// A node that has not told of its models is waited for so long after it has come or gone, ns: its process may stand still.
+/// A node that has not told of its models is waited for so long after it has come or gone, ns: its process may stand
+/// still.
 const PAUSE_NS: u64 = 5000 * MS;
 /// A node is forgotten after so long without a heartbeat, ns.
 const FORGOTTEN_NS: u64 = 5000 * MS;
@@ -165,7 +166,8 @@ pub struct Replica {
 }
 
 impl Replica {
-    /// Of models that were read from files, whose record says which version they were of. With `keeps`, changes outlive the process.
+    /// Of models that were read from files, whose record says which version they were of. With `keeps`, changes outlive
+    /// the process.
     #[must_use]
     pub fn new(
         node: NodeId,
@@ -232,7 +234,8 @@ impl Replica {
         self.effects.pop_front()
     }
 
-    /// Whether poses may be published: no newer models are known, and the files that this node was started with were compared with what other nodes have.
+    /// Whether poses may be published: no newer models are known, and the files that this node was started with were
+    /// compared with what other nodes have.
     #[must_use]
     pub fn is_current(&self) -> bool {
         self.newer().is_none() && (self.is_compared || self.unheard.is_empty())
@@ -328,7 +331,8 @@ impl Replica {
         }
     }
 
-    /// A restarted node may have older models than before. The newer ones are no longer waited for, unless another node has them.
+    /// A restarted node may have older models than before. The newer ones are no longer waited for, unless another node
+    /// has them.
     fn forget_what_is_lost(&mut self, node: &NodeId, theirs: &ModelsState) {
         let is_lost = |(version, holder): &(ModelsVersion, NodeId)| {
             holder == node && theirs.version.as_ref() < Some(version)
@@ -340,7 +344,8 @@ impl Replica {
         }
     }
 
-    /// The models of another node, as it answered: below its root, the key and the payload of each. What is of no newer version changes nothing.
+    /// The models of another node, as it answered: below its root, the key and the payload of each. What is of no newer
+    /// version changes nothing.
     pub fn follow(&mut self, node: &NodeId, theirs: Payloads, now: Moment) {
         let Some(peer) = self.peers.get(node) else {
             return;
@@ -357,7 +362,8 @@ impl Replica {
         let after = theirs.models(&self.models);
         match after {
             Ok(after) => {
-                tracing::info!(%node, counter = version.counter, "takes over the rig, the objects and the settings of another fusion node");
+                tracing::info!(%node, counter = version.counter, "takes over the rig, the \
+                    objects and the settings of another fusion node");
                 if let Some(Step::Spreading { mut answered, .. }) = self.step.take() {
                     answered.answer.outcome = overtaken();
                     self.effects.push_back(Effect::Answer(answered));
@@ -369,7 +375,8 @@ impl Replica {
                 self.adopt(version);
             }
             Err(refusal) => {
-                tracing::error!(%node, "the models of another fusion node are newer and cannot be used here: {refusal}");
+                tracing::error!(%node, "the models of another fusion node are newer and cannot \
+                    be used here: {refusal}");
                 self.unusable = Some(version);
             }
         }
@@ -524,7 +531,8 @@ impl Replica {
         }
     }
 
-    /// Does what is due. A node that publishes and knows the models of all others gives its files a version, if they have none.
+    /// Does what is due. A node that publishes and knows the models of all others gives its files a version, if they
+    /// have none.
     pub fn tick(&mut self, publishes: bool, now: Moment) {
         let lasts = |since_ns: u64, ns: u64| now.monotonic_ns < since_ns + ns;
         self.unheard
@@ -673,7 +681,9 @@ impl Replica {
 /// A change that was decided on while another node had newer models.
 fn overtaken() -> Outcome {
     Outcome::Refused(Refusal::Other {
-        detail: "another fusion node has newer models, which are in force now: look at them (`sextant config get`) and try again".to_owned(),
+        detail: "another fusion node has newer models, which are in force now: look at them \
+            (`sextant config get`) and try again"
+            .to_owned(),
     })
 }
 

@@ -1,6 +1,8 @@
-//! This node's part among the fusion nodes of its site: who publishes, and which objects, is decided by `sextant_election`.
+//! This node's part among the fusion nodes of its site: who publishes, and which objects, is decided by
+//! `sextant_election`.
 //!
-//! Input: heartbeats and liveliness of the other nodes. Output: heartbeats, and the epoch of the poses. Knows no network and no clock.
+//! Input: heartbeats and liveliness of the other nodes. Output: heartbeats, and the epoch of the poses. Knows no
+//! network and no clock.
 
 use crate::config::ShardingConfig;
 use crate::models::Models;
@@ -82,7 +84,8 @@ impl Standby {
         if let Some(sharding) = &mut self.sharding
             && sharding.hear(beat)
         {
-            tracing::warn!(node = %beat.node, "a fusion node has another [sharding]: give all nodes of the site the same mode and standbys");
+            tracing::warn!(node = %beat.node, "a fusion node has another [sharding]: give all \
+                nodes of the site the same mode and standbys");
         }
     }
 
@@ -140,7 +143,8 @@ impl Standby {
         self.foreign_tags = tags.collect();
     }
 
-    /// Whether this node cares for what concerns the whole site, also while it waits for the others after an interruption.
+    /// Whether this node cares for what concerns the whole site, also while it waits for the others after an
+    /// interruption.
     #[must_use]
     pub fn leads(&self) -> bool {
         self.duty != Duty::StandBy

@@ -45,8 +45,8 @@ impl Site {
         );
         std::fs::write(&config, text).unwrap();
         let rig = "[[camera]]\nid = \"a\"\nresolution = [640, 480]\n\
-                   lens = \
-                   { model = \"brown-conrady\", fx = 600, fy = 600, cx = 320, cy = 240, distortion = [0, 0, 0, 0, 0] }\n";
+                   lens = { model = \"brown-conrady\", fx = 600, fy = 600, cx = 320, cy = 240, \
+                   distortion = [0, 0, 0, 0, 0] }\n";
         std::fs::write(folder.path().join("rig.toml"), rig).unwrap();
         let mut command = Command::new(std::env::current_exe().unwrap());
         command

@@ -4,7 +4,8 @@ use crate::envelope::Kind;
 use crate::ids::{IdError, NodeId, SiteId};
 use sextant_site_model::{CameraId, ObjectId};
 
-/// How the sender of what a fusion node announces under `config/` begins; its name follows. Other senders ask for changes.
+/// How the sender of what a fusion node announces under `config/` begins; its name follows. Other senders ask for
+/// changes.
 pub const ANNOUNCED: &str = "fusion/";
 
 /// The keys of one site.

@@ -1,4 +1,5 @@
-//! `CONTRACT.md` says what the code does: keys, kinds, lengths, and the type of every message down to its last field and variant.
+//! `CONTRACT.md` says what the code does: keys, kinds, lengths, and the type of every message down to its last field
+//! and variant.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod traced;
@@ -9,7 +10,8 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use traced::trace;
 
-/// Each enum takes variant `round` modulo its number of variants: so many rounds reach every variant, nested ones included.
+/// Each enum takes variant `round` modulo its number of variants: so many rounds reach every variant, nested ones
+/// included.
 const ROUNDS: usize = 400;
 
 fn contract() -> Contract {

@@ -1,5 +1,6 @@
-//! Any bytes may arrive: decoding them never panics, never takes more memory than the limits say, and never lets a number
-//! through that is not finite. Random bytes, random bodies behind a good header, mutated and cut messages, huge lengths.
+//! Any bytes may arrive: decoding them never panics, never takes more memory than the limits say, and never lets a
+//! number through that is not finite. Random bytes, random bodies behind a good header, mutated and cut messages, huge
+//! lengths.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod samples;

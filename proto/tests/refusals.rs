@@ -37,7 +37,8 @@ fn bytes_behind_the_message_are_refused() {
     );
 }
 
-/// The message with one value changed, put into bytes without the sender's check, as a careless or hostile sender would.
+/// The message with one value changed, put into bytes without the sender's check, as a careless or hostile sender
+/// would.
 fn unchecked(change: impl FnOnce(&mut Observations)) -> Result<Observations, DecodeError> {
     let mut message = samples::observations();
     change(&mut message);

@@ -23,17 +23,20 @@ const PACKAGES: [&str; 2] = ["target/package", "packages"];
 /// Arguments of `sextant deploy`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "For example: sextant deploy pi@north.lab pi@10.0.0.7=south --authority site-keys --connect quic/fusion.lab:7447 --keys site-keys/ada
-With --json, a line a host: {\"host\",\"camera\",\"outcome\",\"from\",\"to\",\"changes\":[],\"cause\",\"log\":[],\"notices\":[]} with outcome
-new, unchanged, planned (--dry-run), rolled-back (as before again), untouched (nothing was changed), unreachable, interrupted or broken.
-Exit codes: 0 every host has what it shall have; 1 a host failed; 2 wrong usage; 3 a file, a key or the packages are wrong, no host was asked;
-4 a host or the site could not be reached, all others are well; 130 interrupted, every host is as it was or new. docs/fleet.md has the rest."
+    after_help = "For example: sextant deploy pi@north.lab pi@10.0.0.7=south --authority site-keys --connect
+quic/fusion.lab:7447 --keys site-keys/ada With --json, a line a host: {\"host\",\"camera\",\"outcome\",\"from\",\"to\",
+\"changes\":[],\"cause\",\"log\":[],\"notices\":[]} with outcome new, unchanged, planned (--dry-run), rolled-back (as
+before again), untouched (nothing was changed), unreachable, interrupted or broken. Exit codes: 0 every host has what it
+shall have; 1 a host failed; 2 wrong usage; 3 a file, a key or the packages are wrong, no host was asked; 4 a host or
+the site could not be reached, all others are well; 130 interrupted, every host is as it was or new. docs/fleet.md has
+the rest."
 )]
 pub struct DeployArguments {
     /// Hosts with a camera each. Without =CAMERA it is the first part of the host's name.
     #[arg(required = true, value_name = "[USER@]HOST[=CAMERA]")]
     targets: Vec<Target>,
-    /// Folder with a camera-CAMERA.toml for each camera. Where a file is missing a minimal one is written: name, router and keys.
+    /// Folder with a camera-CAMERA.toml for each camera. Where a file is missing a minimal one is written: name, router
+    /// and keys.
     #[arg(long, value_name = "DIR", default_value = ".")]
     config: PathBuf,
     /// Folder of `sextant keys`; each host gets the keys in DIR/CAMERA.

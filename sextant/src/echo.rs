@@ -30,13 +30,13 @@ const ANSWER: Duration = Duration::from_millis(500);
 /// Arguments of `sextant echo`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "With --json, one line per message: {\"key\",\"received_ns\",\"message\"}, or {\"key\",\"received_ns\",\"error\"} for a payload
-that is not a message. With --format, a line per pose of the named objects: JSON lines and TUM as `sextant replay` writes them, or CSV.
-Stop with Ctrl-C."
+    after_help = "With --json, one line per message: {\"key\",\"received_ns\",\"message\"}, or
+{\"key\",\"received_ns\",\"error\"} for a payload that is not a message. With --format, a line per pose of the named
+objects: JSON lines and TUM as `sextant replay` writes them, or CSV. Stop with Ctrl-C."
 )]
 pub struct EchoArguments {
-    /// A camera, an object, a node, or a key (`camera/north/preview`, `config/**`); the poses of all objects when absent.
-    /// With --format, any number of objects.
+    /// A camera, an object, a node, or a key (`camera/north/preview`, `config/**`); the poses of all objects when
+    /// absent. With --format, any number of objects.
     #[arg(value_name = "NAME|KEY")]
     names: Vec<String>,
     /// Print poses only, as text for other programs.

@@ -18,19 +18,22 @@ use std::path::PathBuf;
 /// Arguments of `sextant learn`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "Turn the object slowly in front of a camera, so that every tag is visible and neighbouring tags are visible together. Without
---tags, the tags that move as one body are those of the object; the camera must stand still, since tags that stand still are left out. Tags that
-cannot be placed are left out and named, with the rotation that would connect them; the exit code is then 4, and with --strict nothing is
-written. Tag sizes and the lens are adjusted within their sigmas; the lens in the rig file stays as it is. The previous file is kept as
-FILE.former.
+    after_help = "Turn the object slowly in front of a camera, so that every tag is visible and neighbouring tags are
+visible together. Without --tags, the tags that move as one body are those of the object; the camera must stand still,
+since tags that stand still are left out. Tags that cannot be placed are left out and named, with the rotation that
+would connect them; the exit code is then 4, and with --strict nothing is written. Tag sizes and the lens are adjusted
+within their sigmas; the lens in the rig file stays as it is. The previous file is kept as FILE.former.
 
 With --live the images come from the running site: turn the object as instructed until there are enough images, or press
-Ctrl-C; then it is solved. With --json, progress is one line per second at most: {\"kind\",\"images\",\"fraction\",\"is_enough\",\"hint\",
-\"details\":{\"joining\",\"tags\":[{\"tag\",\"images\",\"directions\",\"group\"}],\"sketch\":[{\"tag\",\"size_m\",\"position\",\"orientation\"}]}}.
+Ctrl-C; then it is solved. With --json, progress is one line per second at most: {\"kind\",\"images\",\"fraction\",
+\"is_enough\",\"hint\",\"details\":{\"joining\",\"tags\":[{\"tag\",\"images\",\"directions\",\"group\"}],
+\"sketch\":[{\"tag\",\"size_m\",\"position\",\"orientation\"}]}}.
 
-With --json, the result is one line on standard output: {\"object\",\"images\",\"images_used\",\"rms_px\",\"noise_ratio\",\"tags\":[{\"tag\",\"images\",\"left_out\",
-\"elsewhere\",\"sigma_mm\",\"sigma_deg\",\"sigma_axes_mm\":[3],\"sigma_axes_deg\":[3],\"rms_px\",\"size_ratio\",\"size_ratio_sigma\"}],\"kept\",\"weak\",\"unsolved\",
-\"solved_sizes\":[[\"tag\",metres]],\"found\":{\"object\",\"others\",\"loose\",\"still\"},\"verdict\":{\"grade\",\"because\"}}"
+With --json, the result is one line on standard output: {\"object\",\"images\",\"images_used\",\"rms_px\",
+\"noise_ratio\",\"tags\":[{\"tag\",\"images\",\"left_out\",\"elsewhere\",\"sigma_mm\",\"sigma_deg\",
+\"sigma_axes_mm\":[3],\"sigma_axes_deg\":[3],\"rms_px\",\"size_ratio\",\"size_ratio_sigma\"}],\"kept\",\"weak\",
+\"unsolved\",\"solved_sizes\":[[\"tag\",metres]],\"found\":{\"object\",\"others\",\"loose\",\"still\"},
+\"verdict\":{\"grade\",\"because\"}}"
 )]
 pub struct LearnArguments {
     #[command(flatten)]
@@ -41,12 +44,12 @@ pub struct LearnArguments {
     /// Camera to use; may be repeated. By default all.
     #[arg(long = "camera", value_name = "ID")]
     cameras: Vec<CameraId>,
-    /// Tags to place: numbers, or NUMBER:SIZE for a different size, separated by commas. By default the tags of --from or, without
-    /// it, the tags that move as one body.
+    /// Tags to place: numbers, or NUMBER:SIZE for a different size, separated by commas. By default the tags of --from
+    /// or, without it, the tags that move as one body.
     #[arg(long, value_name = "IDS", value_delimiter = ',', value_parser = tag_and_size)]
     tags: Vec<(u32, Option<f64>)>,
-    /// Edge of the black squares of the tags, metres. Without --tags also NUMBER:METRES for one measured tag; the other sizes follow
-    /// from it.
+    /// Edge of the black squares of the tags, metres. Without --tags also NUMBER:METRES for one measured tag; the other
+    /// sizes follow from it.
     #[arg(long, value_name = "METRES", value_parser = tag_or_all)]
     size: Option<SizeScope>,
     /// Number of a tag of the object, if several things move and --tags is not given.
@@ -135,8 +138,8 @@ fn tag_and_size(text: &str) -> Result<(u32, Option<f64>), String> {
 /// Runs `sextant learn`.
 ///
 /// # Errors
-/// [`Exit::Input`] for files that cannot be used and images that place no tags; then nothing is written. [`Exit::Unavailable`] after a
-/// partial result.
+/// [`Exit::Input`] for files that cannot be used and images that place no tags; then nothing is written.
+/// [`Exit::Unavailable`] after a partial result.
 pub fn run(arguments: &LearnArguments, format: Format) -> anyhow::Result<()> {
     let rig = read_rig(&arguments.rig).exit_with(Exit::Input)?;
     let plan = if arguments.tags.is_empty() && arguments.from.is_none() {

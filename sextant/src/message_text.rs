@@ -119,7 +119,8 @@ fn object_pose(pose: &ObjectPose) -> String {
         variances.fold(0.0, f64::max).sqrt()
     };
     format!(
-        "{:<12} position {x:8.4} {y:8.4} {z:8.4} m  orientation {qx:7.4} {qy:7.4} {qz:7.4} {qw:7.4}  sigma {:.2} mm {:.3} deg  cameras {} tags {}",
+        "{:<12} position {x:8.4} {y:8.4} {z:8.4} m  orientation {qx:7.4} {qy:7.4} {qz:7.4} \
+         {qw:7.4}  sigma {:.2} mm {:.3} deg  cameras {} tags {}",
         words::state(pose.state),
         sigma(0) * 1e3,
         sigma(3).to_degrees(),
@@ -151,7 +152,8 @@ fn object_links(message: &ObjectLinks) -> String {
 fn detection_report(report: &DetectionReport) -> String {
     let (ms, rejected) = (&report.stage_ms, &report.rejected);
     format!(
-        "image {}: {} from {}: {} no quad, {} misshapen, {} faint, {} without a code, {} hardly legible; ms: tiles {:.3} threshold {:.3} components {:.3} quads {:.3} decode {:.3} refine {:.3}",
+        "image {}: {} from {}: {} no quad, {} misshapen, {} faint, {} without a code, {} hardly \
+         legible; ms: tiles {:.3} threshold {:.3} components {:.3} quads {:.3} decode {:.3} refine {:.3}",
         report.sequence,
         words::count(report.tags as usize, "tag"),
         words::count(report.candidates as usize, "candidate"),

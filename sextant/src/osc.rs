@@ -15,9 +15,11 @@ use sextant_site_model::ObjectId;
 #[derive(Args, Debug)]
 #[command(
     after_help = "plain   ADDRESS x y z qx qy qz qw: metres, a unit quaternion
-vrchat  /tracking/trackers/N/position x y z and /tracking/trackers/N/rotation x y z: Unity's axes, degrees; N is 1 for the first --object.
+vrchat /tracking/trackers/N/position x y z and /tracking/trackers/N/rotation x y z: Unity's axes, degrees; N is 1 for
+the first --object.
         VRChat listens on port 9000
-vmt     /VMT/Room/Unity index enable 0 x y z qx qy qz qw: Unity's axes; the index of the first --object is 0. Virtual Motion Tracker
+vmt /VMT/Room/Unity index enable 0 x y z qx qy qz qw: Unity's axes; the index of the first --object is 0. Virtual Motion
+Tracker
         listens on port 39570
 Objects that are tracked or coasting are sent; docs/outputs.md has more. With --json, one line at the end:
 {\"poses\",\"refused\",\"dropped\",\"sent\",\"unsent\",\"unheard\",\"skipped\"}"
@@ -104,7 +106,8 @@ impl OscArguments {
     fn trackers(&self, most: usize) -> anyhow::Result<Vec<ObjectId>> {
         if self.objects.is_empty() || self.objects.len() > most {
             bail!(usage(&format!(
-                "this layout numbers its trackers: name 1 to {most} objects with --object, in the order of their numbers"
+                "this layout numbers its trackers: name 1 to {most} objects with --object, in \
+                 the order of their numbers"
             )));
         }
         Ok(self.objects.clone())

@@ -44,7 +44,8 @@ fn blocks(base: &UncertainPose) -> Matrix6<f64> {
     blocks
 }
 
-/// With p' = exp(r) R p + t + d, an error (d, r) of the base moves the position by d - (R p) x r and turns the attitude by r.
+/// With p' = exp(r) R p + t + d, an error (d, r) of the base moves the position by d - (R p) x r and turns the attitude
+/// by r.
 fn covariance(base: &UncertainPose, pose: &Pose, covariance: &Matrix6<f64>) -> Matrix6<f64> {
     let lever: Vector3<f64> = base.pose.rotation * pose.translation.vector;
     let mut by_base = Matrix6::identity();

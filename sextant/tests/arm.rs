@@ -1,4 +1,5 @@
-//! `sextant replay` of an arm with two joints: links and joints near the truth, as sure as they say, within their limits.
+//! `sextant replay` of an arm with two joints: links and joints near the truth, as sure as they say, within their
+//! limits.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod arm_recording;

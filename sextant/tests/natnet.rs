@@ -1,5 +1,5 @@
-//! `sextant natnet` with real sockets: clients that ask for frames at their own address, and what is no client. `clients/python/tests/test_natnet.py`
-//! has the clients that people use.
+//! `sextant natnet` with real sockets: clients that ask for frames at their own address, and what is no client.
+//! `clients/python/tests/test_natnet.py` has the clients that people use.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod posing_site;

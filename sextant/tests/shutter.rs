@@ -1,5 +1,5 @@
-//! Pictures of a moving object by rolling shutters, blurred by their exposure and stamped with its start: replayed with what the
-//! rig file can say of that, and without.
+//! Pictures of a moving object by rolling shutters, blurred by their exposure and stamped with its start: replayed with
+//! what the rig file can say of that, and without.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod recording;

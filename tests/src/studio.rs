@@ -1,5 +1,5 @@
-//! A studio without hardware: printed things on paths before simulated cameras, rendered into a recording as a person would
-//! have taken it.
+//! A studio without hardware: printed things on paths before simulated cameras, rendered into a recording as a person
+//! would have taken it.
 
 use nalgebra::{Isometry3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use sextant_geometry::{Lens, Pose};

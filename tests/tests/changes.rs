@@ -1,4 +1,5 @@
-//! Rig and objects change while a site runs: each change is taken whole or refused whole, and what it does not name goes on.
+//! Rig and objects change while a site runs: each change is taken whole or refused whole, and what it does not name
+//! goes on.
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 

@@ -16,7 +16,8 @@ const MEMORY: &[(&str, u64)] = &[
     ("viewer", 60 * MIB),
 ];
 
-/// Images that come later than this, in ms, are near the end of fusion's window: beyond it poses are foreseen, not seen.
+/// Images that come later than this, in ms, are near the end of fusion's window: beyond it poses are foreseen, not
+/// seen.
 const LIVE_MS: f64 = 400.0;
 
 fn number(value: &Value) -> f64 {

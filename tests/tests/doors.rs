@@ -1,5 +1,5 @@
-//! Locked doors: what members of a site may do by their roles, and that nobody else may do anything. The router is a real
-//! fusion node, the keys are those of `sextant keys`; who tries the doors is this test.
+//! Locked doors: what members of a site may do by their roles, and that nobody else may do anything. The router is a
+//! real fusion node, the keys are those of `sextant keys`; who tries the doors is this test.
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 
@@ -64,15 +64,16 @@ fn a_camera_publishes_below_its_own_key_only() {
         publish(&board, &site.keys, &own);
         let status = site.await_status(&screen, |status| received(status, "cam0") == 1);
         assert_eq!(received(&status, "cam1"), 0, "{profile:?}");
-        // And its owner is not kept from it; the session stays open, since QUIC drops what is under way when a session ends.
+        // And its owner is not kept from it; the session stays open, since QUIC drops what is under way when a session
+        // ends.
         let owner = site.open("cam1");
         publish(&owner, &site.keys, &foreign);
         site.await_status(&screen, |status| received(status, "cam1") == 1);
     }
 }
 
-/// Which of two wishes for another rig the fusion node answers: first that of a member, then that of the operator. Neither is a
-/// rig, so that both are refused by the node if they reach it.
+/// Which of two wishes for another rig the fusion node answers: first that of a member, then that of the operator.
+/// Neither is a rig, so that both are refused by the node if they reach it.
 fn answered(site: &LockedSite, member: &str) -> Vec<u64> {
     let [first, second] = [b"no rig 1", b"no rig 2"];
     let (wisher, desk) = (site.open(member), site.open("desk"));
@@ -183,7 +184,9 @@ fn a_camera_node_lives_under_its_role() {
         write(
             "camera.toml",
             &format!(
-                "site = \"lab\"\ncamera = \"cam0\"\n[source]\nkind = \"simulator\"\nscenario = \"scenario.toml\"\n[network]\nconnect = [\"{}\"]\n[security]\nprofile = \"{}\"\nkeys = \"authority/cam0\"\n[shared_memory]\nroot = \"i\"\n",
+                "site = \"lab\"\ncamera = \"cam0\"\n[source]\nkind = \"simulator\"\n\
+                 scenario = \"scenario.toml\"\n[network]\nconnect = [\"{}\"]\n[security]\n\
+                 profile = \"{}\"\nkeys = \"authority/cam0\"\n[shared_memory]\nroot = \"i\"\n",
                 site.connect,
                 profile.name()
             ),
@@ -363,7 +366,8 @@ fn copy_folder(from: &Path, to: &Path) {
 fn keys_of_another_are_refused_before_anything_runs() {
     let site = LockedSite::start(Profile::Site);
     let text = format!(
-        "site = \"lab\"\ncamera = \"cam1\"\n[source]\nkind = \"images\"\nfolder = \".\"\n[network]\nconnect = [\"{}\"]\n[security]\nprofile = \"site\"\nkeys = \"authority/cam0\"\n",
+        "site = \"lab\"\ncamera = \"cam1\"\n[source]\nkind = \"images\"\nfolder = \".\"\n\
+         [network]\nconnect = [\"{}\"]\n[security]\nprofile = \"site\"\nkeys = \"authority/cam0\"\n",
         site.connect
     );
     fs::write(site.path("camera.toml"), text).expect("a file");

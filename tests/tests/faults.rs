@@ -32,8 +32,8 @@ fn site() -> (FusedSite, Scene) {
     (site, scene)
 }
 
-/// Lets the cameras see what is true, for so many seconds, each image when it is taken, since a fusion node asks itself about
-/// clocks by its own time; `last` may change what they say at the end.
+/// Lets the cameras see what is true, for so many seconds, each image when it is taken, since a fusion node asks itself
+/// about clocks by its own time; `last` may change what they say at the end.
 fn watch(site: &mut FusedSite, truth: &mut Scene, seconds: f64, last: impl Fn(&mut Observations)) {
     let images = (seconds * 30.0) as u64;
     let start_ns = now_ns();

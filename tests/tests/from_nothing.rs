@@ -1,5 +1,5 @@
-//! From nothing to poses in one frame, by the commands of `docs/ten-minutes.md` and by nothing else: what is printed is rendered
-//! before simulated cameras, and everything from the pictures on is the program that a person runs.
+//! From nothing to poses in one frame, by the commands of `docs/ten-minutes.md` and by nothing else: what is printed is
+//! rendered before simulated cameras, and everything from the pictures on is the program that a person runs.
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 

@@ -1,8 +1,8 @@
 //! The imports between the files of a package run in one direction, and so do those between its top-level modules.
 //!
 //! File A imports file B where A names an item of B by a path that begins with `crate::` or `super::`; re-exports are
-//! followed to the file that has the item. A module that names its own children (`use child::Item`) is composed of them and
-//! does not import them. Test code does not count.
+//! followed to the file that has the item. A module that names its own children (`use child::Item`) is composed of them
+//! and does not import them. Test code does not count.
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 

@@ -1,5 +1,5 @@
-//! `sextant-client` as a program of somebody else uses it: its examples against a demo, its answers against the truth, and what it
-//! says when names, routers and keys are wrong or the site goes away.
+//! `sextant-client` as a program of somebody else uses it: its examples against a demo, its answers against the truth,
+//! and what it says when names, routers and keys are wrong or the site goes away.
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 

@@ -1,7 +1,7 @@
 //! What chores need of the machine: which of it is missing, and how it gets there.
 //!
-//! Node.js and what chores fetch for themselves go below the workspace, Rust's targets to rustup. Debian's packages are installed by root, or by sudo
-//! after a question on a terminal.
+//! Node.js and what chores fetch for themselves go below the workspace, Rust's targets to rustup. Debian's packages are
+//! installed by root, or by sudo after a question on a terminal.
 
 use crate::python;
 use crate::tools::{command, root, run};

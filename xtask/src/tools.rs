@@ -15,7 +15,8 @@ pub struct CargoTool {
 }
 
 impl CargoTool {
-    /// The program of this version: the one on the path, else one of our own below `target`, installed where it is missing.
+    /// The program of this version: the one on the path, else one of our own below `target`, installed where it is
+    /// missing.
     pub fn program(&self) -> Result<String, String> {
         let folder = root().join("target/tools");
         let own = folder.join("bin").join(self.name);

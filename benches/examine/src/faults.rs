@@ -1,24 +1,26 @@
 //! Faults that come and go while a site runs: named right, in time, and not otherwise?
 //!
-//! `examine faults KIND FROM TO` injects one after three seconds, mends it after eight more and watches six more. The rule, stated
-//! beforehand: a fault must be named within its bound of time in which it can be told, nothing else may ever be named, and it
-//! must not be named any longer once its mending could be told for three seconds. It can be told
-//! - that a camera was moved (1 degree): while two other cameras see the body that it sees; within 2 s. Of two cameras that
-//!   disagree it must be said just that;
-//! - that a tag slipped (3 mm) or is of another size (2 %): while it and two other tags of its body are seen; within 3 s;
+//! `examine faults KIND FROM TO` injects one after three seconds, mends it after eight more and watches six more. The
+//! rule, stated beforehand: a fault must be named within its bound of time in which it can be told, nothing else may
+//! ever be named, and it must not be named any longer once its mending could be told for three seconds. It can be told
+//! - that a camera was moved (1 degree): while two other cameras see the body that it sees; within 2 s. Of two cameras
+//!   that disagree it must be said just that;
+//! - that a tag slipped (3 mm) or is of another size (2 %): while it and two other tags of its body are seen; within 3
+//!   s;
 //! - that a clock jumped (5 to 200 ms): while it and another camera see a body that moves by 0.1 m/s; within 3 s;
 //! - that a tag is there twice (a second print): while one image shows both; within 3 s;
 //! - that a tag is on another body (as well): while that one is seen; within 3 s.
 //!
-//! `KIND+unvouched`: nobody says anything about clocks; `KIND+first`: it is wrong from the first image on; `KIND+stated`: cameras' poses are
-//! wrong by what is stated, `KIND+calibrated` by as little as a calibration leaves and states, and `KIND+unstated` by .2 mm and mrad of which
-//! nobody says anything; any of them together. Of what is right
-//! the share of images is printed after which it was named, from its first naming to its last.
+//! `KIND+unvouched`: nobody says anything about clocks; `KIND+first`: it is wrong from the first image on;
+//! `KIND+stated`: cameras' poses are wrong by what is stated, `KIND+calibrated` by as little as a calibration leaves
+//! and states, and `KIND+unstated` by .2 mm and mrad of which nobody says anything; any of them together. Of what is
+//! right the share of images is printed after which it was named, from its first naming to its last.
 //!
-//! Of a clock's jump it is printed by how many sigma it stands out at least in the images that tell it within its bound.
+//! Of a clock's jump it is printed by how many sigma it stands out at least in the images that tell it within its
+//! bound.
 //!
-//! `examine quiet MINUTES FROM TO` watches sites without a fault, `quiet+unvouched` such of whose clocks nobody says anything, `quiet+stated`,
-//! `quiet+calibrated` and `quiet+unstated` such whose cameras' poses are wrong likewise.
+//! `examine quiet MINUTES FROM TO` watches sites without a fault, `quiet+unvouched` such of whose clocks nobody says
+//! anything, `quiet+stated`, `quiet+calibrated` and `quiet+unstated` such whose cameras' poses are wrong likewise.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -61,7 +63,8 @@ const POSES: [(&str, Class); 3] = [
     ("calibrated", Class::CalibratedPoses),
 ];
 
-/// What is wrong, since when, whether anybody says how well clocks are known, and how cameras' poses are wrong, if they are.
+/// What is wrong, since when, whether anybody says how well clocks are known, and how cameras' poses are wrong, if they
+/// are.
 #[derive(Clone, Copy)]
 struct Case {
     kind: Option<Kind>,

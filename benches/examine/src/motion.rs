@@ -1,4 +1,5 @@
-//! Motions of bodies: smooth ones, and ones of legs of steady acceleration, as of bodies that are struck, halted or thrown.
+//! Motions of bodies: smooth ones, and ones of legs of steady acceleration, as of bodies that are struck, halted or
+//! thrown.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use sextant_geometry::Pose;

@@ -1,8 +1,9 @@
-//! What a proposed calibration is worth: sites whose files are wrong in a known way, ten minutes of ordinary use, then the proposal taken.
+//! What a proposed calibration is worth: sites whose files are wrong in a known way, ten minutes of ordinary use, then
+//! the proposal taken.
 //!
-//! A line a scene: residuals of the images held back before and after, px; rms error of poses of further images, mm and degrees, by the
-//! files, by the proposal and by exact files. No image shows the frames of the world and of an object, so that the rigid motions of both that
-//! fit best are taken off first.
+//! A line a scene: residuals of the images held back before and after, px; rms error of poses of further images, mm and
+//! degrees, by the files, by the proposal and by exact files. No image shows the frames of the world and of an object,
+//! so that the rigid motions of both that fit best are taken off first.
 
 use std::collections::BTreeMap;
 use std::fmt;

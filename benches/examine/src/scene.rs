@@ -24,7 +24,8 @@ macro_rules! classes {
 }
 
 classes! {
-    "base" Base "2 to 6 cameras around a cube or an irregular body, up to 0.5 m/s and 180 deg/s; half of them fire at once"
+    "base" Base "2 to 6 cameras around a cube or an irregular body, up to 0.5 m/s and 180 deg/s; \
+     half of them fire at once"
     "lone" Lone "one camera"
     "pair" Pair "two cameras"
     "fast" Fast "up to 1.5 m/s and 360 deg/s"

@@ -297,7 +297,8 @@ impl fmt::Display for Score {
         let ratio = |half: usize| (self.of_two[half][0] / self.of_two[half][1]).sqrt();
         write!(
             f,
-            "mm {:.4} deg {:.4} worst {:.3} {:.2}  NEES {:.3} inside {:.3}  covered {:.3}  bound {:.2} {:.2}  ahead {:.2} {:.2}  flips {}  faults {}  order {:.0e}  in band {} of {}",
+            "mm {:.4} deg {:.4} worst {:.3} {:.2}  NEES {:.3} inside {:.3}  covered {:.3}  bound \
+             {:.2} {:.2}  ahead {:.2} {:.2}  flips {}  faults {}  order {:.0e}  in band {} of {}",
             rms[0] * 1e3,
             rms[1].to_degrees(),
             worst[0] * 1e3,

@@ -221,9 +221,9 @@ impl Wrong {
         }
     }
 
-    /// What the images of all cameras within a period tell of the offset of its camera's clock, 1/s²: each by itself and without what is
-    /// known of the motion, so that it is the least. Of the camera's N and the others' M about a body with twist v it is
-    /// vᵀ (N⁻¹ + M⁻¹)⁻¹ v.
+    /// What the images of all cameras within a period tell of the offset of its camera's clock, 1/s²: each by itself
+    /// and without what is known of the motion, so that it is the least. Of the camera's N and the others' M about a
+    /// body with twist v it is vᵀ (N⁻¹ + M⁻¹)⁻¹ v.
     pub fn information(
         &self,
         scene: &Scene,

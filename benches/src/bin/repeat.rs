@@ -1,7 +1,7 @@
 //! Repeats one detection, to be counted by callgrind or timed at its best: `repeat write DIR` makes the images,
 //! `repeat DETECTOR FILE N` works on one of them, DETECTOR being sextant, edges,
-//! tracking (best mean of nine images, a round of its scan), stages (best of each), raw (grey made of the image as a Bayer
-//! mosaic, which comes before detection on an RZ/A2M), or with the feature `peer` c or c20.
+//! tracking (best mean of nine images, a round of its scan), stages (best of each), raw (grey made of the image as a
+//! Bayer mosaic, which comes before detection on an RZ/A2M), or with the feature `peer` c or c20.
 
 use sextant_apriltag::{Detector, Image, Options, Refinement, Stage, Tracker};
 use sextant_benches::{HEIGHT, StageClock, WIDTH, pictures};

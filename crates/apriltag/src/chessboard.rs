@@ -1,14 +1,15 @@
 //! Plain chessboards: their inner corners with sub-pixel accuracy, in columns and rows.
 //!
-//! Input: an image and the number of inner corners. Output: squares of the board between inner corners, as detections of the family
-//! `chessboard`. The stages: candidates (saddle points of the smoothed image), links between neighbours along edges of squares, the
-//! lattice that links span, missing corners by local prediction, and the place of the lattice on the board. Nothing assumes straight
-//! lines beyond neighbours, so that fisheye lenses work. Blurred images are searched at half, a quarter and an eighth of their size.
+//! Input: an image and the number of inner corners. Output: squares of the board between inner corners, as detections
+//! of the family `chessboard`. The stages: candidates (saddle points of the smoothed image), links between neighbours
+//! along edges of squares, the lattice that links span, missing corners by local prediction, and the place of the
+//! lattice on the board. Nothing assumes straight lines beyond neighbours, so that fisheye lenses work. Blurred images
+//! are searched at half, a quarter and an eighth of their size.
 //!
-//! A chessboard has no ids. If it is seen in part, its place on the board remains unknown: indices then start at 0 in the seen part,
-//! which serves to calibrate a lens, but not to compare cameras. A whole board has one orientation if it has an even number of
-//! squares in one direction and an odd one in the other; otherwise it looks the same upside down, and the orientation is the one in
-//! which the columns run to the right in the image.
+//! A chessboard has no ids. If it is seen in part, its place on the board remains unknown: indices then start at 0 in
+//! the seen part, which serves to calibrate a lens, but not to compare cameras. A whole board has one orientation if it
+//! has an even number of squares in one direction and an odd one in the other; otherwise it looks the same upside down,
+//! and the orientation is the one in which the columns run to the right in the image.
 //!
 //! Unlike the detector, this allocates for every image.
 

@@ -1,10 +1,10 @@
 //! Connected components of black pixels, joined run by run.
 //!
-//! Input: the bit plane, two rows at a time. Output: runs with their component, and the bounding box of each component. Pixels that touch at
-//! a corner are connected (8-connectivity). Therefore adjacent columns that are black in either of two rows are connected, and a run
-//! covers both rows. (He, Chao & Suzuki, A run-based two-scan labeling algorithm, IEEE Trans. Image Processing
-//! 17, 2008, with the blocks of Grana, Borghesani & Cucchiara, IEEE Trans. Image Processing 19, 2010; touching runs are
-//! found in whole words here, without unpredictable branches.)
+//! Input: the bit plane, two rows at a time. Output: runs with their component, and the bounding box of each component.
+//! Pixels that touch at a corner are connected (8-connectivity). Therefore adjacent columns that are black in either of
+//! two rows are connected, and a run covers both rows. (He, Chao & Suzuki, A run-based two-scan labeling algorithm,
+//! IEEE Trans. Image Processing 17, 2008, with the blocks of Grana, Borghesani & Cucchiara, IEEE Trans. Image
+//! Processing 19, 2010; touching runs are found in whole words here, without unpredictable branches.)
 
 mod runs;
 
@@ -54,8 +54,8 @@ impl Component {
         2 * u32::from(self.top_pair)..2 * u32::from(self.bottom_pair) + 2
     }
 
-    /// Whether its box and runs allow it to be the border of a tag with this mean edge at least. A border is a closed band, so in this
-    /// share of its rows at least it has two runs; a tag may be narrow when viewed from the side.
+    /// Whether its box and runs allow it to be the border of a tag with this mean edge at least. A border is a closed
+    /// band, so in this share of its rows at least it has two runs; a tag may be narrow when viewed from the side.
     pub(crate) fn may_be_border(&self, min_edge_px: f32, least_open: f32) -> bool {
         /// Narrowest view of a tag that can be read, as a share of its edge.
         const NARROWEST: f32 = 0.3;
@@ -166,8 +166,8 @@ impl Components {
         }
     }
 
-    /// Adds the last pair of rows to the parts. A run that touches no earlier one begins a part. A separate function, because the loops
-    /// of its caller leave too few registers.
+    /// Adds the last pair of rows to the parts. A run that touches no earlier one begins a part. A separate function,
+    /// because the loops of its caller leave too few registers.
     #[inline(never)]
     fn measure(&mut self, first: usize, pair: u16) {
         let runs = first..self.n_runs;

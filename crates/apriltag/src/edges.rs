@@ -1,7 +1,7 @@
 //! Sub-pixel corners from straight lines through the edges of the border.
 //!
-//! Input: a quad accurate to about a pixel. Output: the quad between four lines, each fitted to the points of steepest grey along its side,
-//! with the covariance of the corners from their scatter.
+//! Input: a quad accurate to about a pixel. Output: the quad between four lines, each fitted to the points of steepest
+//! grey along its side, with the covariance of the corners from their scatter.
 
 mod profiles;
 
@@ -10,8 +10,8 @@ use crate::quad::{Line, Point, Quad, distance, intersect_sides};
 use crate::view::View;
 use profiles::{MAX_GROUPS, Profiles};
 
-/// Standard deviation of the position of a line in addition to the scatter of its crossings, in pixels: along an edge parallel to rows or
-/// columns all profiles have the same phase in the pixel grid and the same error.
+/// Standard deviation of the position of a line in addition to the scatter of its crossings, in pixels: along an edge
+/// parallel to rows or columns all profiles have the same phase in the pixel grid and the same error.
 const SHARED_ERROR_PX: f32 = 0.015;
 
 /// Covariance of corners that are known from the outline only: half a pixel.
@@ -42,8 +42,8 @@ impl Corners {
     }
 }
 
-/// Refines the quad of an outline to a fraction of a pixel, with lines through a few points on each edge; without such points the quad is
-/// returned unchanged.
+/// Refines the quad of an outline to a fraction of a pixel, with lines through a few points on each edge; without such
+/// points the quad is returned unchanged.
 pub(crate) fn fit_coarsely(view: &View<'_>, quad: &Quad) -> Corners {
     let outline = Corners {
         quad: *quad,
@@ -108,7 +108,8 @@ impl Side {
     }
 }
 
-/// Crossing of an edge and a profile: position along the side from its centre and distance beyond it, in pixels, and steepness.
+/// Crossing of an edge and a profile: position along the side from its centre and distance beyond it, in pixels, and
+/// steepness.
 #[derive(Clone, Copy, Debug, Default)]
 struct Crossing {
     along: f32,

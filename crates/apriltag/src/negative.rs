@@ -9,8 +9,8 @@ pub(crate) struct Negative {
 }
 
 impl Negative {
-    /// Grey levels subtracted from the brightest one, so that a dim image remains dim. Allocates only if no image of this size
-    /// came before.
+    /// Grey levels subtracted from the brightest one, so that a dim image remains dim. Allocates only if no image of
+    /// this size came before.
     pub(crate) fn of(&mut self, image: &Image<'_>) -> Image<'_> {
         let (width, height) = (image.width(), image.height());
         let rows = (0..height).map(|y| image.row(y));

@@ -1,16 +1,16 @@
 //! Corners from the whole pattern: a rendering of the decoded tag is fitted to the pixels.
 //!
-//! Input: an image, the upright quad of a decoded tag and its code word. Output: corners with covariance, or `None` if the edges alone are
-//! more accurate.
+//! Input: an image, the upright quad of a decoded tag and its code word. Output: corners with covariance, or `None` if
+//! the edges alone are more accurate.
 //!
 //! The rendering is light(u, v) * (black + (white - black) * response(coverage)), where coverage is the blurred pattern
 //! ([`Pattern`]), light is a plane over the tag that is 1 at its middle, and response(c) = c + gain c (1 - c) models
 //! the tone curve, glare and spreading ink. Gauss-Newton on 18 parameters: the homography (8), black, white,
-//! the light's slope (2), the blur's covariance (3), which takes in the lens and straight motion, the halo of sharpening or
-//! glare, the grey that blur mixes in from beyond the ring, and the gain. (Least squares on images: Baker & Matthews,
-//! Lucas-Kanade 20 years on, IJCV 2004.) It uses a subset of the
-//! pixels first, then all of them, usually once. The covariance is that of least squares, inflated where residuals along a line of the
-//! pattern are correlated, unlike noise.
+//! the light's slope (2), the blur's covariance (3), which takes in the lens and straight motion, the halo of
+//! sharpening or glare, the grey that blur mixes in from beyond the ring, and the gain. (Least squares on images: Baker
+//! & Matthews, Lucas-Kanade 20 years on, IJCV 2004.) It uses a subset of the pixels first, then all of them, usually
+//! once. The covariance is that of least squares, inflated where residuals along a line of the pattern are correlated,
+//! unlike noise.
 
 #![allow(
     clippy::needless_range_loop,
@@ -38,15 +38,16 @@ use sextant_geometry::{CORNER_PAIRS, Lens};
 use state::{Row, State, dot};
 use undistortion::Undistortion;
 
-/// Ratio of the true to the estimated variance of the edges, at most: the scatter of a line does not show what blur adds to all of it
-/// from beside the border.
+/// Ratio of the true to the estimated variance of the edges, at most: the scatter of a line does not show what blur
+/// adds to all of it from beside the border.
 const UNSTATED: f32 = 9.0;
 
-/// Variance of corners, in square pixels, below which edges show no scatter: they run along rows and columns of a drawing.
+/// Variance of corners, in square pixels, below which edges show no scatter: they run along rows and columns of a
+/// drawing.
 const EXACT_VARIANCE: f32 = 0.02 * 0.02;
 
-/// Usual residuals from optics, sharpening and compression, as a share of the contrast. Pixels within them are not treated as
-/// occluded or lit by something else.
+/// Usual residuals from optics, sharpening and compression, as a share of the contrast. Pixels within them are not
+/// treated as occluded or lit by something else.
 const MODEL_SCALE: f32 = 0.03;
 
 /// Usual residuals before the first step, when corners may be off by tenths of a pixel, as a share of the contrast.
@@ -108,7 +109,8 @@ impl PatternFitter {
         let squares = rows.as_flattened().iter().map(|row| dot(row, row));
         let mean_variance = variance * squares.sum::<f32>() / 8.0;
 
-        // Where all edges cross their pixels alike in a sharp picture without noise, a fit may come to rest beside them.
+        // Where all edges cross their pixels alike in a sharp picture without noise, a fit may come to rest beside
+        // them.
         let exact =
             noise_sigma == 0.0 && state.is_sharp() && edges.mean_variance() < EXACT_VARIANCE;
         let surer = mean_variance < UNSTATED * edges.mean_variance();
@@ -139,13 +141,15 @@ impl PatternFitter {
         })
     }
 
-    /// Iterates with a subset of the pixels and no halo until the corners are approximately right, then with all until convergence, with less
-    /// weight for outliers. Returns the factor by which variances exceed those of the last equations.
+    /// Iterates with a subset of the pixels and no halo until the corners are approximately right, then with all until
+    /// convergence, with less weight for outliers. Returns the factor by which variances exceed those of the last
+    /// equations.
     #[inline(always)]
     fn settle(&mut self, pattern: &Pattern, levels: f32, state: &mut State) -> Option<f32> {
         const ENOUGH_GROUPS: usize = 10;
-        // Iterations with a few pixels, and with all, end when a step moves corners and changes the blur by less than this. Convergence is
-        // quadratic: one more step with all pixels would move corners by about a thousandth of a pixel.
+        // Iterations with a few pixels, and with all, end when a step moves corners and changes the blur by less than
+        // this. Convergence is quadratic: one more step with all pixels would move corners by about a thousandth of a
+        // pixel.
         const REST_PX: [f32; 2] = [0.2, 0.02];
         const REST_VARIANCE: [f32; 2] = [0.4, 0.2];
         const MOST_STEPS: usize = 6;

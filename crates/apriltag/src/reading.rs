@@ -80,8 +80,8 @@ impl Reader {
         }
         let rings_are_right = (right[0] + right[1]) / 2.0 >= MOSTLY_RIGHT;
         let reading = self.recognise(&modules, rings_are_right)?;
-        // Letters and texture show a code word of few bits now and then, so that the word alone is no evidence: border, ring
-        // and bits must be all that a tag's are. The frame has three times as many modules as the word.
+        // Letters and texture show a code word of few bits now and then, so that the word alone is no evidence: border,
+        // ring and bits must be all that a tag's are. The frame has three times as many modules as the word.
         if self.index.is_weak
             && !(modules.rings_are_whole() && modules.n_in_doubt() <= self.most_in_doubt)
         {
@@ -126,8 +126,8 @@ impl Reader {
     }
 }
 
-/// Share of the rows within a border, or of its columns if these are fewer, that contain white: of the code word with the fewest,
-/// reduced by blur.
+/// Share of the rows within a border, or of its columns if these are fewer, that contain white: of the code word with
+/// the fewest, reduced by blur.
 fn least_open(data: &FamilyData) -> f32 {
     const LEFT_BY_BLUR: f32 = 0.3;
     let edge = 0..data.border_width as i8;
@@ -143,8 +143,8 @@ fn least_open(data: &FamilyData) -> f32 {
     LEFT_BY_BLUR * open.min().unwrap_or(0) as f32 / f32::from(data.border_width)
 }
 
-/// Why a tag was not decoded, and whether better corners might help: with corners off by a pixel, border and ring are still mostly right, and
-/// there are bits of both colours.
+/// Why a tag was not decoded, and whether better corners might help: with corners off by a pixel, border and ring are
+/// still mostly right, and there are bits of both colours.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ReadFailure {
     pub(crate) reason: Rejection,
@@ -167,8 +167,8 @@ const MOSTLY_RIGHT: f32 = 0.85;
 /// Share of the least contrast that is required while corners may be off by a pixel.
 const NEARLY: f32 = 0.8;
 
-/// Least mean distance of the bits of each colour from the threshold, as a share of the contrast. It is a half in a sharp image, less
-/// with blur or wrong corners, and almost zero without bits of one colour.
+/// Least mean distance of the bits of each colour from the threshold, as a share of the contrast. It is a half in a
+/// sharp image, less with blur or wrong corners, and almost zero without bits of one colour.
 const LEAST_CLARITY: f32 = 0.25;
 
 /// Strong blur, from defocus or camera shake, as a standard deviation in pixels.

@@ -11,8 +11,8 @@ use crate::view::View;
 use crate::{Detection, Image, Options, Pass, Refinement, Rejection};
 use sextant_tag_families::Family;
 
-/// Share of the pattern's edges that agree with the picture, below which corners are doubted: usually all do, and seven in ten where a line
-/// of the border is beside its edge.
+/// Share of the pattern's edges that agree with the picture, below which corners are doubted: usually all do, and seven
+/// in ten where a line of the border is beside its edge.
 const LEAST_AGREEMENT: f32 = 0.85;
 
 /// Sub-pixel corners of a sighting.
@@ -36,8 +36,8 @@ impl Sighting {
         distance(middle(&self.quad), point) < mean_edge(&self.quad) / 2.0
     }
 
-    /// The detection with corners from the whole pattern where these are more accurate than those from edges, or from the saddle points of
-    /// a calibration board.
+    /// The detection with corners from the whole pattern where these are more accurate than those from edges, or from
+    /// the saddle points of a calibration board.
     pub(crate) fn refine(
         &self,
         image: &Image<'_>,
@@ -126,13 +126,15 @@ impl Decoder {
         readers.filter(move |reader| reader.takes_part_in(pass))
     }
 
-    /// Least share of the rows within a border that contain white, over the families of a pass; `None` without families.
+    /// Least share of the rows within a border that contain white, over the families of a pass; `None` without
+    /// families.
     pub(crate) fn least_open(&self, pass: Pass) -> Option<f32> {
         let open = self.readers(pass).map(|reader| reader.least_open);
         open.reduce(f32::min)
     }
 
-    /// Reads a tag of one of the families of a pass within a quad; if that fails or has bit errors, again with corners from its edges.
+    /// Reads a tag of one of the families of a pass within a quad; if that fails or has bit errors, again with corners
+    /// from its edges.
     pub(crate) fn sight(
         &self,
         pass: Pass,

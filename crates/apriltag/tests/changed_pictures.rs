@@ -1,5 +1,5 @@
-//! The same tags in a picture that was cropped, turned, mirrored, inverted, brightened, darkened or pressed through JPEG.
-//! `benches/robustness.py` asks the same of any folder of pictures.
+//! The same tags in a picture that was cropped, turned, mirrored, inverted, brightened, darkened or pressed through
+//! JPEG. `benches/robustness.py` asks the same of any folder of pictures.
 
 #![allow(clippy::unwrap_used)]
 
@@ -86,8 +86,8 @@ fn each_pixel(picture: &Grey, change: impl Fn(u8) -> u8) -> Grey {
     picture.iter().map(row).collect()
 }
 
-/// The luminance part of JPEG: cosines of blocks of 8x8 pixels, rounded to multiples of the standard's table (ITU-T T.81,
-/// table K.1) scaled to a quality below 50.
+/// The luminance part of JPEG: cosines of blocks of 8x8 pixels, rounded to multiples of the standard's table (ITU-T
+/// T.81, table K.1) scaled to a quality below 50.
 fn through_jpeg(picture: &Grey, quality: f64) -> Grey {
     #[rustfmt::skip]
     const STEPS: [f64; 64] = [

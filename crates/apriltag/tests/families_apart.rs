@@ -69,8 +69,8 @@ fn blurred_tags_of_many_bits_are_none_of_few() {
     }
 }
 
-/// The same code words within borders of one module and of two: the outermost bits of either lie about where those of the other
-/// end, so that some pass for those of the other. A border of two has no room for the least tags.
+/// The same code words within borders of one module and of two: the outermost bits of either lie about where those of
+/// the other end, so that some pass for those of the other. A border of two has no room for the least tags.
 #[test]
 fn tags_with_a_border_of_two_modules_are_none_with_one_and_the_other_way_round() {
     let families = [Family::Tag36h11, Family::Tag36h11b2];

@@ -15,7 +15,10 @@ macro_rules! options {
         pub struct $name {
             $(
                 $(#[$doc])*
-                #[doc = concat!("\n\nDefault ", stringify!($default), ", range ", stringify!($lowest), " to ", stringify!($highest), ".")]
+                #[doc = concat!(
+                    "\n\nDefault ", stringify!($default), ", range ",
+                    stringify!($lowest), " to ", stringify!($highest), ".",
+                )]
                 pub $field: f64,
             )*
             $($(#[$part_doc])* pub $part: $Part,)?

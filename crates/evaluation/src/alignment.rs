@@ -1,9 +1,9 @@
 //! The best rigid motion between estimated and true poses, and the residual errors, from sums of constant size.
 //!
-//! A rig that is wrong as a whole is another world frame, which images cannot reveal. With imperfect files, poses are therefore compared
-//! after the motion `estimated_from_true` = (R, t) that minimises
-//! `sum |p - R q - t|^2 / sp^2 + sum |P - R Q|_F^2 / sr^2` over estimates (P, p) and truths (Q, q)
-//! (K. S. Arun, T. S. Huang, S. D. Blostein, "Least-squares fitting of two 3-D point sets", 1987, with attitudes added).
+//! A rig that is wrong as a whole is another world frame, which images cannot reveal. With imperfect files, poses are
+//! therefore compared after the motion `estimated_from_true` = (R, t) that minimises `sum |p - R q - t|^2 / sp^2 +
+//! sum |P - R Q|_F^2 / sr^2` over estimates (P, p) and truths (Q, q) (K. S. Arun, T. S. Huang, S. D. Blostein,
+//! "Least-squares fitting of two 3-D point sets", 1987, with attitudes added).
 
 use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use sextant_geometry::Pose;

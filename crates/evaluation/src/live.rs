@@ -1,7 +1,7 @@
 //! Scores of a running site: published poses against the simulator's truth, per object, and the latency of all.
 //!
-//! Input: published poses, with the true pose at their capture time. Output: RMS errors of the last seconds beside the published
-//! sigmas, coverage, percentiles. Memory is constant.
+//! Input: published poses, with the true pose at their capture time. Output: RMS errors of the last seconds beside the
+//! published sigmas, coverage, percentiles. Memory is constant.
 
 use crate::alignment::{PosePairs, Rms};
 use serde::Serialize;

@@ -65,7 +65,8 @@ pub struct Explanation {
 }
 
 impl Explanation {
-    /// Detects the tags in a picture's file. Times are those of the run of median length among `reps`, which is at least 1.
+    /// Detects the tags in a picture's file. Times are those of the run of median length among `reps`, which is at
+    /// least 1.
     ///
     /// # Errors
     /// A file that is no picture, a size or options that the detector does not take.

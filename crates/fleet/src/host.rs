@@ -181,7 +181,12 @@ impl Deployment<'_> {
             return Ok(Outcome::Unchanged);
         }
         if plan.package.is_some() && !facts.is_writable {
-            return Err("its root is read-only: remount it, or put the package into its image (deploy/README.md)".to_owned().into());
+            return Err(
+                "its root is read-only: remount it, or put the package into its image \
+                (deploy/README.md)"
+                    .to_owned()
+                    .into(),
+            );
         }
         let Some(health) = self.health else {
             return Ok(Outcome::Planned);
@@ -259,7 +264,8 @@ impl Deployment<'_> {
             (None, said) => Err(Stop {
                 outcome: Outcome::Broken,
                 cause: format!(
-                    "{}; the host restores its former state unless it had been told to keep the new one: run this command again to see",
+                    "{}; the host restores its former state unless it had been told to keep the \
+                     new one: run this command again to see",
                     job.ssh.error(status, &said)
                 ),
             }),

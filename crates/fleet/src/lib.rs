@@ -1,4 +1,5 @@
-//! Camera nodes on boards, over the system's ssh: a host gets its package, configuration and keys, and is new or as it was.
+//! Camera nodes on boards, over the system's ssh: a host gets its package, configuration and keys, and is new or as it
+//! was.
 //!
 //! | module | what |
 //! |---|---|

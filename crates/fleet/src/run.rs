@@ -23,7 +23,8 @@ pub enum RunError {
     Panic,
 }
 
-/// Deploys to hosts, `parallel` at a time, while `health` collects what the site sees; reports in the order of the jobs.
+/// Deploys to hosts, `parallel` at a time, while `health` collects what the site sees; reports in the order of the
+/// jobs.
 ///
 /// # Errors
 /// See [`RunError`]. What becomes of a host is in its report.

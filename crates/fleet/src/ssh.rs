@@ -7,7 +7,8 @@ use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
-/// What the host's `host.sh` is started with: root, at once or by sudo without a password. The words after it are safe in a shell.
+/// What the host's `host.sh` is started with: root, at once or by sudo without a password. The words after it are safe
+/// in a shell.
 const AS_ROOT: &str = "if [ \"$(id -u)\" = 0 ]; then exec sh -s";
 /// Longest answer of a host, and what is kept of its complaints.
 const MOST_BYTES: usize = 64 << 10;
@@ -58,7 +59,8 @@ impl Ssh {
     /// As [`Ssh::run`].
     pub fn unpack(&self, archive: &[u8], parent: &str) -> Result<String, SshError> {
         let command = format!(
-            "sh -c 'umask 077; mkdir -p {parent} && folder=$(mktemp -d {parent}/stage.XXXXXX) && tar -x -f - -C \"$folder\" && echo \"$folder\"'"
+            "sh -c 'umask 077; mkdir -p {parent} && folder=$(mktemp -d {parent}/stage.XXXXXX) && \
+             tar -x -f - -C \"$folder\" && echo \"$folder\"'"
         );
         let child = self.spawn(&with_root(&command))?;
         Ok(self.output(child, archive, COPY)?.trim().to_owned())
@@ -128,19 +130,23 @@ impl Ssh {
             (
                 "REMOTE HOST IDENTIFICATION HAS CHANGED",
                 format!(
-                    "the host key of {host} differs from the known one: if the board was installed anew, remove the old key with `ssh-keygen -R`; otherwise the connection may be intercepted"
+                    "the host key of {host} differs from the known one: if the board was \
+                     installed anew, remove the old key with `ssh-keygen -R`; otherwise the \
+                     connection may be intercepted"
                 ),
             ),
             (
                 "Host key verification failed",
                 format!(
-                    "the host key of {host} is not known here: connect once with `ssh {host}`, compare the fingerprint, and run this again"
+                    "the host key of {host} is not known here: connect once with `ssh {host}`, \
+                     compare the fingerprint, and run this again"
                 ),
             ),
             (
                 "Permission denied",
                 format!(
-                    "{host} wants a password: copy your public key there with `ssh-copy-id {host}`, or unlock it with `ssh-add`"
+                    "{host} wants a password: copy your public key there with `ssh-copy-id \
+                     {host}`, or unlock it with `ssh-add`"
                 ),
             ),
             (
@@ -154,13 +160,15 @@ impl Ssh {
             (
                 "sudo: a password is required",
                 format!(
-                    "sudo on {host} wants a password: connect as root, or allow it without one (`USER ALL=(root) NOPASSWD: ALL` in /etc/sudoers.d/sextant)"
+                    "sudo on {host} wants a password: connect as root, or allow it without one \
+                     (`USER ALL=(root) NOPASSWD: ALL` in /etc/sudoers.d/sextant)"
                 ),
             ),
             (
                 "sudo:",
                 format!(
-                    "sudo on {host} refuses ({last}): connect as root, or allow it without a password (`USER ALL=(root) NOPASSWD: ALL` in /etc/sudoers.d/sextant)"
+                    "sudo on {host} refuses ({last}): connect as root, or allow it without a \
+                     password (`USER ALL=(root) NOPASSWD: ALL` in /etc/sudoers.d/sextant)"
                 ),
             ),
         ];

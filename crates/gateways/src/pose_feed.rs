@@ -65,8 +65,8 @@ pub struct FeedCounts {
     pub dropped: u64,
 }
 
-/// Hands the poses of these objects to `receiver`, those of all objects when none is named, until `end`, a request to stop, or the receiver
-/// is done. Closes the session unless it fails.
+/// Hands the poses of these objects to `receiver`, those of all objects when none is named, until `end`, a request to
+/// stop, or the receiver is done. Closes the session unless it fails.
 ///
 /// # Errors
 /// A failed subscription, or an error of the receiver.
@@ -225,7 +225,8 @@ impl RateLimit {
 /// How long a frame waits for the poses of further objects.
 pub const GATHER: Duration = Duration::from_millis(2);
 
-/// When a frame of the poses of several objects is sent: as soon as it is complete, or shortly after its first pose, and at most so often.
+/// When a frame of the poses of several objects is sent: as soon as it is complete, or shortly after its first pose,
+/// and at most so often.
 #[derive(Debug)]
 pub struct Gathering {
     period: Duration,

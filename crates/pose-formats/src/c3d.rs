@@ -1,8 +1,9 @@
-//! C3D (c3d.org, user guide of 2021), the file of biomechanics: of each object a point, its origin, and a rotation, as Theia3D and Visual3D have them.
+//! C3D (c3d.org, user guide of 2021), the file of biomechanics: of each object a point, its origin, and a rotation, as
+//! Theia3D and Visual3D have them.
 //!
-//! Blocks of 512 bytes: a header, parameters in groups, points, rotations. All numbers are little-endian; points are 32-bit floats in millimetres. A C3D file
-//! has a constant rate: each frame takes the pose that is nearest in time, if that is within half a frame. Where there is none, the residual and the
-//! reliability are -1.
+//! Blocks of 512 bytes: a header, parameters in groups, points, rotations. All numbers are little-endian; points are
+//! 32-bit floats in millimetres. A C3D file has a constant rate: each frame takes the pose that is nearest in time, if
+//! that is within half a frame. Where there is none, the residual and the reliability are -1.
 
 use crate::narrowed;
 use sextant_geometry::Pose;

@@ -1,5 +1,5 @@
-//! MAVLink 2 frames (mavlink.io, "Serialization"): header, payload without its trailing zeros, CRC-16/MCRF4XX. Fields are little-endian,
-//! the widest first, extensions last.
+//! MAVLink 2 frames (mavlink.io, "Serialization"): header, payload without its trailing zeros, CRC-16/MCRF4XX. Fields
+//! are little-endian, the widest first, extensions last.
 
 pub(crate) mod odometry;
 pub(crate) mod reset_counter;
@@ -92,8 +92,8 @@ impl MavlinkSender {
         self.frame(&ODOMETRY, &odometry::payload(pose, frame, reset_counter))
     }
 
-    /// The answer to a `TIMESYNC` that asks for our time: ours in ns, and theirs as they sent it. Ours is that of `time_usec` in
-    /// `ODOMETRY`.
+    /// The answer to a `TIMESYNC` that asks for our time: ours in ns, and theirs as they sent it. Ours is that of
+    /// `time_usec` in `ODOMETRY`.
     pub fn timesync(&mut self, now_ns: u64, theirs: i64) -> Vec<u8> {
         let ours = i64::try_from(now_ns).unwrap_or(i64::MAX);
         let payload = [ours.to_le_bytes(), theirs.to_le_bytes()].concat();

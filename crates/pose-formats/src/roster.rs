@@ -4,8 +4,8 @@ use sextant_proto::{ObjectPose, limits};
 use sextant_site_model::ObjectId;
 use sextant_site_report::State;
 
-/// Objects in the order in which they were named, described or seen first; each keeps its place, also while it is removed. Where there is no other place,
-/// a new object gets that of a removed one.
+/// Objects in the order in which they were named, described or seen first; each keeps its place, also while it is
+/// removed. Where there is no other place, a new object gets that of a removed one.
 #[derive(Debug, Default)]
 pub(crate) struct Roster {
     members: Vec<Member>,
@@ -29,7 +29,8 @@ impl Roster {
         roster
     }
 
-    /// Gives an object a place; returns whether it is a new one. Beyond the most objects that a site may have there is none.
+    /// Gives an object a place; returns whether it is a new one. Beyond the most objects that a site may have there is
+    /// none.
     pub(crate) fn add(&mut self, name: &ObjectId) -> bool {
         let known = self.members.iter_mut().find(|member| member.name == *name);
         if let Some(known) = known {

@@ -1,10 +1,11 @@
 //! USD as text (openusd.org, file format `usda` 1.0), for Blender, Houdini, Unreal, Isaac Sim and usdview.
 //!
-//! Metres, z up, as Sextant's world. Time codes count frames at the usual rate of the poses from the first pose on; samples lie between frames where their
-//! capture times do. Object poses are `xformOp:translate` and `xformOp:orient` as 64-bit floats. `GfSlerp` interpolates the latter.
+//! Metres, z up, as Sextant's world. Time codes count frames at the usual rate of the poses from the first pose on;
+//! samples lie between frames where their capture times do. Object poses are `xformOp:translate` and `xformOp:orient`
+//! as 64-bit floats. `GfSlerp` interpolates the latter.
 //!
-//! A `UsdGeomCamera` gives lengths in tenths of a unit and has a sensor. Ours is 36 mm wide; only ratios matter. The principal point is an aperture
-//! offset, distortion is in `sextant:lens:` attributes that nothing else reads.
+//! A `UsdGeomCamera` gives lengths in tenths of a unit and has a sensor. Ours is 36 mm wide; only ratios matter. The
+//! principal point is an aperture offset, distortion is in `sextant:lens:` attributes that nothing else reads.
 
 use crate::animation::{
     AnimatedLink, AnimatedObject, Animation, PlacedCamera, PlacedTag, to_gl_camera,

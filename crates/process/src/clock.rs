@@ -36,8 +36,8 @@ pub struct Reading {
 }
 
 impl Reading {
-    /// Reads the monotonic clock before and after the wall clock, so that a preemption in between causes half its length as error, and
-    /// repeats if that took long.
+    /// Reads the monotonic clock before and after the wall clock, so that a preemption in between causes half its
+    /// length as error, and repeats if that took long.
     pub fn take() -> Self {
         let take = || {
             let before = monotonic_ns();
@@ -133,8 +133,8 @@ pub struct ClockQuality {
 }
 
 impl ClockQuality {
-    /// The kernel's estimate, by `adjtimex` in read-only mode; unsynchronised with the largest error if it has none, and
-    /// for a time that is not [plausible](is_plausible).
+    /// The kernel's estimate, by `adjtimex` in read-only mode; unsynchronised with the largest error if it has none,
+    /// and for a time that is not [plausible](is_plausible).
     pub fn read() -> Self {
         if !is_plausible(now_ns()) {
             return Self::of(false, 0, MAX_ERROR_US);
@@ -168,7 +168,8 @@ impl ClockQuality {
     }
 }
 
-/// Whether a wire time is plausible: boards without a battery start in 1970, 2000 or 2018, before this software was written.
+/// Whether a wire time is plausible: boards without a battery start in 1970, 2000 or 2018, before this software was
+/// written.
 pub fn is_plausible(now_ns: u64) -> bool {
     now_ns >= EARLIEST_NS
 }

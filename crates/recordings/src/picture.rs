@@ -29,16 +29,16 @@ pub struct ColourImage {
     pub pixels: Vec<u8>,
 }
 
-/// Reads a picture as 8-bit grey. What it is, its content says, not its name: PNG of any kind and, with the feature `pictures`,
-/// JPEG, PNM, WebP, TIFF and BMP, turned as EXIF or TIFF say.
+/// Reads a picture as 8-bit grey. What it is, its content says, not its name: PNG of any kind and, with the feature
+/// `pictures`, JPEG, PNM, WebP, TIFF and BMP, turned as EXIF or TIFF say.
 ///
-/// Colour becomes grey (luma after ITU-R BT.601), transparency is ignored. Of a picture with more than 8 bits the range that is
-/// in it is kept: with a pixel brighter than 255, every value is divided by the brightest / 255, and black stays 0. A camera's
-/// 12 bits in a file of 16 are therefore not dark.
+/// Colour becomes grey (luma after ITU-R BT.601), transparency is ignored. Of a picture with more than 8 bits the range
+/// that is in it is kept: with a pixel brighter than 255, every value is divided by the brightest / 255, and black
+/// stays 0. A camera's 12 bits in a file of 16 are therefore not dark.
 ///
 /// # Errors
-/// A file that is missing, no picture of a kind that is read, truncated, damaged, or of more than 256 MB once it is decoded
-/// (100 MB of a progressive JPEG or a WebP).
+/// A file that is missing, no picture of a kind that is read, truncated, damaged, or of more than 256 MB once it is
+/// decoded (100 MB of a progressive JPEG or a WebP).
 pub fn read_picture(path: &Path) -> Result<GreyImage, RecordingError> {
     let file = File::open(path).map_err(RecordingError::unreadable(path, CHECK))?;
     decode_picture(BufReader::new(file), path)

@@ -26,9 +26,9 @@ impl Ledger {
         ledger
     }
 
-    /// Notes what was said after an image; returns the final poses of its capture time, ordered by object, when it was the
-    /// last one. Poses at another time are of an image whose stamp was put right, alone at that time, and final at once. A loss
-    /// is said at a time of no image and is no pose of one.
+    /// Notes what was said after an image; returns the final poses of its capture time, ordered by object, when it was
+    /// the last one. Poses at another time are of an image whose stamp was put right, alone at that time, and final at
+    /// once. A loss is said at a time of no image and is no pose of one.
     pub fn took(
         &mut self,
         capture_ns: u64,

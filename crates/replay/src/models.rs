@@ -47,7 +47,8 @@ pub enum ModelsError {
     },
     /// Nothing stands still by which a carried camera is localised.
     #[error(
-        "{}: camera \"{camera}\" is carried, and no object is a landmark; give the object file of tags that stand still a `world_from_object`",
+        "{}: camera \"{camera}\" is carried, and no object is a landmark; give the object file \
+         of tags that stand still a `world_from_object`",
         rig.display()
     )]
     NoLandmarks {

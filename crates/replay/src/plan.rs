@@ -1,4 +1,5 @@
-//! What a recorded fusion node took in, in its order and with its times; where the recording lacks that, observations in order of arrival.
+//! What a recorded fusion node took in, in its order and with its times; where the recording lacks that, observations
+//! in order of arrival.
 
 use sextant_estimator::Input;
 use sextant_proto::{FusionInputs, InputSource, NodeId, ObjectConfig, Observations, RigConfig};
@@ -36,8 +37,8 @@ pub struct Plan {
     pub order: Order,
     /// Inputs whose observations the recording lacks.
     pub missing: usize,
-    /// Whether the inputs say when each adjustment of the files applied: they are whole from the node's start on, with the models that it
-    /// had. Otherwise adjustments are solved as they come.
+    /// Whether the inputs say when each adjustment of the files applied: they are whole from the node's start on, with
+    /// the models that it had. Otherwise adjustments are solved as they come.
     pub are_adjustments_known: bool,
 }
 

@@ -61,8 +61,8 @@ pub struct CameraCounts {
     pub unknown_tags: u64,
 }
 
-/// Replays the images of a folder in order of arrival, then of capture time, then of camera. `threads` detect tags; the poses do not depend
-/// on their number.
+/// Replays the images of a folder in order of arrival, then of capture time, then of camera. `threads` detect tags; the
+/// poses do not depend on their number.
 ///
 /// # Errors
 /// [`ReplayError`], and those of the observer.

@@ -156,8 +156,8 @@ pub enum Durability {
 }
 
 impl Qos {
-    /// `<reliability>:<durability>:<history>,<depth>:<deadline>:<lifespan>:<liveliness>`, a default left empty: reliable, volatile,
-    /// the last 42 messages, everything else without limit.
+    /// `<reliability>:<durability>:<history>,<depth>:<deadline>:<lifespan>:<liveliness>`, a default left empty:
+    /// reliable, volatile, the last 42 messages, everything else without limit.
     pub(crate) fn token(self) -> String {
         let reliability = match self.reliability {
             Reliability::Reliable => "",

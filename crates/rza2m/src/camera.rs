@@ -34,7 +34,8 @@ pub struct CameraSettings {
 pub enum CameraError {
     /// Nothing answers on the bus.
     #[error(
-        "no sensor answers at I2C address {ADDRESS:#04x} ({0}): check the ribbon cable and its direction, and that the bus is the camera connector's"
+        "no sensor answers at I2C address {ADDRESS:#04x} ({0}): check the ribbon cable and its \
+         direction, and that the bus is the camera connector's"
     )]
     Silent(io::Error),
     /// Another sensor.
@@ -44,7 +45,8 @@ pub enum CameraError {
     OtherSensor(u16),
     /// The sensor's registers can be read, but nothing arrives.
     #[error(
-        "the sensor answers over I2C, but no image arrives over CSI-2: check the cable's seat, power the board off and on"
+        "the sensor answers over I2C, but no image arrives over CSI-2: check the cable's seat, \
+         power the board off and on"
     )]
     NoImage,
     /// VIN keeps writing.

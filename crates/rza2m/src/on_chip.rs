@@ -1,14 +1,15 @@
 //! Where images and circuit data lie in the 4 MB of on-chip memory.
 //!
-//! The camera writes raw images there and circuits see it directly; external RAM is the kernel's. Source of the address and of the use that
-//! the vendor's demonstration makes of it: renesas-rz/rza2m_drp, `DRP_sample/main.c`.
+//! The camera writes raw images there and circuits see it directly; external RAM is the kernel's. Source of the address
+//! and of the use that the vendor's demonstration makes of it: renesas-rz/rza2m_drp, `DRP_sample/main.c`.
 
 /// Physical address of on-chip memory.
 pub(crate) const BASE: u32 = 0x8000_0000;
 /// Its size in bytes.
 pub(crate) const SIZE: u32 = 4 << 20;
 
-/// VIN takes buffers at multiples of 128 bytes (`DRP_sample/mipi.c`), LOAD circuit data at multiples of 32; the caches' lines are shorter.
+/// VIN takes buffers at multiples of 128 bytes (`DRP_sample/mipi.c`), LOAD circuit data at multiples of 32; the caches'
+/// lines are shorter.
 const ALIGNMENT: u32 = 128;
 
 /// Physical addresses of everything in on-chip memory.
@@ -27,7 +28,8 @@ pub struct Layout {
 /// Images and circuit data exceed on-chip memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "six images and the circuits' data take {needed} of {SIZE} bytes of on-chip memory; choose a smaller resolution or fewer circuits"
+    "six images and the circuits' data take {needed} of {SIZE} bytes of on-chip memory; choose a \
+     smaller resolution or fewer circuits"
 )]
 pub struct LayoutError {
     /// Bytes needed.

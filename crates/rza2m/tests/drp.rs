@@ -403,7 +403,8 @@ fn every_kind_of_failure_is_taken_over_by_the_cpu_and_recovered_from() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 40, ..ProptestConfig::default() })]
 
-    /// Requests fail at random, in every way: no image is wrong, nothing harmful is asked, and the number of requests stays bounded.
+    /// Requests fail at random, in every way: no image is wrong, nothing harmful is asked, and the number of requests
+    /// stays bounded.
     #[test]
     fn no_failure_spoils_an_image(seed in any::<u64>(), rate in 1_u64..40) {
         let board = Board::new();

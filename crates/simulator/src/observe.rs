@@ -1,7 +1,7 @@
 //! Ideal observations: the corners of visible tags, projected exactly and moved by noise of known size.
 //!
-//! For tests of what comes after detection, without an image. Pixels with (0, 0) at the centre of the top left one; corners
-//! top left, top right, bottom right, bottom left of the black square.
+//! For tests of what comes after detection, without an image. Pixels with (0, 0) at the centre of the top left one;
+//! corners top left, top right, bottom right, bottom left of the black square.
 
 use crate::model::Model;
 use crate::optics::Optics;
@@ -12,7 +12,8 @@ use nalgebra::{Point2, Point3, Vector2};
 use sextant_geometry::{Pose, tag_corners_in_tag};
 use sextant_tag_families::Family;
 
-/// Rounds in which row and time of a corner settle; each brings them nearer by the way in rows of a line delay, a hundredth.
+/// Rounds in which row and time of a corner settle; each brings them nearer by the way in rows of a line delay, a
+/// hundredth.
 const ROUNDS: usize = 4;
 
 /// A tag that a camera sees.
@@ -82,8 +83,8 @@ impl Observer {
         })
     }
 
-    /// The tags that a camera sees at a true time, by object and tag in the scenario's order; each corner coordinate with
-    /// normal noise of `corner_sigma_px`. A camera that doesn't exist sees nothing.
+    /// The tags that a camera sees at a true time, by object and tag in the scenario's order; each corner coordinate
+    /// with normal noise of `corner_sigma_px`. A camera that doesn't exist sees nothing.
     pub fn observe(
         &mut self,
         camera: usize,
@@ -176,8 +177,8 @@ impl Observer {
     }
 }
 
-/// Where a camera sees the corners of a tag, each when its row is taken; `camera_from_object` by seconds after the capture
-/// time.
+/// Where a camera sees the corners of a tag, each when its row is taken; `camera_from_object` by seconds after the
+/// capture time.
 fn project(
     camera: &SceneCamera,
     camera_from_object: impl Fn(f64) -> Pose,

@@ -192,7 +192,11 @@ mod tests {
         }
 
         #[test]
-        fn parts_inside_and_outside_a_line_make_the_whole(mut points in prop::collection::vec(point(), 3..9), a in point(), b in point()) {
+        fn parts_inside_and_outside_a_line_make_the_whole(
+            mut points in prop::collection::vec(point(), 3..9),
+            a in point(),
+            b in point(),
+        ) {
             let whole = convex_hull(&mut points);
             let parts = whole.on_positive_side(&a, &b).area() + whole.on_positive_side(&b, &a).area();
             prop_assert!((parts - whole.area()).abs() < 1e-12);

@@ -1,9 +1,9 @@
 //! Images of a scenario: one renderer per camera, one image per call.
 //!
-//! Input: a true capture time (middle of the exposure of the middle row). Output: 8-bit grey pixels, a function of seed, camera and time.
-//! Coverage is exact, without supersampling: outlines are convex polygons in normalised coordinates, hidden parts are removed by
-//! inclusion and exclusion, lens distortion bends the rest, and coverage adds up in the pixels. Static parts are
-//! drawn once. The heap stops growing after the first images.
+//! Input: a true capture time (middle of the exposure of the middle row). Output: 8-bit grey pixels, a function of
+//! seed, camera and time. Coverage is exact, without supersampling: outlines are convex polygons in normalised
+//! coordinates, hidden parts are removed by inclusion and exclusion, lens distortion bends the rest, and coverage adds
+//! up in the pixels. Static parts are drawn once. The heap stops growing after the first images.
 
 mod backdrop;
 mod bayer;

@@ -196,7 +196,8 @@ fn mount_of(table: &CameraTable, key: &str) -> Result<Option<Mount>, Complaint> 
         None => Err(Complaint::new(
             format!("{key}.carrier"),
             "the place of the camera on its carrier is missing",
-            "add `carrier_from_camera = { position = [x, y, z], orientation = [qx, qy, qz, qw] }`; `sextant calibrate robot --on-hand` finds it",
+            "add `carrier_from_camera = \
+             { position = [x, y, z], orientation = [qx, qy, qz, qw] }`; `sextant calibrate robot --on-hand` finds it",
         )),
     }
 }

@@ -241,7 +241,8 @@ mod tests {
             "base_from_world = { position = [0, 0, 0], orientation = [0, 0, 0, 2] }\n",
             &[":1:", "base_from_world.orientation", "unit quaternion"],
         );
-        let rows = "[[0, 1, 0, 0, 0, 0], [0, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 0]]";
+        let rows = "[[0, 1, 0, 0, 0, 0], [0, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, \
+            0], [0, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 0]]";
         refused(
             &format!("{BASE}base_from_world_covariance = {rows}\n"),
             &[":2:", "base_from_world_covariance", "six rows"],

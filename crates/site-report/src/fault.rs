@@ -92,7 +92,8 @@ pub enum Fault {
         /// Their true size over the model's.
         ratio: f64,
     },
-    /// Most views of the object's tags contradict any pose of it: its model or the cameras' poses are wrong, and it is not tracked.
+    /// Most views of the object's tags contradict any pose of it: its model or the cameras' poses are wrong, and it is
+    /// not tracked.
     ObjectContradicted {
         /// Which object.
         object: ObjectId,
@@ -124,12 +125,14 @@ impl fmt::Display for Fault {
             ),
             Self::CamerasDisagree { a, b } => write!(
                 f,
-                "cameras {a} and {b} contradict each other, one is not where the rig says: calibrate both again, or let a third see the same"
+                "cameras {a} and {b} contradict each other, one is not where the rig says: \
+                 calibrate both again, or let a third see the same"
             ),
             Self::TagMisplaced { object, tag } => {
                 write!(
                     f,
-                    "tag {tag} of object {object} is loose or not where the model says: stick it back, or learn the object again"
+                    "tag {tag} of object {object} is loose or not where the model says: stick it \
+                     back, or learn the object again"
                 )
             }
             Self::TagSize { object, tag, ratio } => {
@@ -139,7 +142,8 @@ impl fmt::Display for Fault {
                 };
                 write!(
                     f,
-                    "tag {tag} of object {object} is {percent:.1} % {how} than the model says: measure it and correct its size there"
+                    "tag {tag} of object {object} is {percent:.1} % {how} than the model says: \
+                     measure it and correct its size there"
                 )
             }
             Self::TagElsewhere { object, tag, on } => {
@@ -173,7 +177,8 @@ impl fmt::Display for Fault {
             ),
             Self::Untimely { camera, age_s } => write!(
                 f,
-                "images of camera {camera} arrive {} after their stamps and are left out: set its clock, or look at its network",
+                "images of camera {camera} arrive {} after their stamps and are left out: set \
+                 its clock, or look at its network",
                 span(*age_s)
             ),
             Self::DuplicateTag { camera, tag } => write!(
@@ -192,25 +197,30 @@ impl fmt::Display for Fault {
             ),
             Self::CameraFrozen { camera, still_s } => write!(
                 f,
-                "the picture of camera {camera} has stood still for {still_s:.0} s, corner for corner: restart its capture"
+                "the picture of camera {camera} has stood still for {still_s:.0} s, corner for \
+                 corner: restart its capture"
             ),
             Self::LensOff { camera } => write!(
                 f,
-                "camera {camera} bends what it sees otherwise than its lens in the rig file says: run `sextant calibrate lens`"
+                "camera {camera} bends what it sees otherwise than its lens in the rig file \
+                 says: run `sextant calibrate lens`"
             ),
             Self::ObjectScaled { object, ratio } => write!(
                 f,
-                "the tags of object {object} are {:.0} % as large as the model says, all of them: measure one and correct the sizes",
+                "the tags of object {object} are {:.0} % as large as the model says, all of \
+                 them: measure one and correct the sizes",
                 ratio * 100.0
             ),
             Self::ObjectContradicted { object, share } => write!(
                 f,
-                "{:.0} % of the views of object {object} contradict any pose of it: check which tags are where, their sizes and the cameras' poses, or learn the object again",
+                "{:.0} % of the views of object {object} contradict any pose of it: check which \
+                 tags are where, their sizes and the cameras' poses, or learn the object again",
                 share * 100.0
             ),
             Self::ObjectUnplaced { object } => write!(
                 f,
-                "no tag of object {object} has a place on it, it can't be tracked: run `sextant learn`, or give object_from_tag in its file"
+                "no tag of object {object} has a place on it, it can't be tracked: run `sextant \
+                 learn`, or give object_from_tag in its file"
             ),
             Self::ImageSize {
                 camera,
@@ -218,7 +228,9 @@ impl fmt::Display for Fault {
                 of_rig: [rig_width, rig_height],
             } => write!(
                 f,
-                "images of camera {camera} are {width}x{height}, its lens in the rig is of {rig_width}x{rig_height}, so that they are left out: let it take images of that size, or calibrate the lens at the other one"
+                "images of camera {camera} are {width}x{height}, its lens in the rig is of \
+                 {rig_width}x{rig_height}, so that they are left out: let it take images of that \
+                 size, or calibrate the lens at the other one"
             ),
         }
     }

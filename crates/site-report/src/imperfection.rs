@@ -6,7 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use sextant_site_model::{CameraId, ObjectId, TagId};
 
-/// An error of a rig's or an object's file that poses allow for. On the wire the number of the variant, from 0, in this order.
+/// An error of a rig's or an object's file that poses allow for. On the wire the number of the variant, from 0, in this
+/// order.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Imperfection {
@@ -63,18 +64,21 @@ impl fmt::Display for Imperfection {
                 orientation_rad,
             } => write!(
                 f,
-                "tag {tag} of object {object} is {:.1} mm and {:.1} degrees off its place in the file: run `sextant learn`; poses allow for it",
+                "tag {tag} of object {object} is {:.1} mm and {:.1} degrees off its place in the \
+                 file: run `sextant learn`; poses allow for it",
                 position_m * 1e3,
                 orientation_rad.to_degrees()
             ),
             Self::SizeOff { object, tag, ratio } => write!(
                 f,
-                "tag {tag} of object {object} is {:+.1} % off its size in the file: measure it, or run `sextant learn`; poses allow for it",
+                "tag {tag} of object {object} is {:+.1} % off its size in the file: measure it, \
+                 or run `sextant learn`; poses allow for it",
                 (ratio - 1.0) * 100.0
             ),
             Self::FocalLengthOff { camera, ratio } => write!(
                 f,
-                "the focal length of camera {camera} is {:+.2} % off that in the rig file: run `sextant calibrate lens`; poses allow for it",
+                "the focal length of camera {camera} is {:+.2} % off that in the rig file: run \
+                 `sextant calibrate lens`; poses allow for it",
                 (ratio - 1.0) * 100.0
             ),
         }

@@ -1,5 +1,5 @@
-//! After its first images the detecting part takes nothing from the heap for another one, but for what it takes to encode its message and hand it to
-//! the network's library, which keeps the bytes.
+//! After its first images the detecting part takes nothing from the heap for another one, but for what it takes to
+//! encode its message and hand it to the network's library, which keeps the bytes.
 
 use super::*;
 use allocation_counter::measure;

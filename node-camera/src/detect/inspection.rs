@@ -1,5 +1,5 @@
-//! A look at the detector at work, a few times a second while somebody wants to know: how long its stages take, and what it
-//! turns down for which cause.
+//! A look at the detector at work, a few times a second while somebody wants to know: how long its stages take, and
+//! what it turns down for which cause.
 
 use std::time::{Duration, Instant};
 

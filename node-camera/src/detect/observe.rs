@@ -13,7 +13,8 @@ use sextant_site_model::{CameraId, TagId};
 
 use super::models::Models;
 
-/// The message of one image after the other. It keeps its memory, so that an image with no more tags than an earlier one allocates nothing.
+/// The message of one image after the other. It keeps its memory, so that an image with no more tags than an earlier
+/// one allocates nothing.
 pub(super) struct Draft {
     pub(super) message: Observations,
     /// For the poses of a tag each.

@@ -1,8 +1,10 @@
-//! Images that waited for us: those that are there at once after a standstill of this process have no known time of arrival.
+//! Images that waited for us: those that are there at once after a standstill of this process have no known time of
+//! arrival.
 //!
-//! A source that stamps on arrival looks for data often. When longer than usual passed between two looks (the process was stopped, or
-//! had no processor), images may have piled up in the pipe, in the driver and in the program itself. They are dropped until
-//! one had to be waited for again, for half the usual distance of images: then nothing is left of the pile.
+//! A source that stamps on arrival looks for data often. When longer than usual passed between two looks (the process
+//! was stopped, or had no processor), images may have piled up in the pipe, in the driver and in the program itself.
+//! They are dropped until one had to be waited for again, for half the usual distance of images: then nothing is left
+//! of the pile.
 
 use std::time::{Duration, Instant};
 

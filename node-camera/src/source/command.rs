@@ -1,5 +1,6 @@
 //! A camera behind a program: `rpicam-vid`, `ffmpeg`, `gst-launch-1.0` or any other that writes images to its standard
-//! output. Nobody says when such an image was taken: its time is that of its arrival, less a latency where the file gives one.
+//! output. Nobody says when such an image was taken: its time is that of its arrival, less a latency where the file
+//! gives one.
 //!
 //! - `program`: the process and its pipes. `frames`: images out of bytes. `jpeg_stream`: where JPEGs begin and end.
 
@@ -35,7 +36,8 @@ pub(super) struct ProgramImages {
     program: Option<Program>,
     reader: FrameReader,
     resolution: [u16; 2],
-    /// When the first bytes of the image came that is being read, ns since the Unix epoch; none where it waited during a standstill.
+    /// When the first bytes of the image came that is being read, ns since the Unix epoch; none where it waited during
+    /// a standstill.
     begun_ns: Option<u64>,
     backlog: Backlog,
     /// When the last bytes came.
@@ -247,7 +249,8 @@ impl CommandCamera {
             return Ok(());
         };
         let message = format!(
-            "the program's rows seem to be {length} bytes long, not {width}: write `row_length = {length}` in [source], or `row_length = {width}` if they are not"
+            "the program's rows seem to be {length} bytes long, not {width}: write `row_length = \
+             {length}` in [source], or `row_length = {width}` if they are not"
         );
         Err(SourceError::new(Exit::Input, message))
     }

@@ -1,5 +1,5 @@
-//! A source that is opened anew: when it fails, as a camera does that is unplugged, and when no image comes any more, since a
-//! driver may lose its camera without an error.
+//! A source that is opened anew: when it fails, as a camera does that is unplugged, and when no image comes any more,
+//! since a driver may lose its camera without an error.
 
 use std::time::{Duration, Instant};
 
@@ -100,8 +100,8 @@ impl<O: FnMut(&SourceConfig) -> Result<Box<dyn ImageSource>, SourceError>> Reope
         Ok(Next::Nothing)
     }
 
-    /// Opens the source with other settings at once, so that a camera that cannot have them goes on with its own. One that is
-    /// out of reach gets them when it is back.
+    /// Opens the source with other settings at once, so that a camera that cannot have them goes on with its own. One
+    /// that is out of reach gets them when it is back.
     fn reopen_with(&mut self, config: &SourceConfig) -> Result<(), SourceError> {
         self.close(Duration::ZERO);
         match (self.open)(config) {

@@ -1,5 +1,5 @@
-//! The camera of an RZ/A2M: raw images polled in on-chip memory, made grey by the DRP or the CPU. What touches hardware is in
-//! `sextant_rza2m`; here are the file's settings, the loop and the clock.
+//! The camera of an RZ/A2M: raw images polled in on-chip memory, made grey by the DRP or the CPU. What touches hardware
+//! is in `sextant_rza2m`; here are the file's settings, the loop and the clock.
 
 use std::path::Path;
 use std::time::Duration;

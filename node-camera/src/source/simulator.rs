@@ -1,9 +1,9 @@
 //! A simulated camera: images of a scenario at the instants when its camera would take them, in this host's time.
 //!
-//! Each image is drawn ahead of its time and handed over when a real camera would have finished exposing it, so that the
-//! time of drawing is not mistaken for latency. A host too slow for that hands images over late; when one would be later
-//! than [`LATEST_NS`] it is passed over and counts as lost. Drawing waits a little where there is time, since it would take
-//! the processors from those who work on the image before.
+//! Each image is drawn ahead of its time and handed over when a real camera would have finished exposing it, so that
+//! the time of drawing is not mistaken for latency. A host too slow for that hands images over late; when one would be
+//! later than [`LATEST_NS`] it is passed over and counts as lost. Drawing waits a little where there is time, since it
+//! would take the processors from those who work on the image before.
 
 use std::time::Duration;
 
@@ -68,7 +68,8 @@ fn check_exposure(camera: &SceneCamera) -> anyhow::Result<()> {
     if exposure_us > longest_us {
         let [exposure_ms, longest_ms] = [exposure_us, longest_us].map(|us| us / 1000.0);
         bail!(
-            "an exposure of {exposure_ms} ms does not fit into {rate_hz} images/s: choose at most {longest_ms} ms, or a lower rate"
+            "an exposure of {exposure_ms} ms does not fit into {rate_hz} images/s: choose at \
+             most {longest_ms} ms, or a lower rate"
         );
     }
     Ok(())
@@ -143,8 +144,8 @@ impl SimulatedCamera {
         })
     }
 
-    /// When to begin to draw the next image: after a quarter of the time between two, or so early that it may take twice as long as the last
-    /// one.
+    /// When to begin to draw the next image: after a quarter of the time between two, or so early that it may take
+    /// twice as long as the last one.
     fn drawing_begins_ns(&self) -> u64 {
         let latest_ns = (self.complete_ns()).saturating_sub(self.drawing_ns.saturating_mul(2));
         latest_ns.min(self.handed_over_ns + LONGEST_REST_NS.min(self.schedule.period_ns() / 4))

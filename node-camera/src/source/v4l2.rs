@@ -235,7 +235,8 @@ impl<D: Device> ImageSource for V4l2Camera<D> {
         self.backlog.image_ended();
         if stamp == Stamp::None && !is_known {
             tracing::warn!(
-                "an image waited while this process stood still; its driver does not say when it was taken, and it is dropped"
+                "an image waited while this process stood still; its driver does not say when it \
+                 was taken, and it is dropped"
             );
             return Ok(Next::Nothing);
         }
@@ -314,7 +315,8 @@ fn geometry(format: &Format, coding: Coding) -> Geometry {
     }
 }
 
-/// Asks for the rate that is configured and returns the one that the driver takes; a driver without a choice keeps its own.
+/// Asks for the rate that is configured and returns the one that the driver takes; a driver without a choice keeps its
+/// own.
 fn set_rate(device: &impl Device, api: Api, config: &V4l2Config) -> Option<f64> {
     let wish = device::Fraction([1000, (config.rate_hz? * 1000.0).round() as u32]);
     match device.set_interval(api, wish) {

@@ -23,7 +23,8 @@ fn id(name: &str) -> NodeId {
 
 fn rig(fx: f64) -> Rig {
     let text = format!(
-        "[[camera]]\nid = \"north\"\nresolution = [640, 480]\nlens = {{ model = \"pinhole\", fx = {fx:.1}, fy = 600.0, cx = 319.5, cy = 239.5 }}\n"
+        "[[camera]]\nid = \"north\"\nresolution = [640, 480]\n\
+         lens = {{ model = \"pinhole\", fx = {fx:.1}, fy = 600.0, cx = 319.5, cy = 239.5 }}\n"
     );
     parse_rig(Path::new("r"), &text).unwrap()
 }
@@ -395,8 +396,9 @@ fn a_change_that_a_newer_one_overtakes_is_refused_and_taken_off_the_disk() {
     assert_eq!(main.models(), other.models());
 }
 
-/// Nodes that publish whenever they may, on a network that loses messages and falls into halves. At every moment a node that knows of newer models
-/// does not publish; when the network is whole again all have the same models, those of the newest version.
+/// Nodes that publish whenever they may, on a network that loses messages and falls into halves. At every moment a node
+/// that knows of newer models does not publish; when the network is whole again all have the same models, those of the
+/// newest version.
 #[test]
 fn replicas_agree_on_the_newest_version_when_they_hear_each_other() {
     for seed in 0..60 {

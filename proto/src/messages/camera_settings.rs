@@ -5,7 +5,8 @@ use crate::envelope::{Kind, Message};
 use serde::{Deserialize, Serialize};
 use sextant_site_model::CameraId;
 
-/// Settings of a camera. What is none is up to the camera's own file. A message without any value removes the site's settings.
+/// Settings of a camera. What is none is up to the camera's own file. A message without any value removes the site's
+/// settings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CameraSettings {

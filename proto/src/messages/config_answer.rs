@@ -14,7 +14,8 @@ use std::collections::BTreeMap;
 pub struct ConfigAnswer {
     /// The node; the same as in the key.
     pub node: NodeId,
-    /// The changed key below the site: `config/rig`, `config/object/<object>`, `config/camera/<camera>` or `config/models`.
+    /// The changed key below the site: `config/rig`, `config/object/<object>`, `config/camera/<camera>` or
+    /// `config/models`.
     pub key: String,
     /// [`fingerprint`] of the payload answered.
     pub fingerprint: u64,

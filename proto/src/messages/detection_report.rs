@@ -1,5 +1,5 @@
-//! How a camera's detector processed one image, a few times a second while somebody subscribes: durations of its stages, candidates, and
-//! why candidates were rejected.
+//! How a camera's detector processed one image, a few times a second while somebody subscribes: durations of its
+//! stages, candidates, and why candidates were rejected.
 
 use crate::check::{self, OutOfRange, holds};
 use crate::envelope::{Kind, Message};

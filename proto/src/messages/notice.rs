@@ -1,4 +1,5 @@
-//! What happened to a fusion node itself and to the messages that it takes in: neither a fault of the site nor an imperfection of its files.
+//! What happened to a fusion node itself and to the messages that it takes in: neither a fault of the site nor an
+//! imperfection of its files.
 
 use crate::check::{self, OutOfRange, holds};
 use crate::ids::NodeId;
@@ -69,7 +70,8 @@ pub enum Notice {
         /// Rms reprojection error of these by the models proposed, px.
         after_px: f64,
     },
-    /// A fusion node works from older models than another one; shown until it has taken them over. It publishes no poses meanwhile.
+    /// A fusion node works from older models than another one; shown until it has taken them over. It publishes no
+    /// poses meanwhile.
     OldModels {
         /// The node whose models are old.
         node: NodeId,
@@ -92,11 +94,13 @@ impl fmt::Display for Notice {
             ),
             Self::LateObservations { camera, total } => write!(
                 f,
-                "observations of camera {camera} arrive too late ({total} dropped since the start): check its network and its clock"
+                "observations of camera {camera} arrive too late ({total} dropped since the \
+                 start): check its network and its clock"
             ),
             Self::Overload { dropped, total } => write!(
                 f,
-                "overload: {dropped} observations dropped unread ({total} since the start): use fewer images a second, fewer cameras or a faster machine"
+                "overload: {dropped} observations dropped unread ({total} since the start): use \
+                 fewer images a second, fewer cameras or a faster machine"
             ),
             Self::Unpublished { total, detail } => write!(
                 f,
@@ -131,11 +135,14 @@ impl fmt::Display for Notice {
                 after_px,
             } => write!(
                 f,
-                "a refined calibration explains the images better ({before_px:.2} px to {after_px:.2} px on {n_images} held-back images): run `sextant config apply-refinement`"
+                "a refined calibration explains the images better ({before_px:.2} px to \
+                 {after_px:.2} px on {n_images} held-back images): run `sextant config apply-refinement`"
             ),
             Self::OldModels { node, newer } => write!(
                 f,
-                "fusion node {node} has an older rig or objects than {newer} and publishes no poses until it has taken these over: check the network between the two; where {newer} is gone for good, set the rig again (`sextant config set rig`)"
+                "fusion node {node} has an older rig or objects than {newer} and publishes no \
+                 poses until it has taken these over: check the network between the two; where \
+                 {newer} is gone for good, set the rig again (`sextant config set rig`)"
             ),
             Self::NotKept { detail } => write!(
                 f,

@@ -25,7 +25,8 @@ pub struct ObjectConfig {
     pub tags: Vec<ObjectTagConfig>,
     /// Standard deviation of its frame in its tags; none where the file gives none.
     pub frame_sigma: Option<SigmaConfig>,
-    /// Standard deviation of the scale that the sizes and places of its tags share, as a share of it; none where the file gives none.
+    /// Standard deviation of the scale that the sizes and places of its tags share, as a share of it; none where the
+    /// file gives none.
     pub scale_sigma: Option<f64>,
     /// Where it stands still in the world; none unless it is a landmark.
     pub world_from_object: Option<PoseConfig>,

@@ -14,7 +14,8 @@ pub struct ObjectPose {
     pub object: ObjectId,
     /// Of the fusion node that published it, greater than those of all before it: [`crate::EpochFilter`].
     pub epoch: u64,
-    /// Number of this pose since the fusion node started, per object; gaps within an epoch are messages that the network lost.
+    /// Number of this pose since the fusion node started, per object; gaps within an epoch are messages that the
+    /// network lost.
     pub sequence: u64,
     /// The instant that the pose is for: middle of the exposure, ns since the Unix epoch.
     pub capture_ns: u64,

@@ -9,8 +9,8 @@ use crate::messages::rig_config::RigConfig;
 use crate::wire;
 use serde::{Deserialize, Serialize};
 
-/// The models that differ from those in force, as the payloads that put them in force: each is published as it is, under its
-/// `config/` key. Without any there is nothing to be put in force.
+/// The models that differ from those in force, as the payloads that put them in force: each is published as it is,
+/// under its `config/` key. Without any there is nothing to be put in force.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Proposal {
     /// The fusion node; the same as in the key.

@@ -35,7 +35,8 @@ pub struct CameraConfig {
     pub mount: Option<MountConfig>,
     /// Standard deviation of that pose, whichever it is.
     pub world_from_camera_sigma: Option<SigmaConfig>,
-    /// Seconds from one row of an image to the next, negative where the bottom row is read first; none for a global shutter.
+    /// Seconds from one row of an image to the next, negative where the bottom row is read first; none for a global
+    /// shutter.
     pub line_delay_s: Option<f64>,
     /// How its images are exposed and stamped.
     pub exposure: Option<ExposureConfig>,

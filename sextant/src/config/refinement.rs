@@ -57,7 +57,8 @@ pub fn apply(
     );
     let proposal = first(&site, &key)?.ok_or_else(|| {
         let cause = anyhow!(
-            "no refined calibration is proposed: the images so far are explained as well by what is in force (or `refinement` in fusion.toml is not \"propose\")"
+            "no refined calibration is proposed: the images so far are explained as well by what \
+             is in force (or `refinement` in fusion.toml is not \"propose\")"
         );
         Failure::new(Exit::Fault, cause)
     })?;
@@ -109,7 +110,8 @@ pub fn revert(
             RevertTarget::Object(id) => format!(" of object {id}"),
         };
         let cause = anyhow!(
-            "no change{of} is known that could be taken back (without `keep_changes` a fusion node knows those since its start)"
+            "no change{of} is known that could be taken back (without `keep_changes` a fusion \
+             node knows those since its start)"
         );
         bail!(Failure::new(Exit::Fault, cause))
     };
@@ -117,7 +119,8 @@ pub fn revert(
     models.set(&site, run, format)
 }
 
-/// The fusion node that publishes the poses, and knows what was in force before; any other one where none does at the moment.
+/// The fusion node that publishes the poses, and knows what was in force before; any other one where none does at the
+/// moment.
 fn publisher(site: &SiteSession) -> anyhow::Result<NodeId> {
     let statuses: Vec<FusionStatus> = site.latest(&site.keys.all_fusion_statuses())?;
     let newest = statuses.into_iter().max_by_key(|status| status.epoch);

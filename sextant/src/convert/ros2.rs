@@ -21,7 +21,8 @@ const DIAGNOSTICS_NS: u64 = 1_000_000_000;
 /// Writes the bag `to`, a new folder.
 ///
 /// # Errors
-/// [`Exit::Usage`] for what is no recording in one file or no folder, [`Exit::Input`] for one that cannot be used and a place that is taken.
+/// [`Exit::Usage`] for what is no recording in one file or no folder, [`Exit::Input`] for one that cannot be used and a
+/// place that is taken.
 pub fn run(from: &Path, to: &Path, format: Format) -> anyhow::Result<()> {
     let [recording, bag] = [from, to].map(|path| path.display());
     if from.is_dir() {

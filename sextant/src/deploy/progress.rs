@@ -1,4 +1,5 @@
-//! A line for each host: redrawn in place on a terminal, one after the other elsewhere. Progress goes to standard error.
+//! A line for each host: redrawn in place on a terminal, one after the other elsewhere. Progress goes to standard
+//! error.
 
 use indicatif::{MultiProgress, ProgressBar, ProgressFinish, ProgressStyle};
 

@@ -113,7 +113,8 @@ impl<'a> SiteView<'a> {
                     "camera {camera} runs, but the rig of {} lacks it",
                     status.node
                 );
-                let remedy = "add it to the rig file (`sextant config rig` shows how), or correct `camera` in camera.toml";
+                let remedy = "add it to the rig file (`sextant config rig` shows how), or \
+                    correct `camera` in camera.toml";
                 findings.push(Finding::fault("rig", words, remedy));
             }
             for camera in rig.difference(&self.running) {
@@ -130,14 +131,19 @@ impl<'a> SiteView<'a> {
 
     fn unknown_tags(&self) -> impl Iterator<Item = Finding> {
         let intakes = self.fusion.iter().flat_map(|status| &status.cameras);
-        intakes.filter(|intake| intake.unknown_tags > 0).map(|intake| {
-            let (camera, count) = (&intake.camera, intake.unknown_tags);
-            Finding::warning(
-                "tags",
-                format!("camera {camera} sees tags of no object ({count} so far)"),
-                &format!("`sextant echo camera/{camera}/observations` shows its family and id: add it to an object file, or ignore it"),
-            )
-        })
+        intakes
+            .filter(|intake| intake.unknown_tags > 0)
+            .map(|intake| {
+                let (camera, count) = (&intake.camera, intake.unknown_tags);
+                Finding::warning(
+                    "tags",
+                    format!("camera {camera} sees tags of no object ({count} so far)"),
+                    &format!(
+                        "`sextant echo camera/{camera}/observations` shows its family and id: \
+                    add it to an object file, or ignore it"
+                    ),
+                )
+            })
     }
 
     /// What the nodes report themselves.

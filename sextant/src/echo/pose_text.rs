@@ -31,7 +31,8 @@ pub enum PoseFormat {
 /// Writes the poses of the named objects, of all when none is named.
 ///
 /// # Errors
-/// [`Exit::Usage`] for a name that is no object's, and for TUM of several objects; no router; a file that cannot be written.
+/// [`Exit::Usage`] for a name that is no object's, and for TUM of several objects; no router; a file that cannot be
+/// written.
 pub fn run(arguments: &EchoArguments, format: PoseFormat) -> anyhow::Result<()> {
     let usage = |cause: String| Failure::new(Exit::Usage, anyhow!(cause));
     let ids = arguments.names.iter().map(|name| ObjectId::new(name));

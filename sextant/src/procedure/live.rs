@@ -72,8 +72,8 @@ impl Live {
         bail!(interrupted(self.silence(camera)))
     }
 
-    /// Handles images until there are enough or Ctrl-C, and solves; Ctrl-C during the solution gives up. If the images are not
-    /// sufficient yet, it reports that and continues.
+    /// Handles images until there are enough or Ctrl-C, and solves; Ctrl-C during the solution gives up. If the images
+    /// are not sufficient yet, it reports that and continues.
     ///
     /// # Errors
     /// [`Exit::Interrupted`] for Ctrl-C before any detection, [`Exit::Input`] if the images give no result.

@@ -24,7 +24,8 @@ impl Delivery {
     /// Runs a replay of so many images, if that is known, and prints its poses unless they were printed as they came.
     ///
     /// # Errors
-    /// [`Exit::Input`] for a recording that cannot be replayed, [`Exit::Interrupted`] while waiting for the recorded time, and a closed output.
+    /// [`Exit::Input`] for a recording that cannot be replayed, [`Exit::Interrupted`] while waiting for the recorded
+    /// time, and a closed output.
     pub fn of(
         self,
         images: Option<u64>,

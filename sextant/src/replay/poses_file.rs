@@ -64,8 +64,8 @@ impl PosesFile {
     /// Writes the poses, whole or not at all.
     ///
     /// # Errors
-    /// An I/O error; [`Exit::Usage`] for TUM text of several objects, which it cannot distinguish, and for what C3D has no room for;
-    /// [`Exit::Input`] for an animation without tracked objects.
+    /// An I/O error; [`Exit::Usage`] for TUM text of several objects, which it cannot distinguish, and for what C3D has
+    /// no room for; [`Exit::Input`] for an animation without tracked objects.
     pub fn write(&self, poses: &[ObjectEstimate], scene: Scene) -> anyhow::Result<()> {
         let is_tum = self.path.extension().is_some_and(|e| e == "tum");
         if is_tum && poses.iter().any(|pose| pose.object != poses[0].object) {

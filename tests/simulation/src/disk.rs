@@ -1,7 +1,7 @@
 //! The disk of a fusion node's host: what is on it outlives the process.
 //!
-//! A job writes one file after another, each whole or not at all, and the record of the version last; a process that ends meanwhile leaves
-//! what was written by then.
+//! A job writes one file after another, each whole or not at all, and the record of the version last; a process that
+//! ends meanwhile leaves what was written by then.
 
 use node_fusion::{Change, KeepJob, Models};
 use sextant_proto::ModelsState;

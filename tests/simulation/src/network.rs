@@ -1,7 +1,8 @@
-//! The network of a site: processes hang on routers, links keep the order of messages, and what is wrong follows from the plan.
+//! The network of a site: processes hang on routers, links keep the order of messages, and what is wrong follows from
+//! the plan.
 //!
-//! A link through which nothing passes holds messages back for a while, as the buffers of a connection do; after [`LEASE_NS`] it is closed, what it held
-//! is lost, and it is opened again some time after the cause is gone.
+//! A link through which nothing passes holds messages back for a while, as the buffers of a connection do; after
+//! [`LEASE_NS`] it is closed, what it held is lost, and it is opened again some time after the cause is gone.
 
 use crate::plan::{Fault, FaultKind, MS, Place, Plan};
 use sextant_simulator::Random;
@@ -159,7 +160,8 @@ impl Network {
         points
     }
 
-    /// When a message of one process reaches another; never, where it is lost. `may_drop` of those that a congested network drops.
+    /// When a message of one process reaches another; never, where it is lost. `may_drop` of those that a congested
+    /// network drops.
     pub fn arrival_ns(
         &mut self,
         from: Place,

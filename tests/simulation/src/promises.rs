@@ -19,8 +19,9 @@ use sextant_zenoh_bus::Item;
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// A pose may be off by so much, m, and by so many of its standard deviations. Where files are wrong the world is that of the rig file, or of
-/// the cameras that see anything: a camera that is off by 3 mm and 0.3 degrees, a metre away, moves it by as much again.
+/// A pose may be off by so much, m, and by so many of its standard deviations. Where files are wrong the world is that
+/// of the rig file, or of the cameras that see anything: a camera that is off by 3 mm and 0.3 degrees, a metre away,
+/// moves it by as much again.
 const OFF_M: f64 = 0.02;
 const OFF_BY_FILES_M: f64 = 0.04;
 const OFF_SIGMAS: f64 = 6.0;

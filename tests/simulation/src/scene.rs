@@ -159,8 +159,8 @@ impl Scene {
         indices.map(|index| self.object(index)).collect()
     }
 
-    /// By how much a pose in a world is off from the truth at one of these true times, the best of them: metres, and in standard deviations that it
-    /// states.
+    /// By how much a pose in a world is off from the truth at one of these true times, the best of them: metres, and in
+    /// standard deviations that it states.
     #[must_use]
     pub fn error(&self, pose: &ObjectPose, world: i32, true_ns: &[u64]) -> (f64, f64) {
         let shift = Vector3::new(f64::from(world) * WORLD_M, 0.0, 0.0);

@@ -164,7 +164,8 @@ fn a_change_in_the_half_of_the_newer_epoch_is_not_undone() {
     changed_in_one_half(false);
 }
 
-/// A camera is set to twice the size that the rig has: as one that a person has changed, or whose driver chose another mode.
+/// A camera is set to twice the size that the rig has: as one that a person has changed, or whose driver chose another
+/// mode.
 #[test]
 fn images_of_another_size_than_the_rigs_move_nothing() {
     let files = scene();

@@ -60,7 +60,8 @@ fn replaced(
     assert!(!is_full() || !flaps, "{epochs:?}, not {first} and {second}");
 }
 
-/// Learning ten objects and five cameras whose files are off keeps no image waiting, so that the standby never takes over.
+/// Learning ten objects and five cameras whose files are off keeps no image waiting, so that the standby never takes
+/// over.
 #[test]
 fn learning_keeps_nobody_waiting() {
     let names: Vec<String> = (0..10).map(|k| format!("box{k}")).collect();

@@ -1,4 +1,5 @@
-//! A package is installed, upgraded, downgraded, removed and purged in a clean system of its processor, where its program starts.
+//! A package is installed, upgraded, downgraded, removed and purged in a clean system of its processor, where its
+//! program starts.
 
 use super::clean_system::CleanSystem;
 use super::{Staged, VERSION, deb};

@@ -1,7 +1,9 @@
-//! When the film of each camera began by the times that the browser gave its images, at the start and at the end of a recording.
+//! When the film of each camera began by the times that the browser gave its images, at the start and at the end of a
+//! recording.
 //!
-//! Chromium shows every image of a film, each at least a period after the last one: a film falls behind wherever the machine has no time for
-//! it, and never catches up. Then its camera's clock is not constant, and poses are off for a reason that no real camera has.
+//! Chromium shows every image of a film, each at least a period after the last one: a film falls behind wherever the
+//! machine has no time for it, and never catches up. Then its camera's clock is not constant, and poses are off for a
+//! reason that no real camera has.
 
 use sextant_proto::Observations;
 use sextant_recordings::mcap::site_recording::Timed;

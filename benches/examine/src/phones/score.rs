@@ -1,7 +1,7 @@
 //! Poses of a recording against the truth of the films.
 //!
-//! Time of a film: ns from its first image. A learned object has a frame of its own; tags are what it shares with the true one, so that the
-//! motion between both frames is the one that fits the poses of its tags best.
+//! Time of a film: ns from its first image. A learned object has a frame of its own; tags are what it shares with the
+//! true one, so that the motion between both frames is the one that fits the poses of its tags best.
 
 use super::film_clock;
 use anyhow::{Context, ensure};
@@ -71,7 +71,8 @@ pub fn score(folder: &Path, site: &Path, recording: &Path) -> anyhow::Result<()>
         let own = poses.iter().filter(|pose| pose.object == found.object);
         let times = own.map(|pose| pose.capture_ns);
         println!(
-            "{}: {} poses, {:.2} mm rms, {:.2} median, {:.2} 95 %, {:.1} most; {:.3} deg rms, {:.3} median, {:.3} 95 %; NEES {:.1}, inside 95 % {:.3}, covered {:.3}",
+            "{}: {} poses, {:.2} mm rms, {:.2} median, {:.2} 95 %, {:.1} most; {:.3} deg rms, \
+             {:.3} median, {:.3} 95 %; NEES {:.1}, inside 95 % {:.3}, covered {:.3}",
             found.object,
             found.compared,
             found.position_mm.rms,

@@ -31,8 +31,8 @@ enum Finder {
 pub struct Light {
     /// Mean grey level, 0 to 255.
     pub brightness: f32,
-    /// Mean share of an edge's contrast between two neighbouring pixels: 1 for perfect steps, below 0.3 where the image is out of
-    /// focus or smeared by motion, 0 without any edge.
+    /// Mean share of an edge's contrast between two neighbouring pixels: 1 for perfect steps, below 0.3 where the image
+    /// is out of focus or smeared by motion, 0 without any edge.
     pub sharpness: f32,
 }
 
@@ -136,8 +136,8 @@ fn steepest(pixels: &[u8; WINDOW]) -> Option<f32> {
     (contrast >= MIN_CONTRAST).then_some(f32::from(steps.max()?) / f32::from(contrast))
 }
 
-/// Grey of pixels of four bytes, red, green, blue and one that is ignored, as ITU-R BT.601 weighs them; kept in the first quarter.
-/// Returns the number of whole pixels.
+/// Grey of pixels of four bytes, red, green, blue and one that is ignored, as ITU-R BT.601 weighs them; kept in the
+/// first quarter. Returns the number of whole pixels.
 pub fn grey_of_rgba(bytes: &mut [u8]) -> usize {
     let n_pixels = bytes.len() / 4;
     for i in 0..n_pixels {

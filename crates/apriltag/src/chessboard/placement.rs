@@ -104,8 +104,8 @@ impl Placed {
         })
     }
 
-    /// Squares whose four corners are seen, as few as contain every such corner. A corner of several squares is reported with each,
-    /// with a part of the information.
+    /// Squares whose four corners are seen, as few as contain every such corner. A corner of several squares is
+    /// reported with each, with a part of the information.
     fn squares(&self) -> Vec<Detection> {
         let whole: Vec<Index> = self
             .corners

@@ -1,7 +1,7 @@
 //! Runs in the words of a pair of rows, and which of them touch runs of the pair above.
 //!
-//! Input: two rows of bits, or four. Output: start and end of each run, the part of a component that each run belongs to, and which parts
-//! are connected.
+//! Input: two rows of bits, or four. Output: start and end of each run, the part of a component that each run belongs
+//! to, and which parts are connected.
 
 use super::{Component, Span};
 use crate::bit_plane::RowPair;
@@ -43,11 +43,11 @@ fn moved_on(word: u64, before: &mut u64) -> u64 {
     word << 1 | mem::replace(before, word) >> (WORD - 1)
 }
 
-/// Connects the runs of a pair of rows with those of the pair above, each with the number of its first run: they get the
-/// same part, or their parts are merged.
+/// Connects the runs of a pair of rows with those of the pair above, each with the number of its first run: they get
+/// the same part, or their parts are merged.
 ///
-/// Rows touch where both are black or were in the previous column. Two runs are connected at the first such place, and where
-/// one of them begins.
+/// Rows touch where both are black or were in the previous column. Two runs are connected at the first such place, and
+/// where one of them begins.
 #[inline(always)]
 pub(super) fn join_pairs<'a>(
     labels: &mut [u32],

@@ -52,7 +52,8 @@ impl Profiles {
         }
     }
 
-    /// Crossings of an edge and the profiles over a line from a to b with this normal; weight 0 where they leave the image.
+    /// Crossings of an edge and the profiles over a line from a to b with this normal; weight 0 where they leave the
+    /// image.
     pub(super) fn find_crossings<'a>(
         &self,
         view: &View<'_>,
@@ -98,7 +99,8 @@ impl Profiles {
     }
 }
 
-/// Distances of the steepest rises from the centres of profiles, and their heights; none where a profile leaves the image.
+/// Distances of the steepest rises from the centres of profiles, and their heights; none where a profile leaves the
+/// image.
 #[inline(always)]
 fn steepest(profiles: &[Points], sign: f32) -> [Points; 2] {
     let last = profiles.len() - 1;

@@ -12,8 +12,8 @@ pub(super) const TUKEY: f32 = 5.5;
 /// Extent of an edge in standard deviations of the blur.
 const SEEN: f32 = 3.2;
 
-/// Distance from the ring's outer edge, in standard deviations of the blur, within which pixels have no weight: half of their light is
-/// from the background, which is hardly uniform.
+/// Distance from the ring's outer edge, in standard deviations of the blur, within which pixels have no weight: half of
+/// their light is from the background, which is hardly uniform.
 const RIM: f32 = 1.25;
 
 /// The state, and what is derived from it for all pixels.
@@ -92,8 +92,8 @@ impl<'a> Model<'a> {
         places
     }
 
-    /// A pixel's derivatives in shares of the contrast and its residual in shares of the limit, times the root of its weight,
-    /// in the fixed-point units of the columns.
+    /// A pixel's derivatives in shares of the contrast and its residual in shares of the limit, times the root of its
+    /// weight, in the fixed-point units of the columns.
     #[inline(always)]
     fn row(&self, group: &Group, places: &Places, i: usize, coverage: &Coverage) -> Row {
         let State {
@@ -130,7 +130,8 @@ impl<'a> Model<'a> {
         let bright = unlit * unit;
         let contrast = lit * (white - black);
         let response = contrast * (1.0 + gain - 2.0 * gain * share);
-        // When the image of the square moves by d, the grey at a fixed pixel changes by -gradient . d; divided by the denominator.
+        // When the image of the square moves by d, the grey at a fixed pixel changes by -gradient . d; divided by the
+        // denominator.
         let [m_u, m_v, m_w] = &self.inverse;
         let along_u = -response * coverage.across[0] * units_px[0];
         let along_v = -response * coverage.across[1] * units_px[1];

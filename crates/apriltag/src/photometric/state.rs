@@ -14,8 +14,8 @@ pub(super) type Row = [f32; HOMOGRAPHY];
 /// Prior standard deviation of the blur: a good lens, in pixels.
 const USUAL_BLUR_PX: f32 = 0.6;
 
-/// Variance of the blur, including the pixel's, in square pixels, below which the series of [`Profile`] is off by more than
-/// 0.003 px from the response of the pixel's square.
+/// Variance of the blur, including the pixel's, in square pixels, below which the series of [`Profile`] is off by more
+/// than 0.003 px from the response of the pixel's square.
 const SHARP_BLUR: f32 = PIXEL + 0.3 * 0.3;
 
 /// Minimum, maximum and prior standard deviation of the last parameters.
@@ -23,7 +23,8 @@ const RANGES: [[f32; 3]; PARAMETERS - BLUR] = {
     const BLURS: [f32; 3] = [LEAST_BLUR, 16.0, USUAL_BLUR_PX * USUAL_BLUR_PX];
     const LEAST_BLUR: f32 = PIXEL + 0.05 * 0.05;
     [
-        // Variance of the blur, including the pixel's, across edges of u and of v, and their covariance, in square pixels.
+        // Variance of the blur, including the pixel's, across edges of u and of v, and their covariance, in square
+        // pixels.
         BLURS,
         BLURS,
         [-16.0, 16.0, USUAL_BLUR_PX * USUAL_BLUR_PX],
@@ -79,8 +80,8 @@ impl State {
     }
 
     /// Prior of each of the last parameters: its mean minus the current value, and its standard deviation. Matters only
-    /// where the pixels carry little information. Without a halo its prior keeps it at zero: far from the blur's variance, a step would
-    /// rather explain the blur by glare.
+    /// where the pixels carry little information. Without a halo its prior keeps it at zero: far from the blur's
+    /// variance, a step would rather explain the blur by glare.
     pub(super) fn priors(&self, with_halo: bool) -> [[f32; 2]; PARAMETERS - BLUR] {
         const NO_HALO: f32 = 0.01;
         let mut priors =
@@ -114,8 +115,8 @@ impl State {
     pub(super) fn optics(&self) -> Option<Optics> {
         let [.., light_u, light_v, uu, vv, uv, halo, _, ground] = self.values;
         let [(u, u_per_px), (v, v_per_px)] = self.normals()?;
-        // Blur mixes in more light from the brighter side, so edges appear displaced towards the darker one by the blur's covariance times
-        // the light's slope (Stein's lemma).
+        // Blur mixes in more light from the brighter side, so edges appear displaced towards the darker one by the
+        // blur's covariance times the light's slope (Stein's lemma).
         let [slope_u, slope_v] = [light_u * u_per_px, light_v * v_per_px];
         let more = halo_variance(halo);
         let across = uv + more * (u[0] * v[0] + u[1] * v[1]);

@@ -263,7 +263,10 @@ fn landmarks_that_lie_elsewhere_are_named() {
     let room = room().with_world_from_object(Some(elsewhere)).unwrap();
     let mut found = followed(rig, vec![cube(), room], images);
     assert!(found.nees < 4.0, "NEES {}", found.nees);
-    let contradicted = |fault: &Fault| matches!(fault, Fault::ObjectContradicted { object, .. } if *object == cube_id());
+    let contradicted = |fault: &Fault| match fault {
+        Fault::ObjectContradicted { object, .. } => *object == cube_id(),
+        _ => false,
+    };
     let faults = found.fusion.faults();
     assert!(faults.iter().any(contradicted), "{faults:?}");
     // It is not named for longer than it is seen.

@@ -1,4 +1,5 @@
-//! Channels, clients and what waits for them. Nothing here waits: a client that is slow loses its oldest messages, and no other notices.
+//! Channels, clients and what waits for them. Nothing here waits: a client that is slow loses its oldest messages, and
+//! no other notices.
 
 use serde::Serialize;
 use sextant_proto::SiteId;

@@ -161,7 +161,10 @@ proptest! {
     }
 
     #[test]
-    fn random_quadrilaterals_give_poses_before_the_camera(lens in lens(), corners in prop::array::uniform8(0.0..640.0)) {
+    fn random_quadrilaterals_give_poses_before_the_camera(
+        lens in lens(),
+        corners in prop::array::uniform8(0.0..640.0),
+    ) {
         let seen = std::array::from_fn(|i| Point2::new(corners[2 * i], corners[2 * i + 1]));
         if let Ok(poses) = solve_square(&lens, &seen, 1.0) {
             check_poses(&lens, &seen, 1.0, &poses);

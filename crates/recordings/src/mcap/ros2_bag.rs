@@ -1,5 +1,6 @@
-//! A bag of ROS 2: a folder with one MCAP file of profile `ros2`, and `metadata.yaml` in the layout of rosbag2 version 5, which Humble and all
-//! later releases read. Messages are CDR, schemas `ros2msg`; channels have the quality of service by which `ros2 bag play` publishes.
+//! A bag of ROS 2: a folder with one MCAP file of profile `ros2`, and `metadata.yaml` in the layout of rosbag2 version
+//! 5, which Humble and all later releases read. Messages are CDR, schemas `ros2msg`; channels have the quality of
+//! service by which `ros2 bag play` publishes.
 
 use super::writer::unwritable;
 use crate::error::RecordingError;

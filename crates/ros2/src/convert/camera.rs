@@ -8,8 +8,8 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use super::frames::optical_frame;
 use crate::messages::{CameraInfo, CompressedImage, Header, RegionOfInterest};
 
-/// The lens of a camera for whole images. ROS's models: `plumb_bob` for pinhole and Brown-Conrady lenses, `equidistant` for
-/// Kannala-Brandt lenses. The images are not rectified, so that the projection matrix is that of the lens.
+/// The lens of a camera for whole images. ROS's models: `plumb_bob` for pinhole and Brown-Conrady lenses, `equidistant`
+/// for Kannala-Brandt lenses. The images are not rectified, so that the projection matrix is that of the lens.
 #[must_use]
 pub fn camera_info(camera: &CameraConfig, stamp_ns: u64) -> CameraInfo {
     info(camera, camera.resolution, stamp_ns)
@@ -36,7 +36,8 @@ pub fn image(camera: &CameraId, capture_ns: u64, format: &str, file: Vec<u8>) ->
     }
 }
 
-/// The lens of a camera for the picture of a preview, which may be smaller than the image. None where the picture is no JPEG.
+/// The lens of a camera for the picture of a preview, which may be smaller than the image. None where the picture is no
+/// JPEG.
 #[must_use]
 pub fn picture_info(camera: &CameraConfig, preview: &Preview) -> Option<CameraInfo> {
     let mut decoder = JpegDecoder::new(ZCursor::new(preview.jpeg.as_slice()));

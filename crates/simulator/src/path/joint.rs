@@ -1,7 +1,7 @@
 //! Joints on a path: how a link of an articulated object moves with respect to the link before it.
 //!
-//! `parent_from_child = parent_from_joint * motion(value)`, the value being a wave of the path's period: a turn about the
-//! axis (rad) or a shift along it (m).
+//! `parent_from_child = parent_from_joint * motion(value)`, the value being a wave of the path's period: a turn about
+//! the axis (rad) or a shift along it (m).
 
 use super::{Wave, about_axis};
 use crate::pose_format;

@@ -1,7 +1,7 @@
 //! Model of a colour sensor that delivers a grey image: Bayer mosaic, white balance, bilinear interpolation, luma.
 //!
-//! The scene is grey, so the mosaic only softens edges, adds a zipper pattern of two pixels, and coarsens the quantisation of red and
-//! blue, which receive less light. Rows are R G R G ..., G B G B ...
+//! The scene is grey, so the mosaic only softens edges, adds a zipper pattern of two pixels, and coarsens the
+//! quantisation of red and blue, which receive less light. Rows are R G R G ..., G B G B ...
 
 use crate::scenario::{Mosaic, SceneCamera};
 

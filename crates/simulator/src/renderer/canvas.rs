@@ -77,8 +77,8 @@ impl Canvas {
         self.opacity.keep_to(rows);
     }
 
-    /// Adds `weight` where the outline is visible. Returns bounds of the changed pixels, with (0, 0) at the corner of the
-    /// image.
+    /// Adds `weight` where the outline is visible. Returns bounds of the changed pixels, with (0, 0) at the corner of
+    /// the image.
     pub fn paint(
         &mut self,
         layer: Layer,
@@ -155,7 +155,8 @@ impl Pen {
         }
     }
 
-    /// The outline in pixels, (0, 0) at the corner of the image, cut straight where it leaves the field of view of the lens.
+    /// The outline in pixels, (0, 0) at the corner of the image, cut straight where it leaves the field of view of the
+    /// lens.
     fn trace(&mut self, outline: &Polygon) -> &[Point2<f64>] {
         self.traced.clear();
         let Some(&last) = outline.corners().last() else {

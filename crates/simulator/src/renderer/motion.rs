@@ -1,8 +1,9 @@
-//! Motion blur and rolling shutter: the instants at which objects are drawn for an image, and the rows that each contributes to.
+//! Motion blur and rolling shutter: the instants at which objects are drawn for an image, and the rows that each
+//! contributes to.
 //!
-//! A row is exposed for T; the first and the last row start the readout time R apart (0 with a global shutter). The instants are spread
-//! evenly over the total T + R, and each serves all rows that are exposed at that time: every row has equally many, and
-//! their mean is the middle of its exposure to within half a step.
+//! A row is exposed for T; the first and the last row start the readout time R apart (0 with a global shutter). The
+//! instants are spread evenly over the total T + R, and each serves all rows that are exposed at that time: every row
+//! has equally many, and their mean is the middle of its exposure to within half a step.
 
 use super::Scene;
 use crate::model::SolidModel;

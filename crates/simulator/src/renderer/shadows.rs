@@ -54,7 +54,8 @@ impl Shadows {
         }
     }
 
-    /// The shadows of an object, one per lamp: of the hull of its solids, so that overlapping solids darken the table only once.
+    /// The shadows of an object, one per lamp: of the hull of its solids, so that overlapping solids darken the table
+    /// only once.
     pub fn of<'a>(
         &'a self,
         object: usize,

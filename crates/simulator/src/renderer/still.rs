@@ -146,7 +146,8 @@ impl<'a> StaticRenderer<'a> {
         (Point3::from(pose.translation.vector), direction.normalize())
     }
 
-    /// The lamp's pool of light about the world's z axis: 1 in the middle, 3/4 at its radius, at least a half everywhere.
+    /// The lamp's pool of light about the world's z axis: 1 in the middle, 3/4 at its radius, at least a half
+    /// everywhere.
     fn pool(&self, point: &Point3<f64>) -> f64 {
         let share =
             point.coords.xy().norm_squared() / (self.light.pool_radius * self.light.pool_radius);

@@ -67,11 +67,12 @@ pub(super) fn object(document: &Value, id: &ObjectId) -> Option<Result<ObjectMod
     Some(tags.and_then(object))
 }
 
-/// An object whose frame is a field, as a layout of WPILib, with the length and width of the field, m. `family` and `tagSize` stand beside them, which
-/// WPILib passes over and `read_object` reads.
+/// An object whose frame is a field, as a layout of WPILib, with the length and width of the field, m. `family` and
+/// `tagSize` stand beside them, which WPILib passes over and `read_object` reads.
 ///
 /// # Errors
-/// For a field without an area, an articulated object, tags of several families or sizes, and an object without a placed tag.
+/// For a field without an area, an articulated object, tags of several families or sizes, and an object without a
+/// placed tag.
 pub fn field_layout(object: &ObjectModel, field_m: [f64; 2]) -> Result<String, Complaint> {
     let refused = |cause: &str, remedy: &str| Err(Complaint::new("", cause, remedy));
     let [length, width] = field_m;
@@ -114,7 +115,8 @@ pub fn field_layout(object: &ObjectModel, field_m: [f64; 2]) -> Result<String, C
         .map(|(tag, field_from_tag)| field_tag(tag.tag.id, field_from_tag))
         .collect();
     Ok(format!(
-        "{{\n  \"tags\": [\n{}\n  ],\n  \"field\": {{\"length\": {length}, \"width\": {width}}},\n  \"family\": \"{family}\",\n  \"tagSize\": {size_m}\n}}\n",
+        "{{\n  \"tags\": [\n{}\n  ],\n  \"field\": {{\"length\": {length}, \"width\": \
+         {width}}},\n  \"family\": \"{family}\",\n  \"tagSize\": {size_m}\n}}\n",
         tags.join(",\n")
     ))
 }
@@ -126,7 +128,8 @@ fn field_tag(id: u32, field_from_tag: &Pose) -> String {
     let [x, y, z]: [f64; 3] = field_from_tag.translation.vector.into();
     let (qw, qx, qy, qz) = (turned.w, turned.i, turned.j, turned.k);
     format!(
-        "    {{\"ID\": {id}, \"pose\": {{\"translation\": {{\"x\": {x}, \"y\": {y}, \"z\": {z}}}, \"rotation\": {{\"quaternion\": {{\"W\": {qw}, \"X\": {qx}, \"Y\": {qy}, \"Z\": {qz}}}}}}}}}"
+        "    {{\"ID\": {id}, \"pose\": {{\"translation\": {{\"x\": {x}, \"y\": {y}, \"z\": \
+         {z}}}, \"rotation\": {{\"quaternion\": {{\"W\": {qw}, \"X\": {qx}, \"Y\": {qy}, \"Z\": {qz}}}}}}}}}"
     )
 }
 
@@ -139,13 +142,16 @@ pub(crate) fn assumption(document: &Value) -> Option<String> {
     match (layout, kind.assumed) {
         (_, Assumed::Nothing) => None,
         (Layout::Field(_), Assumed::Of2023) => Some(format!(
-            "the tags are taken for {family} of {mm} mm, as FRC had them in 2023 on a field of this size; {remedy} and \"tagSize\" (m) beside \"field\" in it"
+            "the tags are taken for {family} of {mm} mm, as FRC had them in 2023 on a field of \
+             this size; {remedy} and \"tagSize\" (m) beside \"field\" in it"
         )),
         (Layout::Field(_), _) => Some(format!(
-            "the tags are taken for {family} of {mm} mm, as FRC has them since 2024, since the file does not say it; {remedy} and \"tagSize\" (m) beside \"field\" in it"
+            "the tags are taken for {family} of {mm} mm, as FRC has them since 2024, since the \
+             file does not say it; {remedy} and \"tagSize\" (m) beside \"field\" in it"
         )),
         (Layout::Bundles(_), _) => Some(format!(
-            "the tags are taken for {family}, since the file does not say it; else write family beside tag_bundles in it, such as family: tag16h5"
+            "the tags are taken for {family}, since the file does not say it; else write family \
+             beside tag_bundles in it, such as family: tag16h5"
         )),
     }
 }
@@ -264,7 +270,8 @@ fn of_bundle(value: &Value, kind: TagKind) -> Result<ObjectTag, Complaint> {
     ))
 }
 
-/// `{ID, pose: {translation, rotation: {quaternion}}}`. There a tag's x points out of its face and z up, so that y is to the right.
+/// `{ID, pose: {translation, rotation: {quaternion}}}`. There a tag's x points out of its face and z up, so that y is
+/// to the right.
 fn of_field(value: &Value, kind: TagKind) -> Result<ObjectTag, Complaint> {
     let part = |value: &Value, key: &'static str| {
         let part = value.get(key).cloned();

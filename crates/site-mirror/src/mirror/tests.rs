@@ -421,7 +421,8 @@ fn any_payload() -> impl Strategy<Value = Vec<u8>> {
 }
 
 proptest! {
-    /// Any payloads and tokens at any times: no panic, nothing kept that its key does not name, and each refusal counted.
+    /// Any payloads and tokens at any times: no panic, nothing kept that its key does not name, and each refusal
+    /// counted.
     #[test]
     fn any_bytes_do_no_harm(
         events in prop::collection::vec(

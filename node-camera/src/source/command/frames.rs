@@ -1,5 +1,5 @@
-//! Images out of a stream of bytes that a program writes. Planes go straight from the pipe into the image; only JPEGs and
-//! headers are kept on their way.
+//! Images out of a stream of bytes that a program writes. Planes go straight from the pipe into the image; only JPEGs
+//! and headers are kept on their way.
 
 use super::jpeg_stream::JpegStream;
 use crate::config::StreamFormat;
@@ -10,8 +10,8 @@ const CHUNK_BYTES: usize = 64 << 10;
 /// The longest header of a YUV4MPEG2 stream.
 const MAX_LINE_BYTES: usize = 4096;
 
-/// Reads images from a stream: [`FrameReader::room`] says where the next bytes go, [`FrameReader::filled`] that they are
-/// there, and [`FrameReader::complete`] whether that makes an image.
+/// Reads images from a stream: [`FrameReader::room`] says where the next bytes go, [`FrameReader::filled`] that they
+/// are there, and [`FrameReader::complete`] whether that makes an image.
 #[derive(Debug)]
 pub(super) struct FrameReader {
     kind: Kind,
