@@ -1,6 +1,7 @@
 #!/bin/sh
-# Makes the emulated board's files in $BOARD from Debian's packages, which mmdebstrap has unpacked in $1: kernel, device tree, initial RAM file
-# system and disk. Runs no program of the board's processor: packages stay unpacked, none of their scripts is run.
+# Makes the emulated board's files in $BOARD from Debian's packages, which mmdebstrap has unpacked in $1: kernel, device
+# tree, initial RAM file system and disk. Runs no program of the board's processor: packages stay unpacked, none of
+# their scripts is run.
 set -eu
 root=$1
 files=$(dirname "$0")

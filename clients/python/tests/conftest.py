@@ -1,4 +1,6 @@
-"""A running demo and a small recording, for the tests that need them; `SEXTANT_BINARY` is the program, as `cargo xtask python-test` sets it."""
+"""A running demo and a small recording, for the tests that need them; `SEXTANT_BINARY` is the program, as
+`cargo xtask python-test` sets it.
+"""
 
 import json
 import os

@@ -1,4 +1,6 @@
-"""Asynchronous programs against a running demo: the same poses, the end of `async with`, cancellation and Ctrl-C, wrong inputs."""
+"""Asynchronous programs against a running demo: the same poses, the end of `async with`, cancellation and Ctrl-C, wrong
+inputs.
+"""
 
 import asyncio
 import subprocess

@@ -1,4 +1,6 @@
-"""A recording of a demo as USD and glTF, read by OpenUSD, pygltflib and trimesh: poses, visibility, tags and what cameras see are the recorded ones."""
+"""A recording of a demo as USD and glTF, read by OpenUSD, pygltflib and trimesh: poses, visibility, tags and what
+cameras see are the recorded ones.
+"""
 
 import json
 import subprocess

@@ -1,4 +1,6 @@
-"""Calibrations from recordings and of a running demo: reports as they are typed, partial results, failures, the end of those that run."""
+"""Calibrations from recordings and of a running demo: reports as they are typed, partial results, failures, the end of
+those that run.
+"""
 
 import asyncio
 import shutil

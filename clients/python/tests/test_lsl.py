@@ -1,4 +1,6 @@
-"""`python -m sextant.lsl` on a running demo, read by pylsl's inlets: samples are the poses of the site's objects at their capture times by LSL's clock."""
+"""`python -m sextant.lsl` on a running demo, read by pylsl's inlets: samples are the poses of the site's objects at
+their capture times by LSL's clock.
+"""
 
 import subprocess
 import sys

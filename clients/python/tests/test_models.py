@@ -1,4 +1,6 @@
-"""Rig, objects and camera settings of a running site, changed from Python: answers, refusals, taking back, and who may not."""
+"""Rig, objects and camera settings of a running site, changed from Python: answers, refusals, taking back, and who may
+not.
+"""
 
 import getpass
 import subprocess

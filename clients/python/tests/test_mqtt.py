@@ -1,5 +1,5 @@
-"""`sextant mqtt` on a running demo, through Mosquitto, read by paho: poses, discovery by Home Assistant, events, the last will, passwords, TLS, and a
-broker that comes back."""
+"""`sextant mqtt` on a running demo, through Mosquitto, read by paho: poses, discovery by Home Assistant, events, the
+last will, passwords, TLS, and a broker that comes back."""
 
 import json
 import shutil

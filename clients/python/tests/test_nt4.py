@@ -1,5 +1,5 @@
-"""`sextant nt4` on a running demo, at a server of WPILib's own ntcore: values are `struct:Pose3d` with their schema, at the capture time by the server's
-clock; a server that restarts gets them again."""
+"""`sextant nt4` on a running demo, at a server of WPILib's own ntcore: values are `struct:Pose3d` with their schema, at
+the capture time by the server's clock; a server that restarts gets them again."""
 
 import struct
 import subprocess

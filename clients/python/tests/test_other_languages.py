@@ -1,4 +1,6 @@
-"""The clients in MATLAB's language and in Julia on a running demo: what they read is what the site published, and what they say where there is no bridge."""
+"""The clients in MATLAB's language and in Julia on a running demo: what they read is what the site published, and what
+they say where there is no bridge.
+"""
 
 import json
 import shutil

@@ -1,5 +1,6 @@
-"""Records the demo, converts the recording to a bag of ROS 2, and reads both files as people's tools do: the bag by rosbags, which shares no
-code with Sextant; both by Rerun; the recording by Foxglove's own protobuf classes. Each pose is compared with the recorded payload.
+"""Records the demo, converts the recording to a bag of ROS 2, and reads both files as people's tools do: the bag by
+rosbags, which shares no code with Sextant; both by Rerun; the recording by Foxglove's own protobuf classes. Each pose
+is compared with the recorded payload.
 
     python files.py PROGRAM      PROGRAM is the sextant to run
 

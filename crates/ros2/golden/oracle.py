@@ -1,11 +1,14 @@
-"""Makes and checks the golden files of this folder with implementations of ROS 2's formats that share no code with Sextant.
+"""Makes and checks the golden files of this folder with implementations of ROS 2's formats that share no code with
+Sextant.
 
-    python oracle.py make FOLDER      writes the files
-    python oracle.py check FOLDER     compares them with the files there; and, where ROS 2's own packages are installed, lets Fast CDR
-                                      read each file, write it again, and compares type hashes with those that the packages ship
+    python oracle.py make FOLDER writes the files python oracle.py check FOLDER compares them with the files there; and,
+    where ROS 2's own packages are installed, lets Fast CDR
+                                      read each file, write it again, and compares type hashes with those that the
+                                      packages ship
 
-Files: *.cdr and hashes.txt by rosbags; graph.txt, with keys, liveliness tokens, GIDs and attachments, by zenoh-ros2-sdk and xxhash.
-All three are on PyPI. For the second part ros-rclpy, ros-geometry-msgs, ros-sensor-msgs, ros-diagnostic-msgs.
+Files: *.cdr and hashes.txt by rosbags; graph.txt, with keys, liveliness tokens, GIDs and attachments, by zenoh-ros2-sdk
+and xxhash. All three are on PyPI. For the second part ros-rclpy, ros-geometry-msgs, ros-sensor-msgs,
+ros-diagnostic-msgs.
 """
 
 import importlib
@@ -49,7 +52,8 @@ string marker_name
 geometry_msgs/Point translation
 """,
     "mocap4r2_msgs/msg/RigidBody": "string rigid_body_name\nMarker[] markers\ngeometry_msgs/Pose pose\n",
-    "mocap4r2_msgs/msg/RigidBodies": "std_msgs/Header header\nuint32 frame_number\nmocap4r2_msgs/RigidBody[] rigidbodies\n",
+    "mocap4r2_msgs/msg/RigidBodies": "std_msgs/Header header\nuint32 frame_number\nmocap4r2_msgs/RigidBody[]
+    rigidbodies\n",
 }
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
@@ -253,7 +257,9 @@ def fresh():
 
 
 def check_by_ros(folder):
-    """Fast CDR leaves the padding between fields as it is, so that bytes are compared after its reading, not after its writing."""
+    """Fast CDR leaves the padding between fields as it is, so that bytes are compared after its reading, not after its
+    writing.
+    """
     try:
         from rclpy.serialization import deserialize_message, serialize_message
     except ImportError:

@@ -1,12 +1,13 @@
-"""A Sextant site from Python: six-degree-of-freedom poses of tagged objects, live, with covariance; its models, calibrations and recordings.
+"""A Sextant site from Python: six-degree-of-freedom poses of tagged objects, live, with covariance; its models,
+calibrations and recordings.
 
 >>> import sextant
 >>> with sextant.connect("tcp/127.0.0.1:7447", site="demo") as site:   # doctest: +SKIP
 ...     for pose in site.poses("cuboid"):
 ...         print(pose.t_ns, pose.state, pose.position)
 
-Metres, radians, nanoseconds since the Unix epoch by the clock of the cameras; quaternions x, y, z, w; `a_from_b` maps points
-of b into a. Numbers are numpy arrays where numpy is installed, tuples otherwise.
+Metres, radians, nanoseconds since the Unix epoch by the clock of the cameras; quaternions x, y, z, w; `a_from_b` maps
+points of b into a. Numbers are numpy arrays where numpy is installed, tuples otherwise.
 """
 
 from . import aio, calibrate, messages

@@ -28,7 +28,8 @@ _CALIBRATIONS = {"calibrate", "learn"}
 
 
 def program() -> str:
-    """The program that runs: `SEXTANT_BINARY`, the one that was installed with this package, or the first on the path."""
+    """The program that runs: `SEXTANT_BINARY`, the one that was installed with this package, or the first on the path.
+    """
     named = os.environ.get("SEXTANT_BINARY")
     found = named or _installed() or shutil.which("sextant")
     if found is None:
@@ -62,10 +63,11 @@ def _text(word: Any) -> str:
 
 
 class Command:
-    """A running command. Ctrl-C in a terminal does not reach it: this program decides, and ends it at the end of a `with` statement.
+    """A running command. Ctrl-C in a terminal does not reach it: this program decides, and ends it at the end of a
+    `with` statement.
 
-    Commands of a site end by themselves, as at Ctrl-C, when this program has ended or calls `finish`. Others outlive a program that
-    is killed.
+    Commands of a site end by themselves, as at Ctrl-C, when this program has ended or calls `finish`. Others outlive a
+    program that is killed.
     """
 
     def __init__(self, arguments: Sequence[Word], access: Sequence[str] = ()) -> None:
@@ -119,7 +121,9 @@ class Command:
             raise CommandError(code, self._errors.read().decode("utf-8", "replace"))
 
     def close(self) -> None:
-        """Ends it, if it still runs: kills a calibration, so that it writes nothing, and others that take too long to end. From any thread."""
+        """Ends it, if it still runs: kills a calibration, so that it writes nothing, and others that take too long to
+        end. From any thread.
+        """
         self._is_closed = True
         try:
             if not self._is_calibration:
@@ -132,7 +136,8 @@ class Command:
 
 
 def run(*arguments: Word, site: Optional[Site] = None) -> list[Any]:
-    """Runs `sextant` with these words and `--json` to its end and returns what it prints, a value a line; on a site, if one is given.
+    """Runs `sextant` with these words and `--json` to its end and returns what it prints, a value a line; on a site, if
+    one is given.
 
     Raises `CommandError` with the words and the exit code of a failure.
 

@@ -1,7 +1,8 @@
-"""Postcard, the byte format of the contract's messages: codecs made from the annotations of dataclasses, and the JSON form.
+"""Postcard, the byte format of the contract's messages: codecs made from the annotations of dataclasses, and the JSON
+form.
 
-Integers are varints, floats little-endian, strings and lists have their length in front, an enum is the number of its variant. A codec is
-a pair of functions, made once for each type: one reads a value of any bytes, one writes it.
+Integers are varints, floats little-endian, strings and lists have their length in front, an enum is the number of its
+variant. A codec is a pair of functions, made once for each type: one reads a value of any bytes, one writes it.
 """
 
 from __future__ import annotations
@@ -109,7 +110,8 @@ def _json_of(value: Any) -> Any:
     return value
 
 
-#: The value at a place of the bytes, and the place behind it. Raises `IndexError` or `struct.error` where the bytes end early.
+#: The value at a place of the bytes, and the place behind it. Raises `IndexError` or `struct.error` where the bytes end
+#: early.
 Read = Callable[[bytes, int], Tuple[Any, int]]
 #: Appends a value.
 Write = Callable[[bytearray, Any], None]

@@ -19,8 +19,8 @@ _KIND_OF = {kind.record: kind for kind in KINDS.values()}
 def decode(payload: bytes, expected: Optional[type] = None) -> Any:
     """The message of a payload; of the class `expected`, if given.
 
-    Takes any bytes: what is no message of the contract raises `DecodeError`. Numbers are finite and lists within their bounds
-    afterwards.
+    Takes any bytes: what is no message of the contract raises `DecodeError`. Numbers are finite and lists within their
+    bounds afterwards.
     """
     kind_number = _check_header(payload)
     kind = KINDS.get(kind_number)

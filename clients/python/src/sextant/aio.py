@@ -1,4 +1,5 @@
-"""Sites in asynchronous programs: what `sextant.connect` and `sextant.Site` have except `close`, without blocking the event loop.
+"""Sites in asynchronous programs: what `sextant.connect` and `sextant.Site` have except `close`, without blocking the
+event loop.
 
 >>> import asyncio, sextant.aio
 >>> async def main():
@@ -8,7 +9,8 @@
 ...             print(pose.t_ns, pose.state, pose.position)
 >>> asyncio.run(main())   # doctest: +SKIP
 
-Methods that wait run on threads of the event loop's executor. The end of `async with`, also by cancellation or Ctrl-C, closes the site and ends them.
+Methods that wait run on threads of the event loop's executor. The end of `async with`, also by cancellation or Ctrl-C,
+closes the site and ends them.
 """
 
 from __future__ import annotations
@@ -55,7 +57,8 @@ async def connect(
 
 
 async def _on_own_thread(end: Callable[..., object], *arguments: object) -> None:
-    """Ends something, also where its task is cancelled; the threads of the event loop's executor may all wait for that."""
+    """Ends something, also where its task is cancelled; the threads of the event loop's executor may all wait for that.
+    """
     executor = ThreadPoolExecutor(1)
     ended = asyncio.get_running_loop().run_in_executor(executor, end, *arguments)
     executor.shutdown(wait=False)

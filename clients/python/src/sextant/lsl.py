@@ -2,11 +2,14 @@
 
     python -m sextant.lsl --site demo
 
-Each object is a stream of type `MoCap` with eight channels: position x, y, z in metres, quaternion x, y, z, w, and the standard deviation of the position in
-metres (root of the sum of the variances along the three axes). The world is Sextant's: right-handed, z up. Streams are irregular (nominal rate 0). The channels are described as in XDF's meta-data for motion capture.
+Each object is a stream of type `MoCap` with eight channels: position x, y, z in metres, quaternion x, y, z, w, and the
+standard deviation of the position in metres (root of the sum of the variances along the three axes). The world is
+Sextant's: right-handed, z up. Streams are irregular (nominal rate 0). The channels are described as in XDF's meta-data
+for motion capture.
 
-A sample is a pose that is tracked or coasting; a lost object falls silent. There is one sample per capture time, the last estimate of it. Its time is the
-capture time, the middle of the exposure, mapped to LSL's clock by comparing that clock with this machine's once a second (`LslClock`).
+A sample is a pose that is tracked or coasting; a lost object falls silent. There is one sample per capture time, the
+last estimate of it. Its time is the capture time, the middle of the exposure, mapped to LSL's clock by comparing that
+clock with this machine's once a second (`LslClock`).
 """
 
 from __future__ import annotations
@@ -61,9 +64,10 @@ def _pylsl() -> Any:
 class LslClock:
     """Maps times of this machine's clock to LSL's clock.
 
-    Both clocks are read in turn, `READINGS` times; the pair between whose readings the least time passed counts, which is right to about a microsecond.
-    This is repeated when the last comparison is `COMPARE_S` old, so that steps and corrections of this machine's clock are followed. Capture times
-    are by the clock of the cameras: the mapping is as good as this machine's clock agrees with theirs.
+    Both clocks are read in turn, `READINGS` times; the pair between whose readings the least time passed counts, which
+    is right to about a microsecond. This is repeated when the last comparison is `COMPARE_S` old, so that steps and
+    corrections of this machine's clock are followed. Capture times are by the clock of the cameras: the mapping is as
+    good as this machine's clock agrees with theirs.
     """
 
     def __init__(self, local_clock: Callable[[], float], wall_ns: Callable[[], int] = time.time_ns) -> None:
@@ -104,8 +108,8 @@ def sample_of(pose: Pose, former: Optional[Sequence[float]] = None) -> list[floa
 def latest_estimates(poses: Any, hold_s: float = HOLD_S) -> Iterator[Optional[Pose]]:
     """The last pose of each capture time, in order of time for each object; nothing while none is ready.
 
-    A fusion node publishes an estimate after each image, so that several cameras with a common trigger give several poses of one instant. `poses` is a
-    subscription that raises `NoPoseError` when none came for a while.
+    A fusion node publishes an estimate after each image, so that several cameras with a common trigger give several
+    poses of one instant. `poses` is a subscription that raises `NoPoseError` when none came for a while.
     """
     held: dict[str, tuple[float, Pose]] = {}
     sent: dict[str, int] = {}
@@ -221,7 +225,9 @@ def stream(
     duration: Optional[float] = None,
     report: Callable[[str], None] = lambda line: None,
 ) -> int:
-    """Sends the poses of a site, or of these objects of it, until the site is closed or for `duration` seconds; the number of samples sent."""
+    """Sends the poses of a site, or of these objects of it, until the site is closed or for `duration` seconds; the
+    number of samples sent.
+    """
     outlets = Outlets(site.name, report)
     end = math.inf if duration is None else time.monotonic() + duration
     wanted = set(objects)
