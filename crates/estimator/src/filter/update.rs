@@ -4,7 +4,9 @@
 //! The seen configuration is a linear function of the state. With S its prior covariance, M its covariance with the
 //! state, L = J^T W J the information of the corners and C the Cholesky factor of S:
 //!
-//!     P⁺ = P - Mᵀ C⁻ᵀ (I - B⁻¹) C⁻¹ M with B = I + Cᵀ L C.
+//! ```text
+//! P⁺ = P - Mᵀ C⁻ᵀ (I - B⁻¹) C⁻¹ M with B = I + Cᵀ L C
+//! ```
 //!
 //! B's eigenvalues are at least one, so the form holds for vague and for sharp priors alike.
 
