@@ -55,6 +55,7 @@ const FLOORS: &[&[&str]] = &[
         "system-tests",
         "sextant-benches",
         "sextant-examine",
+        "sextant-tidy",
         "xtask",
     ],
 ];

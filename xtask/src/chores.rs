@@ -13,6 +13,11 @@ pub fn fmt() -> Result<(), String> {
     run("cargo", &["fmt", "--all", "--check"])
 }
 
+/// What the checker finds is on standard error, a line each.
+pub fn tidy() -> Result<(), String> {
+    run("cargo", &["run", "--quiet", "--package", "sextant-tidy"])
+}
+
 pub fn lint() -> Result<(), String> {
     run(
         "cargo",

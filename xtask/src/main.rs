@@ -129,6 +129,11 @@ const CHORES: &[Chore] = &[
         )
     },
     Chore::new("fmt", "formatting is rustfmt's", chores::fmt),
+    Chore::new(
+        "tidy",
+        "lengths, widths, words and names of the sources (xtask/tidy)",
+        chores::tidy,
+    ),
     Chore {
         minutes: 5,
         ..Chore::new(

@@ -1,0 +1,47 @@
+//! Checks of the sources that a reader would otherwise make: `cargo xtask tidy`.
+//!
+//! Each finding is a line `file:line: rule: remedy`; the exit code is 1 if there is any. Generated files, committed
+//! bundles, lock files and tables of data are not looked at. There are no exceptions: what a rule finds is mended.
+
+mod rules;
+mod source;
+
+use rules::Finding;
+use source::Source;
+use std::path::Path;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    match check(&root) {
+        Ok(findings) if findings.is_empty() => ExitCode::SUCCESS,
+        Ok(findings) => {
+            for finding in &findings {
+                eprintln!("{finding}");
+            }
+            eprintln!("tidy: {} findings", findings.len());
+            ExitCode::FAILURE
+        }
+        Err(cause) => {
+            eprintln!("tidy: {cause}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Findings of all sources below a folder, in the order of their files and lines.
+fn check(root: &Path) -> Result<Vec<Finding>, String> {
+    let sources = source::read_all(root)?;
+    let mut findings: Vec<Finding> = sources.iter().flat_map(check_one).collect();
+    findings.sort();
+    Ok(findings)
+}
+
+fn check_one(source: &Source) -> Vec<Finding> {
+    let mut findings = rules::width::check(source);
+    if let Some(rust) = &source.rust {
+        findings.extend(rules::words::check(source, rust));
+        findings.extend(rules::syntax::check(source, rust));
+    }
+    findings
+}
