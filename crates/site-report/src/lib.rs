@@ -14,6 +14,7 @@
 mod estimate;
 mod fault;
 mod imperfection;
+mod sentences;
 mod severity;
 
 pub use estimate::{
