@@ -82,7 +82,7 @@ fn bench_stages(criterion: &mut Criterion, pictures: &[Picture]) -> Result<(), B
                     for _ in 0..n {
                         let mut clock = StageClock::start();
                         detector.detect_observed(black_box(&image), &mut clock);
-                        time += clock.of(stage);
+                        time += clock.time(stage);
                     }
                     // A stage that an image does not need takes no time, which criterion can't draw.
                     time.max(Duration::from_nanos(n))

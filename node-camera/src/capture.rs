@@ -41,7 +41,7 @@ pub(crate) fn run(
         opened => opened.exit_with(Exit::Unavailable)?,
     };
     tracing::info!(camera = %config.camera, width, height, "capturing");
-    let files = SettingsFiles::of(config).exit_with(Exit::Input)?;
+    let files = SettingsFiles::new(config).exit_with(Exit::Input)?;
     let mut lender = SlotWriter {
         images,
         stream: now_ns(),

@@ -350,7 +350,7 @@ impl CameraNodeConfig {
     /// The keys of those who hold this camera's name: what a camera of a protected site may ask for.
     pub(crate) fn holders(&self) -> anyhow::Result<String> {
         let node = NodeId::new(self.camera.as_str())?;
-        let holder = Keys::of(self.site.clone()).holder(NodeKind::Camera, &node);
+        let holder = Keys::for_site(self.site.clone()).holder(NodeKind::Camera, &node);
         Ok(format!("{holder}/*/*"))
     }
 
@@ -546,7 +546,7 @@ mod tests {
     }
 
     #[test]
-    fn mistakes_are_told_with_their_place() {
+    fn mistakes_are_reported_with_their_place() {
         for (rest, expected) in [
             (
                 "[source]\nkind = \"simulator\"\nscenery = \"x\"\n",

@@ -63,7 +63,7 @@ fn keep_trying(
 }
 
 fn show(config: &CameraNodeConfig, bus: &Bus, shutdown: &Shutdown) -> anyhow::Result<()> {
-    let key = Keys::of(config.site.clone()).preview(&config.camera);
+    let key = Keys::for_site(config.site.clone()).preview(&config.camera);
     let publisher: Publisher<Preview> = bus.publisher(&key, Qos::Preview)?;
     let stop = || shutdown.is_requested();
     let (place, camera) = (&config.shared_memory, config.camera.as_str());

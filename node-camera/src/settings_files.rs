@@ -22,7 +22,7 @@ impl SettingsFiles {
     ///
     /// # Errors
     /// Options of shared memory that cannot be had.
-    pub(crate) fn of(config: &CameraNodeConfig) -> Result<Self, ImagesError> {
+    pub(crate) fn new(config: &CameraNodeConfig) -> Result<Self, ImagesError> {
         let file = |name: &str| {
             companion_file(&config.shared_memory, &format!("{}.{name}", config.camera))
         };

@@ -118,7 +118,7 @@ impl SourceError {
 
 impl SourceError {
     /// The same, of a device.
-    pub(crate) fn of(self, device: &Path) -> Self {
+    pub(crate) fn for_device(self, device: &Path) -> Self {
         Self::new(self.exit, format!("{}: {}", device.display(), self.message))
     }
 

@@ -77,7 +77,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_was_set_is_believed_after_some_seconds_unless_both_are_vouched_for() {
+    fn a_clock_that_was_set_is_accepted_after_some_seconds_unless_both_are_verified() {
         let jumps = |at_ns: u64| {
             if at_ns < 105 * SECOND {
                 0

@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn a_steady_drift_is_told_once_it_is_sure() {
+    fn a_steady_drift_is_reported_once_it_is_sure() {
         assert_eq!(after(3, 1e-4, 2e-5), None);
         assert_eq!(after(60, 1e-2, 2e-5), None);
         let drift = after(200, 1e-4, 2e-5).unwrap();

@@ -8,7 +8,7 @@
 use crate::camera_settings;
 use crate::config::FusionConfig;
 use crate::formers::{Former, Formers};
-use crate::models::{Change, Models};
+use crate::models::{Change, ModelsInForce};
 use crate::replica::KeepJob;
 use serde::{Deserialize, Serialize};
 use sextant_process::{Exit, WithExit};
@@ -53,7 +53,10 @@ impl ModelFiles {
     ///
     /// # Errors
     /// [`Exit::Input`] for a file that is missing or wrong.
-    pub fn read(config_file: &Path, config: &FusionConfig) -> anyhow::Result<(Self, Models)> {
+    pub fn read(
+        config_file: &Path,
+        config: &FusionConfig,
+    ) -> anyhow::Result<(Self, ModelsInForce)> {
         let folder = config_file.parent().unwrap_or(Path::new(".")).to_owned();
         let files = config.objects.iter().chain([&config.rig]);
         for file in files.map(|file| folder.join(file)) {
@@ -80,7 +83,7 @@ impl ModelFiles {
         let settings = settings.exit_with(Exit::Input)?;
         Ok((
             files,
-            Models {
+            ModelsInForce {
                 rig,
                 objects,
                 settings,
@@ -252,9 +255,9 @@ mod tests {
         Change::Object(parse_object(Path::new("o"), &object_text(id, tag)).unwrap())
     }
 
-    struct Site(tempfile::TempDir);
+    struct SiteFolder(tempfile::TempDir);
 
-    impl Site {
+    impl SiteFolder {
         fn new() -> Self {
             let site = Self(tempfile::tempdir().unwrap());
             let text = "# the lab\nsite = \"lab\"\nrig = \"rig.toml\"\n\
@@ -274,14 +277,14 @@ mod tests {
             self.0.path().join(name)
         }
 
-        fn read(&self) -> (ModelFiles, Models) {
+        fn read(&self) -> (ModelFiles, ModelsInForce) {
             let file = self.path("fusion.toml");
             let config: FusionConfig = read_toml(&file).unwrap();
             ModelFiles::read(&file, &config).unwrap()
         }
 
         /// The models after a restart, and those that a change made.
-        fn kept(&self, change: &Change) -> (Models, Models) {
+        fn kept(&self, change: &Change) -> (ModelsInForce, ModelsInForce) {
             let (mut files, models) = self.read();
             let changed = models
                 .changed(std::slice::from_ref(change))
@@ -294,7 +297,7 @@ mod tests {
 
     #[test]
     fn what_is_kept_is_there_after_a_restart() {
-        let site = Site::new();
+        let site = SiteFolder::new();
         let two = RIG.to_owned() + &RIG.replace("north", "south");
         let rig = Change::Rig(parse_rig(Path::new("r"), &two).unwrap());
         let removal = Change::Removal(ObjectId::new("cube").unwrap());
@@ -313,7 +316,7 @@ mod tests {
 
     #[test]
     fn files_are_of_a_version_until_they_are_edited() {
-        let site = Site::new();
+        let site = SiteFolder::new();
         let (mut files, models) = site.read();
         assert_eq!(files.record(), None);
         let change = change("cube", 7);
@@ -327,7 +330,7 @@ mod tests {
                 t_ns: 1_800_000_000_000_000_000,
                 author: NodeId::new("spare").unwrap(),
             }),
-            fingerprint: Payloads::of(&after).fingerprint(),
+            fingerprint: Payloads::encode(&after).fingerprint(),
         };
         let job = |changes: Vec<Change>| KeepJob {
             undo: after.changes_to(&models),
@@ -337,10 +340,10 @@ mod tests {
         files.keep_all(&job(vec![change.clone()])).unwrap();
         let (files, read) = site.read();
         assert_eq!(files.record(), Some(record.clone()));
-        assert_eq!(Payloads::of(&read).fingerprint(), record.fingerprint);
+        assert_eq!(Payloads::encode(&read).fingerprint(), record.fingerprint);
         fs::write(site.path("rig.toml"), RIG.replace("600.0", "601.0")).unwrap();
         let (mut files, edited) = site.read();
-        assert_ne!(Payloads::of(&edited).fingerprint(), record.fingerprint);
+        assert_ne!(Payloads::encode(&edited).fingerprint(), record.fingerprint);
 
         // One of two files cannot be written: neither is changed.
         fs::write(site.path("fusion.toml.version"), "counter = 3\n").unwrap();
@@ -385,7 +388,7 @@ mod tests {
 
     #[test]
     fn the_former_files_are_kept() {
-        let site = Site::new();
+        let site = SiteFolder::new();
         site.kept(&change("cube", 7));
         let former = fs::read_to_string(site.path("things/cube.toml.former")).unwrap();
         assert_eq!(former, object_text("cube", 1));
@@ -398,7 +401,7 @@ mod tests {
     /// Objects are named freely over the network, also like the node's own files.
     #[test]
     fn an_object_of_any_name_leaves_all_other_files_alone() {
-        let site = Site::new();
+        let site = SiteFolder::new();
         let mut mine = Vec::new();
         for name in ["viewer.toml", "camera.toml", "rig.toml"] {
             if name != "rig.toml" {
@@ -423,7 +426,7 @@ mod tests {
 
     #[test]
     fn a_file_that_is_no_object_is_not_replaced() {
-        let site = Site::new();
+        let site = SiteFolder::new();
         let (mut files, _) = site.read();
         fs::create_dir(site.path("objects")).unwrap();
         for name in ["objects/ball.toml", "things/cube.toml"] {
@@ -443,7 +446,7 @@ mod tests {
 
     #[test]
     fn an_unwritable_file_is_a_refusal() {
-        let site = Site::new();
+        let site = SiteFolder::new();
         let (mut files, _) = site.read();
         fs::remove_dir_all(site.path("things")).unwrap();
         fs::write(site.path("things"), "a file").unwrap();

@@ -9,7 +9,7 @@ use crate::config::{FusionConfig, Refinement};
 use crate::formers::Formers;
 use crate::input_log::{self, InputLog};
 use crate::intake::{Arrival, Arrivals, Intake};
-use crate::models::{Change, Models, Payloads};
+use crate::models::{Change, ModelsInForce, Payloads};
 use crate::outbox::{Outbox, Publication};
 use crate::proposing;
 use crate::refusals::detail;
@@ -22,7 +22,9 @@ use sextant_estimator::{
     AdjustmentTask, Fusion, FusionOptions, Input, ModelError, Output, Proposal,
 };
 use sextant_process::ClockQuality;
-use sextant_proto::{Heartbeat, InputSource, KeyRef, Keys, ModelsState, NodeId, Notice, Outcome};
+use sextant_proto::{
+    ChangeOutcome, Heartbeat, InputSource, KeyRef, Keys, ModelsState, NodeId, Notice,
+};
 use sextant_site_model::{CameraId, Rig, posed_objects};
 use sextant_site_report::{ObjectEstimate, State};
 use sextant_zenoh_bus::{Item, Payload, Presence};
@@ -62,7 +64,7 @@ pub struct HostState {
 #[derive(Debug)]
 pub struct InitialState {
     /// Of the files.
-    pub models: Models,
+    pub models: ModelsInForce,
     /// Their former versions.
     pub formers: Formers,
     /// Which version of the models was written last.
@@ -139,7 +141,7 @@ impl FusionCore {
             others,
             clock,
         } = initial;
-        let (keys, node) = (Keys::of(config.site.clone()), config.node.clone());
+        let (keys, node) = (Keys::for_site(config.site.clone()), config.node.clone());
         let options = FusionOptions::default();
         let mut machine = Fusion::new(models.rig.clone(), models.objects.clone(), options)?;
         machine.adjust_apart();
@@ -204,7 +206,7 @@ impl FusionCore {
 
     /// What is in force.
     #[must_use]
-    pub fn models(&self) -> &Models {
+    pub fn models(&self) -> &ModelsInForce {
         self.replica.models()
     }
 
@@ -409,7 +411,7 @@ impl FusionCore {
         if !self.standby.leads() {
             return;
         }
-        if let Some(request) = requests::of(&self.keys, item) {
+        if let Some(request) = requests::parse(&self.keys, item) {
             self.handled_ns = now.monotonic_ns;
             self.requested_ns = Some(now.monotonic_ns);
             self.replica.request(request, now);
@@ -478,7 +480,7 @@ impl FusionCore {
             Origin::Request { about, sender } => (about, sender),
             Origin::Own => {
                 match outcome {
-                    Outcome::Refused(cause) => {
+                    ChangeOutcome::Refused(cause) => {
                         tracing::warn!("a refinement was refused: {cause}");
                         self.applies_from_ns = now.monotonic_ns + REFUSED_REST_NS;
                     }
@@ -490,12 +492,14 @@ impl FusionCore {
             }
         };
         match outcome {
-            Outcome::Refused(refusal) => {
+            ChangeOutcome::Refused(refusal) => {
                 let sender = sender.as_deref();
                 (self.status.refusals).add(key, sender, refusal, now.monotonic_ns);
                 self.outbox.announce_again(&about, self.replica.models());
             }
-            Outcome::Taken | Outcome::Kept | Outcome::Same => self.status.refusals.remove(key),
+            ChangeOutcome::Taken | ChangeOutcome::Kept | ChangeOutcome::Same => {
+                self.status.refusals.remove(key)
+            }
         }
         let (followers, behind) = (answer.followers.len(), answer.behind.len());
         tracing::info!(

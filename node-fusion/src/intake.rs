@@ -38,7 +38,7 @@ impl Arrivals {
         }
     }
 
-    fn of(&self, key: &str) -> u64 {
+    fn counted(&self, key: &str) -> u64 {
         let counts = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         counts.get(key).copied().unwrap_or(0)
     }
@@ -241,7 +241,7 @@ impl Intake {
         self.cameras
             .iter_mut()
             .map(|(camera, counts)| {
-                counts.note_arrivals(arrivals.of(&keys.observations(camera)), elapsed_s);
+                counts.note_arrivals(arrivals.counted(&keys.observations(camera)), elapsed_s);
                 counts.status(camera, elapsed_s)
             })
             .collect()
@@ -417,10 +417,16 @@ mod tests {
         let stranger = key.replace("north", "south");
         (0..3).for_each(|_| arrivals.count(&key));
         (0..3).for_each(|_| arrivals.count(&stranger));
-        assert_eq!((arrivals.of(&key), arrivals.of(&stranger)), (3, 0));
+        assert_eq!(
+            (arrivals.counted(&key), arrivals.counted(&stranger)),
+            (3, 0)
+        );
         intake.take_rig(["north", "south"].map(|id| CameraId::new(id).unwrap()));
         arrivals.count(&stranger);
-        assert_eq!((arrivals.of(&key), arrivals.of(&stranger)), (3, 1));
+        assert_eq!(
+            (arrivals.counted(&key), arrivals.counted(&stranger)),
+            (3, 1)
+        );
     }
 
     #[test]

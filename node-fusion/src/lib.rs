@@ -37,7 +37,7 @@ pub use config::{FusionConfig, Refinement, ShardingConfig};
 pub use formers::Formers;
 pub use fusion_core::{Action, CoreState, FusionCore, HostState, InitialState};
 pub use intake::{AdmittedImage, Arrival, Arrivals, Counts, Intake};
-pub use models::{Change, Models, Payloads};
+pub use models::{Change, ModelsInForce, Payloads};
 pub use node::run;
 pub use outbox::{Publication, Put};
 pub use replica::KeepJob;

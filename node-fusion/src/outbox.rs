@@ -4,7 +4,7 @@
 //! Input: messages. Output: payloads under keys. Knows no network.
 
 use crate::formers::Formers;
-use crate::models::{Change, Models, Payloads};
+use crate::models::{Change, ModelsInForce, Payloads};
 use sextant_proto::{
     ANNOUNCED, CameraSettings, ClockReport, ConfigAnswer, FusionInputs, FusionStatus, Heartbeat,
     KeyRef, Keys, Message, NodeId, ObjectConfig, ObjectLinks, ObjectPose, Proposal, RigConfig,
@@ -247,7 +247,7 @@ impl Outbox {
 /// The models in force, which the node announces that publishes the poses.
 impl Outbox {
     /// Begins to announce these models and to reply to those who join late, or ends it.
-    pub fn announce(&mut self, models: Option<&Models>) {
+    pub fn announce(&mut self, models: Option<&ModelsInForce>) {
         let Some(models) = models else {
             let announced = self.announced.take().unwrap_or_default();
             self.queue
@@ -268,7 +268,7 @@ impl Outbox {
     }
 
     /// Announces changes that are in force.
-    pub fn announce_changes(&mut self, changes: &[Change], models: &Models) {
+    pub fn announce_changes(&mut self, changes: &[Change], models: &ModelsInForce) {
         if self.announced.is_none() {
             return;
         }
@@ -283,7 +283,7 @@ impl Outbox {
     }
 
     /// Announces again what is in force of something, for those who received a change that was refused.
-    pub fn announce_again(&mut self, about: &KeyRef, models: &Models) {
+    pub fn announce_again(&mut self, about: &KeyRef, models: &ModelsInForce) {
         if self.announced.is_none() {
             return;
         }
@@ -304,7 +304,7 @@ impl Outbox {
         }
     }
 
-    fn announce_rig(&mut self, models: &Models) {
+    fn announce_rig(&mut self, models: &ModelsInForce) {
         self.announced_kept(self.keys.config_rig(), &RigConfig::from(&models.rig));
     }
 

@@ -5,19 +5,19 @@
 //! Knows no network, no file and no clock.
 
 use crate::formers::Formers;
-use crate::models::{Change, Models, Payloads};
+use crate::models::{Change, ModelsInForce, Payloads};
 use crate::pace::Pace;
 use crate::refusals::detail;
 use sextant_election::Moment;
 use sextant_proto::{
-    ConfigAnswer, KeyRef, ModelsState, ModelsVersion, NodeId, Outcome, Refusal, limits,
+    ChangeOutcome, ConfigAnswer, KeyRef, ModelsState, ModelsVersion, NodeId, Refusal, limits,
 };
 use std::collections::{BTreeMap, VecDeque};
 
 const MS: u64 = 1_000_000;
 /// A node counts as present for so long after its last heartbeat, ns.
 const PRESENT_NS: u64 = 1000 * MS;
-/// A node that has not told of its models is waited for so long after it has come or gone, ns: its process may stand
+/// A node that has not reported its models is waited for so long after it has come or gone, ns: its process may stand
 /// still.
 const PAUSE_NS: u64 = 5000 * MS;
 /// A node is forgotten after so long without a heartbeat, ns.
@@ -109,7 +109,7 @@ enum Step {
     Keeping {
         request: Request,
         changes: Vec<Change>,
-        after: Models,
+        after: ModelsInForce,
         version: ModelsVersion,
     },
     /// The others are taking it over.
@@ -139,19 +139,19 @@ struct Backlog {
 #[derive(Debug)]
 pub struct Replica {
     node: NodeId,
-    models: Models,
+    models: ModelsInForce,
     formers: Formers,
     payloads: Payloads,
     /// Version and fingerprint of these.
     state: ModelsState,
     /// Greatest counter known, of former versions of this node's files too.
     counter: u64,
-    /// The newest version of which a heartbeat told, and whose.
+    /// The newest version that a heartbeat has reported, and whose.
     newest: Option<(ModelsVersion, NodeId)>,
     /// A version that this node cannot work from.
     unusable: Option<ModelsVersion>,
     peers: BTreeMap<NodeId, Peer>,
-    /// Nodes that have not told of their models yet, and when they came or left last, monotonic ns.
+    /// Nodes that have not reported their models yet, and when they came or left last, monotonic ns.
     unheard: BTreeMap<NodeId, u64>,
     /// Whether the models were compared with those of all other nodes since the start.
     is_compared: bool,
@@ -171,12 +171,12 @@ impl Replica {
     #[must_use]
     pub fn new(
         node: NodeId,
-        models: Models,
+        models: ModelsInForce,
         formers: Formers,
         record: Option<ModelsState>,
         keeps: bool,
     ) -> Self {
-        let payloads = Payloads::of(&models);
+        let payloads = Payloads::encode(&models);
         let record = record.unwrap_or_default();
         let counter = record.version.as_ref().map_or(0, |version| version.counter);
         // Files that were edited since are of no version.
@@ -207,7 +207,7 @@ impl Replica {
 
     /// What is in force.
     #[must_use]
-    pub fn models(&self) -> &Models {
+    pub fn models(&self) -> &ModelsInForce {
         &self.models
     }
 
@@ -435,8 +435,8 @@ impl Replica {
             .clone()
             .and_then(|changes| self.models.changed(&changes));
         match decided {
-            Err(refusal) => self.answer(&request, Outcome::Refused(refusal)),
-            Ok(None) => self.answer(&request, Outcome::Same),
+            Err(refusal) => self.answer(&request, ChangeOutcome::Refused(refusal)),
+            Ok(None) => self.answer(&request, ChangeOutcome::Same),
             Ok(Some(after)) => {
                 let version = self.next_version(now);
                 let changes = self.models.changes_to(&after);
@@ -457,13 +457,13 @@ impl Replica {
         &mut self,
         request: Request,
         changes: Vec<Change>,
-        after: Models,
+        after: ModelsInForce,
         version: ModelsVersion,
         now: Moment,
     ) {
         let Some(backlog) = &mut self.backlog else {
             self.take(changes, after, version, now);
-            self.spread(&request, Outcome::Taken, now);
+            self.spread(&request, ChangeOutcome::Taken, now);
             return;
         };
         let mut all = backlog.changes.clone();
@@ -474,7 +474,7 @@ impl Replica {
             undo: after.changes_to(&self.models),
             record: ModelsState {
                 version: Some(version.clone()),
-                fingerprint: Payloads::of(&after).fingerprint(),
+                fingerprint: Payloads::encode(&after).fingerprint(),
             },
         }));
         self.step = Some(Step::Keeping {
@@ -518,7 +518,10 @@ impl Replica {
         match outcome {
             Err(cause) => {
                 let detail = detail(&cause);
-                self.answer(&request, Outcome::Refused(Refusal::NotStored { detail }));
+                self.answer(
+                    &request,
+                    ChangeOutcome::Refused(Refusal::NotStored { detail }),
+                );
             }
             Ok(()) if self.knows_newer_than(&version) => {
                 self.wait_for_files(&after.changes_to(&self.models));
@@ -526,7 +529,7 @@ impl Replica {
             }
             Ok(()) => {
                 self.take(changes, after, version, now);
-                self.spread(&request, Outcome::Kept, now);
+                self.spread(&request, ChangeOutcome::Kept, now);
             }
         }
     }
@@ -588,7 +591,7 @@ impl Replica {
                 undo: Vec::new(),
                 record: ModelsState {
                     version: self.state.version.clone(),
-                    fingerprint: Payloads::of(&self.models).fingerprint(),
+                    fingerprint: Payloads::encode(&self.models).fingerprint(),
                 },
             }));
         }
@@ -608,7 +611,13 @@ impl Replica {
         backlog.changes.extend(changes.iter().cloned());
     }
 
-    fn take(&mut self, changes: Vec<Change>, after: Models, version: ModelsVersion, now: Moment) {
+    fn take(
+        &mut self,
+        changes: Vec<Change>,
+        after: ModelsInForce,
+        version: ModelsVersion,
+        now: Moment,
+    ) {
         let is_own = version.author == self.node;
         let known = self
             .state
@@ -622,13 +631,13 @@ impl Replica {
                 false => self.formers.forget(change),
             }
         }
-        self.set_payloads(Payloads::of(&after));
+        self.set_payloads(Payloads::encode(&after));
         self.models = after;
         self.set_version(version);
         self.effects.push_back(Effect::PutInForce(changes));
     }
 
-    fn spread(&mut self, request: &Request, outcome: Outcome, now: Moment) {
+    fn spread(&mut self, request: &Request, outcome: ChangeOutcome, now: Moment) {
         let others = self.peers.keys().filter(|node| self.is_present(node, now));
         self.step = Some(Step::Spreading {
             answered: self.answered(request, outcome),
@@ -637,12 +646,12 @@ impl Replica {
         });
     }
 
-    fn answer(&mut self, request: &Request, outcome: Outcome) {
+    fn answer(&mut self, request: &Request, outcome: ChangeOutcome) {
         let answered = self.answered(request, outcome);
         self.effects.push_back(Effect::Answer(answered));
     }
 
-    fn answered(&self, request: &Request, outcome: Outcome) -> Answered {
+    fn answered(&self, request: &Request, outcome: ChangeOutcome) -> Answered {
         Answered {
             answer: ConfigAnswer {
                 node: self.node.clone(),
@@ -679,8 +688,8 @@ impl Replica {
 }
 
 /// A change that was decided on while another node had newer models.
-fn overtaken() -> Outcome {
-    Outcome::Refused(Refusal::Other {
+fn overtaken() -> ChangeOutcome {
+    ChangeOutcome::Refused(Refusal::Other {
         detail: "another fusion node has newer models, which are in force now: look at them \
             (`sextant config get`) and try again"
             .to_owned(),

@@ -5,7 +5,7 @@
 //! network and no clock.
 
 use crate::config::ShardingConfig;
-use crate::models::Models;
+use crate::models::ModelsInForce;
 use sextant_election::{Assignment, Company, Election, Input, Link, Moment, Sharding};
 use sextant_proto::{Heartbeat, ModelsState, NodeId};
 use sextant_site_model::{ObjectId, ObjectModel, TagId, posed_objects};
@@ -52,7 +52,7 @@ impl Standby {
     pub fn new(
         node: &NodeId,
         sharding: &ShardingConfig,
-        models: &Models,
+        models: &ModelsInForce,
         company: Company,
         now: Moment,
     ) -> Self {
@@ -95,7 +95,7 @@ impl Standby {
     }
 
     /// Does what is due; a change of duty, if there is one.
-    pub fn tick(&mut self, models: &Models, now: Moment) -> Option<Duty> {
+    pub fn tick(&mut self, models: &ModelsInForce, now: Moment) -> Option<Duty> {
         self.election.handle(now, Input::Tick);
         if let Some(sharding) = &mut self.sharding
             && sharding.evaluate(now, &self.election)
@@ -125,7 +125,7 @@ impl Standby {
     }
 
     /// The site has these models now.
-    pub fn take_models(&mut self, models: &Models) {
+    pub fn take_models(&mut self, models: &ModelsInForce) {
         if let Some(sharding) = &mut self.sharding {
             let posed = posed_objects(&models.rig, &models.objects);
             sharding.set_objects(posed.iter());
@@ -134,7 +134,7 @@ impl Standby {
     }
 
     /// The tags of landmarks are needed wherever a carrier of cameras is tracked.
-    fn note_foreign_tags(&mut self, models: &Models) {
+    fn note_foreign_tags(&mut self, models: &ModelsInForce) {
         let others = models
             .objects
             .iter()

@@ -30,7 +30,7 @@ pub(crate) fn run(shared: &Shared, bus: &Bus, is_over: &dyn Fn() -> bool) -> Res
     let mut network = Network {
         shared,
         bus,
-        keys: Keys::of(shared.config.site.clone()),
+        keys: Keys::for_site(shared.config.site.clone()),
         cameras: BTreeMap::new(),
     };
     let mut look_due = Instant::now();

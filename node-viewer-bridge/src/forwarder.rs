@@ -4,7 +4,7 @@
 use crate::frame::{Frame, frame_of};
 use crate::hub::Slot;
 use crate::link_frames::Part;
-use crate::message::{Message, Models};
+use crate::message::{Message, OfferedModels};
 use crate::metrics::Moment;
 use crate::shared::Shared;
 use crate::wizard::Offer;
@@ -191,7 +191,7 @@ impl Forwarder {
     /// What a fusion node offers to be put in force.
     fn take_offer(&self, offer: Offer, proposal: Proposal) -> Result<(), Rejection> {
         let objects = proposal.object_configs()?;
-        let models = Models {
+        let models = OfferedModels {
             node: &proposal.node,
             t_ns: proposal.t_ns,
             rig: proposal.rig.is_some(),

@@ -100,11 +100,11 @@ impl Slot {
 /// Everything newest, for new clients, and the outboxes of the present ones.
 #[derive(Debug, Default)]
 pub(crate) struct Hub {
-    state: Mutex<State>,
+    state: Mutex<HubState>,
 }
 
 #[derive(Debug)]
-struct State {
+struct HubState {
     /// By kind.
     newest: [BoundedMap<Slot, Frame>; ROOM.len()],
     bytes: usize,
@@ -112,7 +112,7 @@ struct State {
     replaced_before: u64,
 }
 
-impl Default for State {
+impl Default for HubState {
     fn default() -> Self {
         Self {
             newest: ROOM.map(|room| BoundedMap::new(room, FORGOTTEN_NS)),
@@ -231,13 +231,13 @@ impl Hub {
         (state.clients.len(), state.replaced_before + replaced)
     }
 
-    fn lock(&self) -> MutexGuard<'_, State> {
+    fn lock(&self) -> MutexGuard<'_, HubState> {
         // Nothing under the lock panics half way, so a poisoned state is a whole one.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl State {
+impl HubState {
     fn newest(&self) -> impl Iterator<Item = (&Slot, &Frame)> {
         self.newest.iter().flat_map(BoundedMap::iter)
     }

@@ -41,7 +41,7 @@ struct Figures {
 }
 
 /// Everything that metrics are made of.
-struct View<'a> {
+struct MetricsView<'a> {
     site: &'a SiteMirror,
     figures: &'a Figures,
 }
@@ -71,13 +71,13 @@ impl Metrics {
     /// What keeps the site from working; nothing if it works.
     pub(crate) fn ailments(&self, site: &SiteMirror, now_ns: u64) -> Vec<Ailment> {
         let figures = &self.lock();
-        View { site, figures }.ailments(now_ns)
+        MetricsView { site, figures }.ailments(now_ns)
     }
 
     /// All metrics, in the text format of Prometheus.
     pub(crate) fn text(&self, site: &SiteMirror, bridge: &BridgeFigures, now_ns: u64) -> String {
         let figures = &self.lock();
-        View { site, figures }.text(bridge, now_ns)
+        MetricsView { site, figures }.text(bridge, now_ns)
     }
 
     fn lock(&self) -> MutexGuard<'_, Figures> {

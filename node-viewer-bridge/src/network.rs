@@ -48,7 +48,7 @@ fn run_session(shared: &Arc<Shared>, shutdown: &Shutdown) -> anyhow::Result<()> 
         Err(BusError::Abandoned { .. }) => return Ok(()),
         opened => opened.exit_with(Exit::Unavailable)?,
     };
-    let keys = Keys::of(shared.config.site.clone());
+    let keys = Keys::for_site(shared.config.site.clone());
     let forwarder = Arc::new(Forwarder::new(keys.clone(), Arc::clone(shared)));
     let streams = [
         keys.all_config(),

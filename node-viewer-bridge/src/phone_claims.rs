@@ -22,7 +22,7 @@ struct Claim {
 }
 
 impl Claim {
-    fn of(token: &str, key: &str) -> Self {
+    fn from_token(token: &str, key: &str) -> Self {
         Self {
             link: digest(&[token]),
             device: digest(&[token, key]),
@@ -60,7 +60,7 @@ impl PhoneClaims {
 
     /// Whether the link with this token belongs to the device whose browser shows this key.
     pub(crate) fn knows(&self, camera: &CameraId, token: &str, key: &str) -> bool {
-        self.claims().get(camera) == Some(&Claim::of(token, key))
+        self.claims().get(camera) == Some(&Claim::from_token(token, key))
     }
 
     /// Lets a device be a camera by a link with this token. `key` is what its browser shows each time. Waits for the
@@ -69,7 +69,7 @@ impl PhoneClaims {
     /// # Errors
     /// Why not, in words for the person who holds it.
     pub(crate) fn claim(&self, camera: &CameraId, token: &str, key: &str) -> Result<(), String> {
-        let claim = Claim::of(token, key);
+        let claim = Claim::from_token(token, key);
         let _writing = self.writing();
         let claims = self.claims().clone();
         match claims.get(camera) {

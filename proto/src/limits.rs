@@ -34,7 +34,7 @@ pub const MAX_DETAIL_BYTES: usize = 240;
 pub const MAX_NAME_BYTES: usize = 64;
 /// Bytes of a preview's JPEG.
 pub const MAX_JPEG_BYTES: usize = 100_000;
-/// Bytes of any payload, header included; [`crate::Kind::max_bytes`] is narrower for most kinds.
+/// Bytes of any payload, header included; [`crate::MessageKind::max_bytes`] is narrower for most kinds.
 pub const MAX_PAYLOAD_BYTES: usize = 128 * 1024;
 /// Memory that decoding one payload may hold at any moment, for any bytes.
 pub const MAX_DECODED_BYTES: usize = 256 * 1024;

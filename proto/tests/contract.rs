@@ -34,12 +34,12 @@ fn every_key_of_the_contract_holds_the_message_that_the_code_expects() {
         assert_eq!(row.message, expected, "{key}");
         kinds.extend(kind);
     }
-    assert_eq!(kinds, BTreeSet::from(Kind::ALL));
+    assert_eq!(kinds, BTreeSet::from(MessageKind::ALL));
 }
 
 #[test]
 fn every_kind_of_the_contract_is_as_long_as_the_code_allows() {
-    let rows = Kind::ALL.map(|kind| KindRow {
+    let rows = MessageKind::ALL.map(|kind| KindRow {
         number: kind as u8,
         message: format!("{kind:?}"),
         max_bytes: kind.max_bytes(),
@@ -50,24 +50,24 @@ fn every_kind_of_the_contract_is_as_long_as_the_code_allows() {
 #[test]
 fn every_message_of_the_contract_has_the_fields_and_variants_of_the_code() {
     let contract = contract();
-    for kind in Kind::ALL {
+    for kind in MessageKind::ALL {
         let trace = match kind {
-            Kind::Observations => trace::<Observations>,
-            Kind::Preview => trace::<Preview>,
-            Kind::DetectionReport => trace::<DetectionReport>,
-            Kind::CameraStatus => trace::<CameraStatus>,
-            Kind::ObjectPose => trace::<ObjectPose>,
-            Kind::ObjectLinks => trace::<ObjectLinks>,
-            Kind::ObjectTruth => trace::<ObjectTruth>,
-            Kind::FusionStatus => trace::<FusionStatus>,
-            Kind::ClockReport => trace::<ClockReport>,
-            Kind::ConfigAnswer => trace::<ConfigAnswer>,
-            Kind::Proposal => trace::<Proposal>,
-            Kind::RigConfig => trace::<RigConfig>,
-            Kind::ObjectConfig => trace::<ObjectConfig>,
-            Kind::FusionInputs => trace::<FusionInputs>,
-            Kind::CameraSettings => trace::<CameraSettings>,
-            Kind::Heartbeat => trace::<Heartbeat>,
+            MessageKind::Observations => trace::<Observations>,
+            MessageKind::Preview => trace::<Preview>,
+            MessageKind::DetectionReport => trace::<DetectionReport>,
+            MessageKind::CameraStatus => trace::<CameraStatus>,
+            MessageKind::ObjectPose => trace::<ObjectPose>,
+            MessageKind::ObjectLinks => trace::<ObjectLinks>,
+            MessageKind::ObjectTruth => trace::<ObjectTruth>,
+            MessageKind::FusionStatus => trace::<FusionStatus>,
+            MessageKind::ClockReport => trace::<ClockReport>,
+            MessageKind::ConfigAnswer => trace::<ConfigAnswer>,
+            MessageKind::Proposal => trace::<Proposal>,
+            MessageKind::RigConfig => trace::<RigConfig>,
+            MessageKind::ObjectConfig => trace::<ObjectConfig>,
+            MessageKind::FusionInputs => trace::<FusionInputs>,
+            MessageKind::CameraSettings => trace::<CameraSettings>,
+            MessageKind::Heartbeat => trace::<Heartbeat>,
         };
         for round in 0..ROUNDS {
             trace(&contract, &format!("{kind:?}"), round);

@@ -9,7 +9,8 @@ use anyhow::{anyhow, bail, ensure};
 use clap::Args;
 use progress::Progress;
 use sextant_fleet::{
-    Deployment, Desired, Health, HostJob, Outcome, PackageFolder, Report, Sources, Ssh, Target,
+    DeployOutcome, Deployment, Desired, Health, HostJob, PackageFolder, Report, Sources, Ssh,
+    Target,
 };
 use sextant_gateways::site::SiteSession;
 use sextant_process::{Exit, Failure, Shutdown, WithExit};
@@ -134,8 +135,8 @@ fn deploy(
     shutdown: &Shutdown,
 ) -> anyhow::Result<Vec<Report>> {
     let targets = &arguments.targets;
-    let health = Health::of(targets.iter().map(|target| target.camera.clone()).collect());
-    let progress = Progress::of(targets.iter().map(|target| target.host.clone()));
+    let health = Health::new(targets.iter().map(|target| target.camera.clone()).collect());
+    let progress = Progress::new(targets.iter().map(|target| target.host.clone()));
     let on_step = |host: usize, step: &str| progress.say(host, step);
     let deployment = Deployment {
         packages,
@@ -191,7 +192,7 @@ fn say(report: &Report, format: Format) -> anyhow::Result<()> {
 }
 
 fn verdict(reports: &[Report]) -> anyhow::Result<()> {
-    let with = |wanted: &[Outcome]| {
+    let with = |wanted: &[DeployOutcome]| {
         let hosts = reports
             .iter()
             .filter(|report| wanted.contains(&report.outcome));
@@ -200,9 +201,13 @@ fn verdict(reports: &[Report]) -> anyhow::Result<()> {
             .collect::<Vec<_>>()
             .join(", ")
     };
-    let failed = with(&[Outcome::RolledBack, Outcome::Untouched, Outcome::Broken]);
-    let unreachable = with(&[Outcome::Unreachable]);
-    let interrupted = with(&[Outcome::Interrupted]);
+    let failed = with(&[
+        DeployOutcome::RolledBack,
+        DeployOutcome::Untouched,
+        DeployOutcome::Broken,
+    ]);
+    let unreachable = with(&[DeployOutcome::Unreachable]);
+    let interrupted = with(&[DeployOutcome::Interrupted]);
     let is_interrupted = !interrupted.is_empty()
         || reports
             .iter()

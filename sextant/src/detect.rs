@@ -112,7 +112,7 @@ pub fn run(arguments: &DetectArguments, format: Format) -> anyhow::Result<()> {
     match (&arguments.dataset, &arguments.explain, &arguments.out) {
         (Some(dataset), _, Some(out)) => dataset::write_detections(dataset, out, threads, &options),
         (_, Some(picture), Some(out)) => {
-            let explanation = Explanation::of(picture, &options, arguments.reps);
+            let explanation = Explanation::explain(picture, &options, arguments.reps);
             let explanation = explanation.exit_with(Exit::Input)?;
             explanation.write(out).exit_with(Exit::Input)?;
             let sight = DetectedImage {
@@ -121,7 +121,7 @@ pub fn run(arguments: &DetectArguments, format: Format) -> anyhow::Result<()> {
                 detections: explanation.detections().to_vec(),
                 tracking: None,
             };
-            Ok(print_line(&print::of(&sight, format))?)
+            Ok(print_line(&print::line(&sight, format))?)
         }
         _ => detect_each(arguments, threads, &options, format),
     }
@@ -140,7 +140,7 @@ fn detect_each(
         match sight {
             Ok(sight) => {
                 nothing.add(&sight.path, sight.detections.len());
-                print_line(&print::of(&sight, format))?;
+                print_line(&print::line(&sight, format))?;
             }
             Err(error) => {
                 failed += 1;

@@ -142,7 +142,7 @@ fn obey(command: &Command, format: Format) -> anyhow::Result<()> {
             validity,
         } => {
             let mut authority = Authority::open(dir)?;
-            let member = authority.add(name, Role::from(*role), &validity.wish(now_s))?;
+            let member = authority.add(name, Role::from(*role), &validity.request(now_s))?;
             say(&authority, &member, now_s, format)?;
         }
         Command::Renew {
@@ -151,7 +151,7 @@ fn obey(command: &Command, format: Format) -> anyhow::Result<()> {
             validity,
         } => {
             let mut authority = Authority::open(dir)?;
-            let member = authority.renew(name, &validity.wish(now_s))?;
+            let member = authority.renew(name, &validity.request(now_s))?;
             say(&authority, &member, now_s, format)?;
         }
         Command::Revoke { dir, name } => {
@@ -172,7 +172,7 @@ fn obey(command: &Command, format: Format) -> anyhow::Result<()> {
 }
 
 impl Validity {
-    fn wish(&self, now_s: u64) -> CertificateRequest<'_> {
+    fn request(&self, now_s: u64) -> CertificateRequest<'_> {
         CertificateRequest {
             now_s,
             days: self.days,

@@ -6,7 +6,7 @@ use crate::procedure::{ImageArguments, ImageSelection, wrong};
 use crate::words;
 use anyhow::bail;
 use clap::Args;
-use sextant_calibrator::procedure::{Outcome, Plan, Procedure, Product, Report};
+use sextant_calibrator::procedure::{Plan, Procedure, ProcedureOutcome, Product, Report};
 use sextant_calibrator::{DiscoveredTags, DiscoveryPlan, Gauge, LearnPlan, LearnReport};
 use sextant_geometry::Pose;
 use sextant_process::{Exit, WithExit};
@@ -106,7 +106,7 @@ enum SizeScope {
 }
 
 impl SizeScope {
-    fn of(self, tag: u32) -> Option<f64> {
+    fn size_m(self, tag: u32) -> Option<f64> {
         match self {
             Self::All(size_m) => Some(size_m),
             Self::One(id, size_m) => (id == tag).then_some(size_m),
@@ -159,7 +159,11 @@ pub fn run(arguments: &LearnArguments, format: Format) -> anyhow::Result<()> {
 }
 
 /// Writes the object and prints the report.
-fn finish(outcome: &Outcome, arguments: &LearnArguments, format: Format) -> anyhow::Result<()> {
+fn finish(
+    outcome: &ProcedureOutcome,
+    arguments: &LearnArguments,
+    format: Format,
+) -> anyhow::Result<()> {
     let (Product::Object(object), Report::Learn(report)) = (&outcome.product, &outcome.report)
     else {
         bail!("learning gave no object");
@@ -201,7 +205,7 @@ fn plan(arguments: &LearnArguments) -> anyhow::Result<LearnPlan> {
             .iter()
             .flat_map(ObjectModel::tags)
             .find(|t| t.tag == tag);
-        let stated = own.or(arguments.size.and_then(|size| size.of(id)));
+        let stated = own.or(arguments.size.and_then(|size| size.size_m(id)));
         let Some(size) = stated.or(known.map(|t| t.size_m)) else {
             wrong(format!(
                 "the size of tag {id} is unknown; give --size, or write {id}:METRES"
@@ -218,7 +222,7 @@ fn plan(arguments: &LearnArguments) -> anyhow::Result<LearnPlan> {
                     t.tag,
                     arguments
                         .size
-                        .and_then(|size| size.of(t.tag.id))
+                        .and_then(|size| size.size_m(t.tag.id))
                         .unwrap_or(t.size_m),
                 )
             })

@@ -3,9 +3,9 @@
 use crate::words;
 use serde::Serialize;
 use sextant_proto::{
-    AnyMessage, CameraSettings, CameraStatus, ClockReport, ConfigAnswer, DetectionReport,
-    FusionInputs, FusionStatus, Heartbeat, NodeId, ObjectConfig, ObjectLinks, ObjectPose,
-    Observations, Outcome, Part, Proposal, RigConfig,
+    AnyMessage, CameraSettings, CameraStatus, ChangeOutcome, ClockReport, ConfigAnswer,
+    DetectionReport, FusionInputs, FusionStatus, Heartbeat, NodeId, ObjectConfig, ObjectLinks,
+    ObjectPose, Observations, Part, Proposal, RigConfig,
 };
 use sextant_site_model::CameraId;
 
@@ -283,7 +283,7 @@ fn config_answer(answer: &ConfigAnswer) -> String {
     let key = words::plain(&answer.key);
     let outcome = words::outcome(&answer.outcome);
     match &answer.outcome {
-        Outcome::Refused(refusal) => {
+        ChangeOutcome::Refused(refusal) => {
             format!("{key} {outcome}: {}", words::plain(&refusal.to_string()))
         }
         _ => format!("{key} {outcome}"),

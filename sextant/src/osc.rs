@@ -29,8 +29,8 @@ pub struct OscArguments {
     #[arg(long, value_name = "HOST:PORT")]
     to: String,
     /// Addresses and arguments.
-    #[arg(long, value_enum, default_value_t = Layout::Plain)]
-    layout: Layout,
+    #[arg(long, value_enum, default_value_t = LayoutName::Plain)]
+    layout: LayoutName,
     /// Address of the plain layout.
     #[arg(
         long,
@@ -52,7 +52,7 @@ pub struct OscArguments {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Layout {
+enum LayoutName {
     Plain,
     Vrchat,
     Vmt,
@@ -80,14 +80,14 @@ pub fn run(arguments: &OscArguments, format: Format) -> anyhow::Result<()> {
 impl OscArguments {
     fn layout(&self) -> anyhow::Result<OscLayout> {
         Ok(match self.layout {
-            Layout::Plain => OscLayout::Plain {
+            LayoutName::Plain => OscLayout::Plain {
                 address: self.plain_address()?,
                 axes: self.axes.into(),
             },
-            Layout::Vrchat => OscLayout::VrChat {
+            LayoutName::Vrchat => OscLayout::VrChat {
                 trackers: self.trackers(MAX_VRCHAT_TRACKERS)?,
             },
-            Layout::Vmt => OscLayout::Vmt {
+            LayoutName::Vmt => OscLayout::Vmt {
                 trackers: self.trackers(MAX_VMT_TRACKERS)?,
             },
         })
@@ -115,9 +115,9 @@ impl OscArguments {
 
     fn what(&self) -> String {
         match self.layout {
-            Layout::Plain => self.address.to_string(),
-            Layout::Vrchat => "VRChat trackers".to_owned(),
-            Layout::Vmt => "Virtual Motion Tracker".to_owned(),
+            LayoutName::Plain => self.address.to_string(),
+            LayoutName::Vrchat => "VRChat trackers".to_owned(),
+            LayoutName::Vmt => "Virtual Motion Tracker".to_owned(),
         }
     }
 }

@@ -92,7 +92,7 @@ pub fn run(arguments: &PlayArguments, format: Format) -> anyhow::Result<()> {
             })?;
         let player = Player {
             bus: &bus,
-            keys: Keys::of(recording.site.clone()),
+            keys: Keys::for_site(recording.site.clone()),
             shutdown: &shutdown,
             format,
         };
@@ -162,7 +162,7 @@ impl Recording {
 
     /// Reads up to the first message that arrived so long after the start.
     fn seek(&mut self, from: Duration) -> anyhow::Result<()> {
-        let keys = Keys::of(self.site.clone());
+        let keys = Keys::for_site(self.site.clone());
         let start_ns = self.first.arrival_ns;
         let since_start = |message: &RecordedMessage| {
             Duration::from_nanos(message.arrival_ns.saturating_sub(start_ns))

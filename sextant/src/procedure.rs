@@ -14,7 +14,7 @@ use crate::recorded::{Preferred, Recorded};
 use crate::site::SiteArguments;
 use anyhow::{anyhow, bail};
 use clap::Args;
-use sextant_calibrator::procedure::{Outcome, Procedure, ProcedureError};
+use sextant_calibrator::procedure::{Procedure, ProcedureError, ProcedureOutcome};
 use sextant_process::{Exit, Failure, WithExit};
 use sextant_replay::ChessboardSearch;
 use sextant_site_model::{CameraId, Rig};
@@ -111,7 +111,7 @@ impl ImageArguments {
     /// Those of `write`; [`Exit::Unavailable`] after a partial result was written, [`Exit::Input`] where it is refused.
     pub fn keep(
         &self,
-        outcome: &Outcome,
+        outcome: &ProcedureOutcome,
         write: impl FnOnce() -> anyhow::Result<()>,
     ) -> anyhow::Result<()> {
         let unsolved = outcome.unsolved();
@@ -152,7 +152,7 @@ impl Images<'_> {
         self,
         mut procedure: Procedure,
         looking: &ImageSelection,
-    ) -> anyhow::Result<Outcome> {
+    ) -> anyhow::Result<ProcedureOutcome> {
         match self {
             Self::Live(live) => live.outcome(procedure, looking),
             Self::Recorded {

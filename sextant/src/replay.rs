@@ -21,7 +21,9 @@ use sextant_proto::NodeId;
 use sextant_recordings::Dataset;
 use sextant_recordings::mcap::reader::Ending;
 use sextant_recordings::mcap::site_recording::SiteRecording;
-use sextant_replay::{Models, Order, Plan, Replacement, read_objects, replay_folder, replay_plan};
+use sextant_replay::{
+    Order, Plan, Replacement, ReplayModels, read_objects, replay_folder, replay_plan,
+};
 use sextant_site_report::ObjectEstimate;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -192,7 +194,7 @@ fn folder_replayed(
         );
         bail!(Failure::new(Exit::Usage, cause));
     };
-    let models = Models::read(rig, &arguments.objects).exit_with(Exit::Input)?;
+    let models = ReplayModels::read(rig, &arguments.objects).exit_with(Exit::Input)?;
     for file in arguments.objects.iter().chain([rig]) {
         say_assumptions(file).exit_with(Exit::Input)?;
     }
@@ -203,10 +205,10 @@ fn folder_replayed(
         .exit_with(Exit::Input)?;
     let threads = usize::from(arguments.threads);
     let images = dataset.rows_by_arrival().len() as u64;
-    let replayed = delivery.of(Some(images), |observer| {
+    let replayed = delivery.deliver(Some(images), |observer| {
         replay_folder(&dataset, &models, threads, observer)
     })?;
-    let summary = Summary::of(&replayed);
+    let summary = Summary::new(&replayed);
     let scene = Scene {
         rig: models.rig,
         objects: models.objects,
@@ -236,7 +238,7 @@ fn file_replayed(
         Ending::Closed => path.to_string(),
         ending => format!("{path}: {ending}"),
     };
-    let plan = Plan::of(&recording, arguments.node.as_ref(), &replacement)
+    let plan = Plan::new(&recording, arguments.node.as_ref(), &replacement)
         .context(place)
         .exit_with(Exit::Input)?;
     let mut notices = notices(&recording, &plan);
@@ -245,13 +247,13 @@ fn file_replayed(
         rig: last.map(|run| run.rig.clone()).unwrap_or_default(),
         objects: last.map_or(Vec::new(), |run| run.objects.clone()),
     };
-    let mut replayed = delivery.of(None, |observer| {
+    let mut replayed = delivery.deliver(None, |observer| {
         replay_plan(plan, &recording.poses, observer)
     })?;
     if replacement.rig.is_some() || replacement.objects.is_some() {
         replayed.live = None;
     }
-    let mut summary = Summary::of(&replayed);
+    let mut summary = Summary::new(&replayed);
     notices.append(&mut summary.notices);
     summary.notices = notices;
     Ok((replayed.poses, summary, scene))

@@ -21,7 +21,7 @@ impl OutputFrame {
     }
 
     /// A pose in this frame. Its covariance has that of the base as well.
-    pub fn of(&self, estimate: ObjectEstimate) -> ObjectEstimate {
+    pub fn transform(&self, estimate: ObjectEstimate) -> ObjectEstimate {
         let Some(base) = &self.0 else { return estimate };
         let mut moved = estimate;
         moved.covariance = covariance(base, &moved.world_from_object, &moved.covariance);
@@ -83,7 +83,7 @@ mod tests {
             rms_px: 0.1,
             articulated: None,
         };
-        let moved = OutputFrame(Some(base)).of(estimate.clone());
+        let moved = OutputFrame(Some(base)).transform(estimate.clone());
         let mut random = Random::new(7);
         let mut sampled = Matrix6::zeros();
         const N: usize = 20_000;
@@ -102,6 +102,6 @@ mod tests {
         let off = (sampled - moved.covariance).component_div(&(scale * scale.transpose()));
         assert!(off.amax() < 0.05, "{off}");
         assert!((moved.twist.norm() - estimate.twist.norm()).abs() < 1e-12);
-        assert_eq!(OutputFrame(None).of(estimate.clone()), estimate);
+        assert_eq!(OutputFrame(None).transform(estimate.clone()), estimate);
     }
 }

@@ -54,7 +54,7 @@ pub struct TopArguments {
 /// No router.
 pub fn run(arguments: &TopArguments, format: Format) -> anyhow::Result<()> {
     let site = arguments.site.open()?;
-    let mut view = View::open(&site)?;
+    let mut view = BoardView::open(&site)?;
     if arguments.once {
         view.watch(ALL_HEARD);
         if !site.shutdown.is_requested() {
@@ -79,7 +79,7 @@ pub fn run(arguments: &TopArguments, format: Format) -> anyhow::Result<()> {
 }
 
 /// The board and its subscription.
-struct View<'a> {
+struct BoardView<'a> {
     site: &'a SiteSession,
     board: Board,
     router: RouterWatch,
@@ -87,7 +87,7 @@ struct View<'a> {
     messages: Vec<Subscription>,
 }
 
-impl<'a> View<'a> {
+impl<'a> BoardView<'a> {
     fn open(site: &'a SiteSession) -> anyhow::Result<Self> {
         let keys = &site.keys;
         let wanted = [

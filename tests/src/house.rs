@@ -48,7 +48,7 @@ impl House {
     /// When files cannot be written.
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
-        Self::of(scene, scene)
+        Self::with_files(scene, scene)
     }
 
     /// A house whose files say otherwise than its camera feeds see: more, for cameras and objects of real camera nodes,
@@ -57,7 +57,7 @@ impl House {
     /// # Panics
     /// When files cannot be written.
     #[must_use]
-    pub fn of(files: &Scene, scene: &Scene) -> Self {
+    pub fn with_files(files: &Scene, scene: &Scene) -> Self {
         let turn = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
         Self {
             folder: tempfile::tempdir().expect("a temporary folder"),

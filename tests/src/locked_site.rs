@@ -69,7 +69,7 @@ impl LockedSite {
     /// When it does not come up.
     #[must_use]
     pub fn start(profile: Profile) -> Self {
-        Self::of(profile, Scene::new(2, &["box"]))
+        Self::start_scene(profile, Scene::new(2, &["box"]))
     }
 
     /// Starts a site of a scene's cameras and its first object.
@@ -77,7 +77,7 @@ impl LockedSite {
     /// # Panics
     /// When it does not come up.
     #[must_use]
-    pub fn of(profile: Profile, scene: Scene) -> Self {
+    pub fn start_scene(profile: Profile, scene: Scene) -> Self {
         let folder = tempfile::tempdir().expect("a temporary folder");
         write_rig(&folder.path().join("rig.toml"), &scene.rig).expect("a rig");
         write_object(&folder.path().join("object.toml"), &scene.objects[0]).expect("an object");

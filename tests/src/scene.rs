@@ -35,12 +35,12 @@ impl Scene {
     pub fn new(cameras: usize, names: &[&str]) -> Self {
         let cubes = names.iter().zip(0..).map(|(name, k)| cube(name, 6 * k));
         let rig = Rig::new((0..cameras).map(|k| camera(k, cameras)).collect());
-        Self::of(rig.expect("a rig"), cubes.collect())
+        Self::from_models(rig.expect("a rig"), cubes.collect())
     }
 
     /// These cameras and objects, with true clocks.
     #[must_use]
-    pub fn of(rig: Rig, objects: Vec<ObjectModel>) -> Self {
+    pub fn from_models(rig: Rig, objects: Vec<ObjectModel>) -> Self {
         Self {
             clock_offsets_s: vec![0.0; rig.cameras().len()],
             rig,

@@ -66,8 +66,8 @@ fn install(board: &mut Board) {
 /// What both parts hold of their own and share: all that must fit into RAM beside the program, which is read from its
 /// file.
 fn takes_little_memory(board: &mut Board) {
-    let told = board.run("cat $(pgrep -x node-camera | sed 's|.*|/proc/&/smaps_rollup|')");
-    let held = told.lines().filter_map(|line| {
+    let report = board.run("cat $(pgrep -x node-camera | sed 's|.*|/proc/&/smaps_rollup|')");
+    let held = report.lines().filter_map(|line| {
         let (what, size) = line.split_once(':')?;
         let counts = matches!(what, "Pss_Anon" | "Pss_Shmem");
         let kilobytes: usize = size.trim().strip_suffix(" kB")?.parse().ok()?;
@@ -75,7 +75,7 @@ fn takes_little_memory(board: &mut Board) {
     });
     let held: Vec<(String, usize)> = held.collect();
     println!("memory of capture and detection, kB: {held:?}");
-    assert_eq!(held.len(), 4, "{told}");
+    assert_eq!(held.len(), 4, "{report}");
     let kilobytes: usize = held.iter().map(|(_, kilobytes)| kilobytes).sum();
     assert!(kilobytes < MOST_KB, "{held:?}");
 }
@@ -163,7 +163,7 @@ impl Site {
         let read = |name: &str| picture.folder.join(name);
         let rig = read_rig(&read("rig.toml")).expect("a rig");
         let object = read_object(&read("cuboid.toml")).expect("an object");
-        let locked = LockedSite::of(Profile::Site, Scene::of(rig, vec![object]));
+        let locked = LockedSite::start_scene(Profile::Site, Scene::from_models(rig, vec![object]));
         let screen = locked.open("screen");
         Self { locked, screen }
     }

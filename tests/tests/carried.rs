@@ -112,7 +112,7 @@ fn robot_from_mounts(rig: &Rig) -> Pose {
 fn drive(site: &mut FusedSite, posts: &[ObjectModel]) -> Vec<(f64, ObjectPose)> {
     let poses = site.listen(&site.keys.all_poses());
     let start_ns = now_ns();
-    let mut truth = Scene::of(
+    let mut truth = Scene::from_models(
         Rig::new(vec![camera(0), camera(1)]).expect("a rig"),
         Vec::new(),
     );

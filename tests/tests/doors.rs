@@ -6,8 +6,8 @@
 use rcgen::{BasicConstraints, CertificateParams, DnType, IsCa, Issuer, KeyPair, date_time_ymd};
 use sextant_process::now_ns;
 use sextant_proto::{
-    CameraSettings, CameraStatus, ConfigAnswer, FusionStatus, Keys, NodeId, NodeKind, Observations,
-    Outcome, encode, fingerprint, limits,
+    CameraSettings, CameraStatus, ChangeOutcome, ConfigAnswer, FusionStatus, Keys, NodeId,
+    NodeKind, Observations, encode, fingerprint, limits,
 };
 use sextant_simulator::Scenario;
 use sextant_zenoh_bus::{
@@ -95,7 +95,10 @@ fn answered(site: &LockedSite, member: &str) -> Vec<u64> {
         put(&desk, &site.keys.config_rig(), second);
         if let Some(item) = answers.recv_timeout(Duration::from_millis(200)) {
             let answer: ConfigAnswer = item.decode().expect("an answer");
-            assert!(matches!(answer.outcome, Outcome::Refused(_)), "{answer:?}");
+            assert!(
+                matches!(answer.outcome, ChangeOutcome::Refused(_)),
+                "{answer:?}"
+            );
             heard.push(answer.fingerprint);
         }
     }
@@ -276,7 +279,7 @@ fn a_board_with_an_expired_certificate_gets_no_connection() {
     assert!(site.refuses(&client_with(&site, &[]), &keys_in(&site, &expired), words));
     let cam1 = site.open("cam1");
     assert!(!asked(&cam1, &site.keys.config_rig()).is_empty());
-    // Whoever is refused is told why, also within a runtime of its own.
+    // A refusal says why, also within a runtime of its own.
     let runtime = tokio::runtime::Builder::new_current_thread().build();
     let options = client_with(&site, &[]);
     let why = async { why_no_router(&options, &keys_in(&site, &expired)) };

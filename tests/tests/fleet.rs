@@ -67,7 +67,7 @@ fn the_fleet(folder: &Path) {
     a_package_that_fails_half_way_is_undone(&fleet);
     a_camera_that_the_site_does_not_see_is_undone(&fleet);
     an_interrupted_deployment_is_undone(&fleet);
-    a_host_that_does_not_let_us_in_is_told_with_a_remedy(&fleet);
+    a_host_that_does_not_let_us_in_is_reported_with_a_remedy(&fleet);
 }
 
 fn every_host_gets_what_it_shall_have(fleet: &Fleet) {
@@ -162,7 +162,7 @@ fn an_interrupted_deployment_is_undone(fleet: &Fleet) {
     fleet.await_camera("east");
 }
 
-fn a_host_that_does_not_let_us_in_is_told_with_a_remedy(fleet: &Fleet) {
+fn a_host_that_does_not_let_us_in_is_reported_with_a_remedy(fleet: &Fleet) {
     for (host, remedy) in [
         ("unknown", "compare the fingerprint"),
         ("locked", "ssh-copy-id"),

@@ -48,7 +48,7 @@ fn imports_of_the_page_form_no_cycles() {
 
 #[test]
 fn a_cycle_through_a_re_export_is_found() {
-    let sources = Sources::of(&[
+    let sources = Sources::parse(&[
         ("", "mod a; mod b; pub use b::Item;"),
         ("a", "use crate::Item; pub struct Other;"),
         ("b", "mod inner; pub use inner::Item;"),
@@ -119,7 +119,7 @@ impl Sources {
         Self::new(files.collect())
     }
 
-    fn of(files: &[(&str, &str)]) -> Self {
+    fn parse(files: &[(&str, &str)]) -> Self {
         let module = |name: &str| {
             name.split("::")
                 .filter(|part| !part.is_empty())

@@ -63,7 +63,7 @@ impl CargoTool {
     }
 }
 
-/// Cargo with zig as the linker and C compiler, so that a program needs no newer C library than it is told.
+/// Cargo with zig as the linker and C compiler, so that a program needs no newer C library than the one named.
 pub struct Zigbuild {
     pub program: String,
     pub compiler: String,

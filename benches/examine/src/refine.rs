@@ -84,10 +84,10 @@ pub fn examine(seeds: std::ops::Range<u64>) {
     }
 }
 
-fn refined(error: &Error, seed: u64) -> Outcome {
+fn refined(error: &Error, seed: u64) -> RefineOutcome {
     let scene = Scene::new(Class::Base, seed);
     let random = &mut Random(seed);
-    let truth = Models {
+    let truth = SiteModels {
         rig: scene.truth.clone(),
         objects: scene.bodies.iter().map(|body| body.model.clone()).collect(),
     };
@@ -107,7 +107,7 @@ fn refined(error: &Error, seed: u64) -> Outcome {
     let proposal = machine.proposal();
     let refined = proposal.as_ref().map_or_else(
         || files.clone(),
-        |proposal| Models {
+        |proposal| SiteModels {
             rig: proposal.rig.clone().unwrap_or_else(|| files.rig.clone()),
             objects: if proposal.objects.is_empty() {
                 files.objects.clone()
@@ -116,7 +116,7 @@ fn refined(error: &Error, seed: u64) -> Outcome {
             },
         },
     );
-    Outcome {
+    RefineOutcome {
         cameras: scene.truth.cameras().len(),
         at_once: scene.clocks.iter().all(|clock| clock.phase_s == 0.0),
         noise_px: scene.sigma_px,
@@ -128,7 +128,7 @@ fn refined(error: &Error, seed: u64) -> Outcome {
     }
 }
 
-struct Outcome {
+struct RefineOutcome {
     cameras: usize,
     /// Whether all cameras take their images at the same time.
     at_once: bool,
@@ -141,7 +141,7 @@ struct Outcome {
     faults: Vec<String>,
 }
 
-impl fmt::Display for Outcome {
+impl fmt::Display for RefineOutcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let how = if self.at_once { "at once" } else { "in turn" };
         write!(f, "{} cameras {how}, {:.3} px", self.cameras, self.noise_px)?;
@@ -174,12 +174,12 @@ impl fmt::Display for Outcome {
 }
 
 #[derive(Clone)]
-struct Models {
+struct SiteModels {
     rig: Rig,
     objects: Vec<ObjectModel>,
 }
 
-impl Models {
+impl SiteModels {
     fn wrong_by(&self, error: &Error, random: &mut Random) -> Self {
         let camera = |camera: &Camera| {
             let pose = camera

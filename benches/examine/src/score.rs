@@ -288,7 +288,7 @@ fn known(scene: &Scene, shots: &[&Shot], now_ns: u64) -> Vec<Option<ObjectEstima
 
 impl fmt::Display for Score {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let spread = |values: &Vec<f64>| Spread::of(values.iter().copied());
+        let spread = |values: &Vec<f64>| Spread::from_values(values.iter().copied());
         let errors = self.errors.each_ref().map(spread);
         let rms = errors.map(|errors| errors.map_or(f64::NAN, |errors| errors.rms));
         let worst = errors.map(|errors| errors.map_or(f64::NAN, |errors| errors.max));

@@ -77,7 +77,7 @@ impl SiteOptions {
             },
             other => Error::Network(other),
         })?;
-        Ok(Site::new(bus, Keys::of(site), self.timeout))
+        Ok(Site::new(bus, Keys::for_site(site), self.timeout))
     }
 
     fn network(&self) -> Result<(BusOptions, Security), Error> {

@@ -72,7 +72,7 @@ pub(crate) mod tests {
 
     const START: u64 = 1_800_000_000_000_000_000;
 
-    /// A pose `seconds` after the start, at rest unless told otherwise.
+    /// A pose `seconds` after the start, at rest unless a twist is given.
     pub(crate) fn pose(seconds: f64, position: Vector3<f64>, turn: Vector3<f64>) -> Pose {
         Pose {
             object: "cube".into(),

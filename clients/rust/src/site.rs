@@ -3,7 +3,7 @@
 use crate::history::History;
 use crate::messages::Inbox;
 use crate::{Error, Messages, Pose, SiteOptions, Transform};
-use sextant_proto::{AnyMessage, Keys, Kind, Message, ObjectPose, Observations};
+use sextant_proto::{AnyMessage, Keys, Message, MessageKind, ObjectPose, Observations};
 use sextant_site_mirror::SiteMirror;
 use sextant_site_model::{CameraId, ObjectId};
 use sextant_zenoh_bus::{Bus, CallbackSubscription, Item};
@@ -189,7 +189,7 @@ impl Site {
     ) -> Result<Messages<T>, Error> {
         let inbox = Inbox::new();
         let intake = Arc::clone(&inbox);
-        let most = Kind::Observations.max_bytes();
+        let most = MessageKind::Observations.max_bytes();
         let subscription = self
             .bus
             .subscribe_with(key, most, move |item| intake.push(read(&item)))?;

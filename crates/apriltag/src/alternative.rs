@@ -54,7 +54,7 @@ impl Alternative {
                 let found = Self {
                     inverted,
                     mirrored: is_mirrored,
-                    ..Self::of(detector.detect(image))
+                    ..Self::from_tags(detector.detect(image))
                 };
                 let most = best.as_ref().map_or(0, |best| best.n_tags);
                 if found.n_tags > most {
@@ -66,7 +66,7 @@ impl Alternative {
     }
 
     /// The tags that were read without a wrong bit, of the families of which there is evidence.
-    fn of(tags: &[Detection]) -> Self {
+    fn from_tags(tags: &[Detection]) -> Self {
         let read = |family: Family| {
             let read = tags.iter().filter(move |tag| tag.hamming == 0);
             read.filter(|tag| tag.family == family).count()

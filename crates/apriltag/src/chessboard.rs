@@ -66,7 +66,7 @@ pub struct ChessboardView {
 /// The chessboard in an image, if there is one.
 pub fn find_chessboard(image: &Image<'_>, board: BoardShape) -> Option<ChessboardView> {
     let mut best = seen(image, board);
-    let mut reduced = Reduced::of(image);
+    let mut reduced = Reduced::halve(image);
     for level in 1..=REDUCED {
         let is_whole = best.as_ref().is_some_and(|view| view.n_missing(board) == 0);
         if is_whole || reduced.width.min(reduced.height) < LEAST_PX {
@@ -79,14 +79,14 @@ pub fn find_chessboard(image: &Image<'_>, board: BoardShape) -> Option<Chessboar
             view.enlarge(level);
             best = Some(view);
         }
-        reduced = Reduced::of(&half);
+        reduced = Reduced::halve(&half);
     }
     best
 }
 
 /// The chessboard in an image of one size.
 fn seen(image: &Image<'_>, board: BoardShape) -> Option<ChessboardView> {
-    let smoothed = Smoothed::of(image);
+    let smoothed = Smoothed::smooth(image);
     let candidates = candidates::candidates(&smoothed);
     let links = links::links(&smoothed, &candidates);
     let mut best: Option<ChessboardView> = None;
@@ -152,7 +152,7 @@ struct Reduced {
 }
 
 impl Reduced {
-    fn of(image: &Image<'_>) -> Self {
+    fn halve(image: &Image<'_>) -> Self {
         let (width, height) = (image.width() / 2, image.height() / 2);
         let mut pixels = Vec::with_capacity(width * height);
         for y in 0..height {

@@ -11,7 +11,7 @@ use crate::quad::middle;
 use crate::quad_finder::{Outline, QuadFinder};
 use crate::sighting::{Decoder, Sighting};
 use crate::tiles::Tiles;
-use crate::view::View;
+use crate::view::ImageView;
 use crate::{
     Detection, Image, Observer, Options, OptionsError, Pass, Refinement, Rejection, Report, Stage,
 };
@@ -112,7 +112,7 @@ impl Detector {
         };
         let mut negative = mem::take(&mut self.negative);
         let image = match self.options.inverted {
-            true => &negative.of(image),
+            true => &negative.invert(image),
             false => image,
         };
         for area in areas {
@@ -213,7 +213,7 @@ impl Detector {
             self.report.quads += 1;
             observer.quad_found(quad);
         }
-        let view = View {
+        let view = ImageView {
             image,
             border: pass.border(),
             min_contrast: f32::from(self.min_contrast()),

@@ -7,7 +7,7 @@ mod profiles;
 
 use crate::homography::POINTS;
 use crate::quad::{Line, Point, Quad, distance, intersect_sides};
-use crate::view::View;
+use crate::view::ImageView;
 use profiles::{MAX_GROUPS, Profiles};
 
 /// Standard deviation of the position of a line in addition to the scatter of its crossings, in pixels: along an edge
@@ -44,7 +44,7 @@ impl Corners {
 
 /// Refines the quad of an outline to a fraction of a pixel, with lines through a few points on each edge; without such
 /// points the quad is returned unchanged.
-pub(crate) fn fit_coarsely(view: &View<'_>, quad: &Quad) -> Corners {
+pub(crate) fn fit_coarsely(view: &ImageView<'_>, quad: &Quad) -> Corners {
     let outline = Corners {
         quad: *quad,
         covariance: [OUTLINE_COVARIANCE; 4],
@@ -54,12 +54,12 @@ pub(crate) fn fit_coarsely(view: &View<'_>, quad: &Quad) -> Corners {
 }
 
 /// Refines a quad that is accurate to a fraction of a pixel, as well as lines allow.
-pub(crate) fn fit_finely(view: &View<'_>, quad: &Quad) -> Option<Corners> {
+pub(crate) fn fit_finely(view: &ImageView<'_>, quad: &Quad) -> Option<Corners> {
     fit(view, quad, &Profiles::fine(quad))
 }
 
 /// Fits a line to each side.
-fn fit(view: &View<'_>, quad: &Quad, profiles: &Profiles) -> Option<Corners> {
+fn fit(view: &ImageView<'_>, quad: &Quad, profiles: &Profiles) -> Option<Corners> {
     let mut sides = [Side::default(); 4];
     for (i, side) in sides.iter_mut().enumerate() {
         *side = Side::fit(view, (quad[i], quad[(i + 1) % 4]), profiles)?;
@@ -84,7 +84,7 @@ struct Side {
 
 impl Side {
     /// Fits the side from a to b by weighted least squares, then again without outliers.
-    fn fit(view: &View<'_>, (a, b): (Point, Point), profiles: &Profiles) -> Option<Self> {
+    fn fit(view: &ImageView<'_>, (a, b): (Point, Point), profiles: &Profiles) -> Option<Self> {
         /// Scatter of crossings up to which none is an outlier, in pixels.
         const USUAL_PX: f32 = 0.05;
         const STRAY_IN_SIGMA: f32 = 2.5;

@@ -376,7 +376,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_bit_is_what_is_told_by_the_pixels_and_the_levels_of_their_tile(
+        fn a_bit_follows_from_the_pixels_and_the_levels_of_their_tile(
             rows in prop::collection::vec(
                 prop::collection::vec(0_u8..40, 3 * WORD + 2 * LINE_REACH),
                 TILE + 2 * LINE_REACH,

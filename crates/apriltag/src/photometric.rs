@@ -29,13 +29,13 @@ mod undistortion;
 use crate::Image;
 use crate::edges::Corners;
 use crate::reading::Reading;
-use equations::Equations;
+use equations::PixelEquations;
 use model::{Model, TUKEY};
 use parameters::{BLUR, PARAMETERS};
 use pattern::{MOST_EDGES, Pattern};
 use pixels::Pixels;
 use sextant_geometry::{CORNER_PAIRS, Lens};
-use state::{Row, State, dot};
+use state::{PatternState, Row, dot};
 use undistortion::Undistortion;
 
 /// Ratio of the true to the estimated variance of the edges, at most: the scatter of a line does not show what blur
@@ -63,7 +63,7 @@ const ROUNDING: f32 = 0.29;
 #[derive(Debug, Default)]
 pub(crate) struct PatternFitter {
     pixels: Pixels,
-    equations: Equations,
+    equations: PixelEquations,
     /// Lens that distorts the tags, if it is known.
     pub(crate) lens: Option<Lens>,
 }
@@ -91,7 +91,7 @@ impl PatternFitter {
             None => edges.quad,
         };
         let levels = (reading.white - reading.black).max(1.0);
-        let mut state = State::start(&start, reading.black / levels)?;
+        let mut state = PatternState::start(&start, reading.black / levels)?;
         let mut outline = model::outline(&pattern, &state);
         if let Some(undistortion) = &undistortion {
             outline = outline.map(|place| undistortion.pixel(place).unwrap_or(place));
@@ -145,7 +145,7 @@ impl PatternFitter {
     /// convergence, with less weight for outliers. Returns the factor by which variances exceed those of the last
     /// equations.
     #[inline(always)]
-    fn settle(&mut self, pattern: &Pattern, levels: f32, state: &mut State) -> Option<f32> {
+    fn settle(&mut self, pattern: &Pattern, levels: f32, state: &mut PatternState) -> Option<f32> {
         const ENOUGH_GROUPS: usize = 10;
         // Iterations with a few pixels, and with all, end when a step moves corners and changes the blur by less than
         // this. Convergence is quadratic: one more step with all pixels would move corners by about a thousandth of a

@@ -7,9 +7,9 @@ mod modules;
 
 use crate::code_index::{CodeIndex, Match};
 use crate::quad::Quad;
-use crate::view::View;
+use crate::view::ImageView;
 use crate::{Options, Pass, Rejection};
-use layout::Layout;
+use layout::ModuleLayout;
 use modules::{Modules, USUAL_BLUR_PX};
 use sextant_tag_families::{Board, BorderColour, Family, FamilyData};
 use std::collections::BTreeSet;
@@ -21,7 +21,7 @@ pub(crate) struct Reader {
     border: BorderColour,
     /// Whether black squares touch the borders of the tags.
     is_touched: bool,
-    layout: Layout,
+    layout: ModuleLayout,
     /// Least share of the rows within its border that contain white.
     pub(crate) least_open: f32,
     index: CodeIndex,
@@ -49,7 +49,7 @@ impl Reader {
             family,
             border: data.border,
             is_touched: data.board == Some(Board::Aprilgrid),
-            layout: Layout::new(data),
+            layout: ModuleLayout::new(data),
             least_open: least_open(data),
             most_in_doubt: (data.bits.len() / LEAST_PLAIN).min(index.bits_to_spare),
             index,
@@ -63,7 +63,7 @@ impl Reader {
     }
 
     #[inline(always)]
-    pub(crate) fn read(&self, view: &View<'_>, quad: &Quad) -> Result<Reading, ReadFailure> {
+    pub(crate) fn read(&self, view: &ImageView<'_>, quad: &Quad) -> Result<Reading, ReadFailure> {
         let mut modules =
             Modules::new(view, &self.layout, quad).map_err(|reason| failure(reason, false))?;
         let (contrast, right) = (modules.contrast(), modules.right_in_rings());

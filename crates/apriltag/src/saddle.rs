@@ -120,8 +120,8 @@ impl<'a> Window<'a> {
     }
 
     #[inline(always)]
-    fn equations(&self, model: &Model) -> Equations {
-        let mut equations = Equations::default();
+    fn equations(&self, model: &Model) -> SaddleEquations {
+        let mut equations = SaddleEquations::default();
         let [x, y] = self.place;
         let squared = self.radius_px * self.radius_px;
         let span = |at: f32| (at - self.radius_px).ceil() as usize..=(at + self.radius_px) as usize;
@@ -297,14 +297,14 @@ fn step(x: f32) -> (f32, f32) {
 }
 
 #[derive(Default)]
-struct Equations {
+struct SaddleEquations {
     matrix: Matrix,
     vector: Vector,
     squares: f32,
     n: usize,
 }
 
-impl Equations {
+impl SaddleEquations {
     #[inline(always)]
     fn add(&mut self, derivatives: &Vector, residual: f32) {
         self.matrix.syger(1.0, derivatives, derivatives, 1.0);

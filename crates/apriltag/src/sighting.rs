@@ -7,7 +7,7 @@ use crate::kernels::vectorise;
 use crate::photometric::PatternFitter;
 use crate::quad::{Point, Quad, distance, mean_edge, middle};
 use crate::reading::{ReadFailure, Reader, Reading};
-use crate::view::View;
+use crate::view::ImageView;
 use crate::{Detection, Image, Options, Pass, Refinement, Rejection};
 use sextant_tag_families::Family;
 
@@ -44,7 +44,7 @@ impl Sighting {
         mut patterns: Option<&mut PatternFitter>,
         noise_sigma: f32,
     ) -> Option<Detection> {
-        let view = View {
+        let view = ImageView {
             image,
             border: self.reading.family.data().border,
             min_contrast: 0.0,
@@ -81,7 +81,7 @@ impl Sighting {
     /// Corners from a quad, by the whole pattern or by the edges.
     fn locate(
         &self,
-        view: &View<'_>,
+        view: &ImageView<'_>,
         quad: &Quad,
         patterns: Option<&mut PatternFitter>,
         noise_sigma: f32,
@@ -138,7 +138,7 @@ impl Decoder {
     pub(crate) fn sight(
         &self,
         pass: Pass,
-        view: &View<'_>,
+        view: &ImageView<'_>,
         quad: &Quad,
     ) -> Result<Sighting, Rejection> {
         let wrong = |read: &Result<Sighting, _>| match read {
@@ -164,7 +164,7 @@ impl Decoder {
     }
 
     /// The result of the first family that decodes; otherwise, a retry is worthwhile if it is for any family.
-    fn read(&self, pass: Pass, view: &View<'_>, quad: &Quad) -> Result<Sighting, ReadFailure> {
+    fn read(&self, pass: Pass, view: &ImageView<'_>, quad: &Quad) -> Result<Sighting, ReadFailure> {
         let mut failure = ReadFailure {
             reason: Rejection::NoCode,
             can_retry: false,

@@ -37,7 +37,7 @@ struct Errors {
 }
 
 impl Errors {
-    fn of(found: &LensCalibration) -> Self {
+    fn measure(found: &LensCalibration) -> Self {
         let truth = board_walk::ordinary();
         let (t, f) = (truth.intrinsics(), found.lens.intrinsics());
         let sigma = &found.sigmas;
@@ -83,7 +83,7 @@ fn thirty(seed: u64, depth: [f64; 2]) -> Errors {
     for image in walk.images() {
         session.handle(&image).unwrap();
     }
-    Errors::of(&session.solve().unwrap())
+    Errors::measure(&session.solve().unwrap())
 }
 
 /// As many as the hints ask for.
@@ -98,7 +98,7 @@ fn guided(seed: u64) -> Errors {
             break;
         }
     }
-    Errors::of(&session.solve().unwrap())
+    Errors::measure(&session.solve().unwrap())
 }
 
 fn tell(what: &str, of_seed: impl Fn(u64) -> Errors) {

@@ -50,7 +50,7 @@ pub struct LayoutCheck {
 
 impl LayoutCheck {
     /// Of a ChArUco board in one of the layouts that differ; none for any other object.
-    pub fn of(object: &ObjectModel) -> Option<Self> {
+    pub fn for_board(object: &ObjectModel) -> Option<Self> {
         let places = places_of(object)?;
         let bound = |axis: usize| places.keys().map(|place| place[axis]).max();
         let [columns, rows] = [bound(0)? + 1, bound(1)? + 1];

@@ -34,7 +34,7 @@ pub(crate) struct TagGroups {
 
 impl TagGroups {
     /// Groups the tags of some families by the images of a rig, whose lenses may be approximate.
-    pub(crate) fn of<'a>(
+    pub(crate) fn from_images<'a>(
         rig: &Rig,
         images: impl Iterator<Item = &'a ImageObservation>,
         families: &[Family],
@@ -45,7 +45,7 @@ impl TagGroups {
                 tracks.add(camera, image, families);
             }
         }
-        let groups = Groups::of(&tracks);
+        let groups = Groups::from_tracks(&tracks);
         let mut bodies = groups.moving().to_vec();
         bodies.iter_mut().for_each(|body| body.sort_unstable());
         Self {
@@ -147,9 +147,10 @@ impl DiscoverySession {
 
     /// Groups the tags again, and starts a new session if the object's tags have changed.
     fn regroup(&mut self) {
-        self.groups = Groups::of(&self.tracks);
+        self.groups = Groups::from_tracks(&self.tracks);
         let object = self.groups.object(self.plan.around);
-        let Some(sizes) = object.map(|tags| Sizes::of(&self.plan, tags, self.groups.joints()))
+        let Some(sizes) =
+            object.map(|tags| Sizes::from_ratios(&self.plan, tags, self.groups.joints()))
         else {
             self.inner = None;
             return;
@@ -244,7 +245,7 @@ impl DiscoverySession {
                 found.why_none(self.images.n_received(), self.plan.around),
             ));
         };
-        let sizes = Sizes::of(&self.plan, tags, last.groups.joints());
+        let sizes = Sizes::from_ratios(&self.plan, tags, last.groups.joints());
         if let Gauge::Tag(tag) = self.plan.gauge
             && !sizes.contains(tag)
         {

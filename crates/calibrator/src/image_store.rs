@@ -146,7 +146,7 @@ pub(crate) fn take_in(
             over.outside.push(seen.tag);
         } else if !seen.corners.iter().all(|c| is_inside(c, camera.resolution)) {
             // Cut off by the edge of the image: corners outside are extrapolated.
-        } else if let Some(view) = TagView::of(camera, tag, &wanted[tag], seen) {
+        } else if let Some(view) = TagView::from_corners(camera, tag, &wanted[tag], seen) {
             tags.push(view);
         }
     }
@@ -175,7 +175,12 @@ fn is_inside(corner: &Point2<f64>, [width, height]: [u32; 2]) -> bool {
 }
 
 impl TagView {
-    fn of(camera: &Camera, tag: usize, wanted: &TagSpec, seen: &TagCorners) -> Option<Self> {
+    fn from_corners(
+        camera: &Camera,
+        tag: usize,
+        wanted: &TagSpec,
+        seen: &TagCorners,
+    ) -> Option<Self> {
         let poses = tag_poses(&camera.lens, &seen.corners, wanted.size_m);
         let branches: Vec<Pose> = poses.iter().map(|p| p.camera_from_tag).collect();
         (!branches.is_empty()).then(|| Self {

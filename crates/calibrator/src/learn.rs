@@ -170,7 +170,7 @@ impl LearnSession {
             return Err(LearnError::UnknownOrigin(*origin));
         }
         Ok(Self {
-            coverage: Coverage::of(&wanted),
+            coverage: Coverage::new(&wanted),
             images: ImageStore::at_most(MOST_IMAGES),
             rig,
             plan,

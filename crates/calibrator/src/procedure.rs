@@ -9,7 +9,7 @@ mod outcome;
 mod progress;
 
 pub use lens_report::{HeldOut, LensReport, Uncertainty};
-pub use outcome::{Outcome, Product, Report};
+pub use outcome::{ProcedureOutcome, Product, Report};
 pub use progress::{LearnDetails, LensDetails, Progress, ProgressDetails, RigDetails};
 
 use crate::board_layout::{LayoutCheck, OtherLayout};
@@ -81,7 +81,7 @@ impl Plan {
 /// Which procedure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Kind {
+pub enum ProcedureKind {
     /// A camera's lens.
     Lens,
     /// The cameras' poses.
@@ -151,8 +151,8 @@ impl Procedure {
     /// A plan that no images can satisfy.
     pub fn start(rig: Rig, plan: Plan) -> Result<Self, ProcedureError> {
         let layout = match &plan {
-            Plan::Lens(plan) => LayoutCheck::of(&plan.board),
-            Plan::Rig(plan) => LayoutCheck::of(&plan.object),
+            Plan::Lens(plan) => LayoutCheck::for_board(&plan.board),
+            Plan::Rig(plan) => LayoutCheck::for_board(&plan.object),
             Plan::Learn(_) | Plan::Discover(_) => None,
         };
         let session = match plan {
@@ -180,11 +180,11 @@ impl Procedure {
     }
 
     /// Which one it is.
-    pub fn kind(&self) -> Kind {
+    pub fn kind(&self) -> ProcedureKind {
         match self.session {
-            Session::Lens(..) => Kind::Lens,
-            Session::Rig(_) => Kind::Rig,
-            Session::Learn(_) | Session::Discover(_) => Kind::Learn,
+            Session::Lens(..) => ProcedureKind::Lens,
+            Session::Rig(_) => ProcedureKind::Rig,
+            Session::Learn(_) | Session::Discover(_) => ProcedureKind::Learn,
         }
     }
 
@@ -278,7 +278,7 @@ impl Procedure {
     ///
     /// # Errors
     /// What keeps these images from giving a result, with its cause.
-    pub fn solve(&self) -> Result<Outcome, ProcedureError> {
+    pub fn solve(&self) -> Result<ProcedureOutcome, ProcedureError> {
         let left_out = self.left_out();
         match self.solve_session() {
             Ok(outcome) => Ok(outcome.with(left_out)),
@@ -290,15 +290,17 @@ impl Procedure {
         }
     }
 
-    fn solve_session(&self) -> Result<Outcome, ProcedureError> {
+    fn solve_session(&self) -> Result<ProcedureOutcome, ProcedureError> {
         if let Some(layout) = &self.layout {
             layout.check()?;
         }
         match &self.session {
-            Session::Lens(session, camera) => Outcome::of_lens(&self.rig, camera, session.solve()?),
-            Session::Rig(session) => Ok(Outcome::of_rig(session.solve()?)),
-            Session::Learn(session) => Ok(Outcome::of_learn(session.solve()?)),
-            Session::Discover(session) => Ok(Outcome::of_learn(session.solve()?)),
+            Session::Lens(session, camera) => {
+                ProcedureOutcome::of_lens(&self.rig, camera, session.solve()?)
+            }
+            Session::Rig(session) => Ok(ProcedureOutcome::of_rig(session.solve()?)),
+            Session::Learn(session) => Ok(ProcedureOutcome::of_learn(session.solve()?)),
+            Session::Discover(session) => Ok(ProcedureOutcome::of_learn(session.solve()?)),
         }
     }
 }

@@ -181,7 +181,7 @@ impl RigSession {
             .collect();
         plan.origin.add_floor_tags(&mut wanted);
         Ok(Self {
-            coverage: Coverage::of(&rig, &plan.object),
+            coverage: Coverage::new(&rig, &plan.object),
             images: ImageStore::at_most(MOST_IMAGES),
             rig,
             plan,

@@ -27,7 +27,7 @@ use crate::diagnosis::window::Window;
 use crate::fading_counter::FadingCounter;
 use crate::self_calibration::SelfCalibration;
 use crate::self_calibration::keyframe_builder::{KeyframeBuilder, TOGETHER_NS};
-use crate::site::{ObjectImage, Site};
+use crate::site::{ModelledSite, ObjectImage};
 use crate::time::nanoseconds;
 use crate::tracker::finalised_views::{FinalisedInstant, FinalisedView};
 use crate::{DiagnosisOptions, FusionOptions};
@@ -67,7 +67,7 @@ pub(crate) enum Action {
 #[derive(Clone, Copy)]
 pub(crate) struct Models<'a> {
     pub self_calibration: &'a SelfCalibration,
-    pub site: &'a Site,
+    pub site: &'a ModelledSite,
     pub options: &'a FusionOptions,
 }
 

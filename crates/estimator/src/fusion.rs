@@ -15,7 +15,7 @@ use crate::diagnosis::print_scale::PrintScale;
 use crate::diagnosis::{Action, Diagnosis, Models};
 use crate::fusion::intake::ImageIntake;
 use crate::self_calibration::{AdjustmentTask, Offered, SelfCalibration};
-use crate::site::{AssociatedImage, ObjectImage, Site};
+use crate::site::{AssociatedImage, ModelledSite, ObjectImage};
 use crate::tracker::finalised_views::{FinalisedInstant, FinalisedView};
 use crate::tracker::timeline::Timeline;
 use crate::{FusionOptions, ModelError, Proposal, Statistics};
@@ -67,7 +67,7 @@ pub enum Output {
 /// Fuses the images of cameras that hold still to one another into one pose per object.
 #[derive(Debug)]
 pub(crate) struct RigFusion {
-    site: Site,
+    site: ModelledSite,
     options: FusionOptions,
     rig: Rig,
     objects: Vec<ObjectModel>,
@@ -114,7 +114,7 @@ impl RigFusion {
         options: FusionOptions,
     ) -> Result<Self, ModelError> {
         options.validate()?;
-        let site = Site::new(&rig, &objects)?;
+        let site = ModelledSite::new(&rig, &objects)?;
         let timelines: Vec<_> = site.objects().iter().cloned().map(Timeline::new).collect();
         let emitted = vec![Emitted::default(); timelines.len()];
         let intake = ImageIntake::new(&site);
@@ -256,7 +256,7 @@ impl RigFusion {
         };
         let (corrections, held_back) = self.self_calibration.proposal()?;
         let models = (&self.rig, &self.objects[..]);
-        let proposal = Proposal::of(models, (corrections, *held_back), &self.site);
+        let proposal = Proposal::new(models, (corrections, *held_back), &self.site);
         self.faults().iter().all(spoils_nothing).then_some(proposal)
     }
 

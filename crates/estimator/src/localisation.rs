@@ -135,7 +135,7 @@ impl Fusion {
         let carrier = carriers.find(|carrier| carrier.object == *object);
         let carried = carrier.and_then(|carrier| carrier.pose_at(time_ns));
         match (seen, carried) {
-            (Some(seen), carried) => Combined::of(seen, carried).estimate,
+            (Some(seen), carried) => Combined::combine(seen, carried).estimate,
             (None, carried) => carried,
         }
     }
@@ -207,7 +207,7 @@ impl Fusion {
     /// Derives the carriers from the models in force. One whose cameras and landmarks are as before goes on.
     fn take_models(&mut self) {
         let (rig, objects) = self.still.models();
-        let landmarks = Landmarks::of(objects);
+        let landmarks = Landmarks::from_objects(objects);
         let mut former = std::mem::take(&mut self.carriers);
         for object in rig.carriers() {
             let Some((rig, landmarks)) = rig_of(object, rig).zip(landmarks.clone()) else {
@@ -248,7 +248,7 @@ impl Fusion {
                 let carrier = &mut self.carriers[index];
                 let carried = carrier.inverted(&seen);
                 let other = self.still.pose_at(&carrier.object, carried.capture_ns);
-                let combined = Combined::of(carried, other);
+                let combined = Combined::combine(carried, other);
                 carrier.note(&combined, seen.capture_ns);
                 outputs.extend(combined.estimate.map(Output::Pose));
             }
@@ -311,7 +311,7 @@ impl Carrier {
     /// What cameras that stand still have seen of it, with what its own see at that time.
     fn combined(&mut self, seen: ObjectEstimate) -> Option<ObjectEstimate> {
         let time_ns = seen.capture_ns;
-        let combined = Combined::of(seen, self.pose_at(time_ns));
+        let combined = Combined::combine(seen, self.pose_at(time_ns));
         self.note(&combined, time_ns);
         combined.estimate
     }
@@ -363,7 +363,7 @@ impl Carrier {
 
 impl Landmarks {
     /// `None` where no tag of a landmark has a place.
-    fn of(objects: &[ObjectModel]) -> Option<Self> {
+    fn from_objects(objects: &[ObjectModel]) -> Option<Self> {
         let standing = objects.iter().filter_map(|object| {
             let place = object.world_from_object()?;
             Some((object, place))
@@ -443,7 +443,7 @@ struct Combined {
 
 impl Combined {
     /// An estimate with another one of the same object and time, which is independent of it.
-    fn of(own: ObjectEstimate, other: Option<ObjectEstimate>) -> Self {
+    fn combine(own: ObjectEstimate, other: Option<ObjectEstimate>) -> Self {
         let is_known =
             |one: &ObjectEstimate| matches!(one.state, State::Tracking | State::Coasting);
         let alone = |estimate| Self {

@@ -90,7 +90,7 @@ FusionOptions {
     unknown_clock_s = 0.03 in 0.0001 ..= 1.0;
     /// s²/s by which the offsets wander: 30 µs in a second, as cheap quartzes do.
     clock_wander = 1e-9 in 0.0 ..= 1e-3;
-    /// Natural logarithm of the odds beyond which the likeliest attitude is taken for the true one.
+    /// Natural logarithm of the odds beyond which the likeliest attitude counts as the true one.
     trusted_odds = 9.0 in 1.0 ..= 100.0;
     /// Natural logarithm of the odds beyond which an unlikely attitude is given up.
     hopeless_odds = 20.0 in 1.0 ..= 200.0;

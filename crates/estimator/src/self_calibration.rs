@@ -41,7 +41,7 @@ use crate::self_calibration::adjustment::{Adjustment, LinearisedKeyframe};
 use crate::self_calibration::held_back::HeldBackKeyframes;
 use crate::self_calibration::keyframes::{FIRST, Keyframes};
 use crate::self_calibration::quarantine::Quarantine;
-use crate::site::Site;
+use crate::site::ModelledSite;
 use sextant_geometry::Pose;
 use sextant_site_report::Imperfection;
 
@@ -160,7 +160,7 @@ impl SelfCalibration {
     }
 
     /// Prepares an adjustment if enough is new; there is one at a time.
-    pub fn prepare(&mut self, now_ns: u64, site: &Site) {
+    pub fn prepare(&mut self, now_ns: u64, site: &ModelledSite) {
         let enough = (GROWTH * self.keyframes.len() as f64).max(1.0);
         let is_enough = self.added as f64 >= enough;
         if is_enough && self.due.is_none() && now_ns >= self.rests_until_ns {
@@ -185,7 +185,7 @@ impl SelfCalibration {
     }
 
     /// Takes over what the adjustment that is due has found; whether the models of the site have changed by it.
-    pub fn take_adjusted(&mut self, site: &mut Site) -> bool {
+    pub fn take_adjusted(&mut self, site: &mut ModelledSite) -> bool {
         let Some((task, _)) = self.due.take() else {
             return false;
         };
@@ -208,7 +208,7 @@ impl SelfCalibration {
     }
 
     /// What a keyframe says of the site's errors against the models in force.
-    pub fn linearised(&self, keyframe: Keyframe, site: &Site) -> LinearisedKeyframe {
+    pub fn linearised(&self, keyframe: Keyframe, site: &ModelledSite) -> LinearisedKeyframe {
         self.adjustment.linearised(keyframe, site)
     }
 

@@ -83,7 +83,7 @@ pub(crate) struct TagPlacement {
 
 /// The models in force.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Site {
+pub(crate) struct ModelledSite {
     /// Estimates of a camera go by its index here, so that a camera keeps its index for good; those that the rig has no
     /// more are not calibrated and not in `camera_index`.
     cameras: Vec<SiteCamera>,
@@ -148,7 +148,7 @@ pub(crate) struct AssociatedImage {
     pub damaged_tags: u64,
 }
 
-impl Site {
+impl ModelledSite {
     pub fn new(rig: &Rig, objects: &[ObjectModel]) -> Result<Self, ModelError> {
         let mut site = Self::default();
         site.set_rig(rig);
@@ -432,7 +432,7 @@ impl Site {
         &self.objects
     }
 
-    /// Index of the camera whose clock is the reference where nobody vouches for another.
+    /// Index of the camera whose clock is the reference where no other clock is verified.
     pub fn reference(&self) -> usize {
         self.reference
     }

@@ -35,7 +35,7 @@ pub(crate) mod track;
 pub(crate) mod view_outcome;
 
 use crate::FusionOptions;
-use crate::site::{ObjectImage, Site};
+use crate::site::{ModelledSite, ObjectImage};
 use crate::tracker::track::Track;
 
 impl Track {
@@ -44,7 +44,7 @@ impl Track {
         &self,
         time_ns: u64,
         images: &[&ObjectImage],
-        site: &Site,
+        site: &ModelledSite,
         options: &FusionOptions,
     ) -> Self {
         if !self.timing.is_changed_by(images) {

@@ -70,7 +70,7 @@ impl Explanation {
     ///
     /// # Errors
     /// A file that is no picture, a size or options that the detector does not take.
-    pub fn of(path: &Path, options: &Options, reps: u32) -> Result<Self, ExplainError> {
+    pub fn explain(path: &Path, options: &Options, reps: u32) -> Result<Self, ExplainError> {
         let picture = read_picture(path)?;
         let image = image_of(&picture).map_err(|cause| ExplainError::Image {
             path: path.to_owned(),

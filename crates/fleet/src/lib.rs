@@ -27,7 +27,7 @@ mod target;
 pub use desired::{Desired, Sources};
 pub use error::FleetError;
 pub use health::Health;
-pub use host::{Deployment, HostJob, OnStep, Outcome, Report};
+pub use host::{DeployOutcome, Deployment, HostJob, OnStep, Report};
 pub use packages::PackageFolder;
 pub use run::{RunError, deploy};
 pub use ssh::{Ssh, SshError};

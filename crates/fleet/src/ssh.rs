@@ -283,7 +283,7 @@ mod tests {
     }
 
     #[test]
-    fn a_host_is_neither_believed_nor_awaited_for_ever() {
+    fn a_host_is_neither_trusted_nor_awaited_for_ever() {
         let soon = Duration::from_secs(20);
         assert_eq!(
             ask("cat; printf 'a\\033[2Jb\\n'", soon).unwrap(),

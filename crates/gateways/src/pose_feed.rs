@@ -88,7 +88,7 @@ pub fn run<R: PoseReceiver>(
         limits::MAX_PAYLOAD_BYTES,
     )?;
     let models = R::WANTS_MODELS
-        .then(|| Models::subscribe(&site))
+        .then(|| ObjectModels::subscribe(&site))
         .transpose()?;
     let is_wanted = |object: &ObjectId| objects.is_empty() || objects.contains(object);
     let is_over = || end.is_some_and(|end| Instant::now() >= end);
@@ -141,12 +141,12 @@ pub fn run<R: PoseReceiver>(
 }
 
 /// The models of a site's objects.
-struct Models {
+struct ObjectModels {
     changes: Subscription,
     watch: ModelWatch,
 }
 
-impl Models {
+impl ObjectModels {
     fn subscribe(site: &SiteSession) -> Result<Self, BusError> {
         let key = site.keys.all_config_objects();
         let most = limits::MAX_PAYLOAD_BYTES;

@@ -60,7 +60,7 @@ pub enum Ros2Error {
     /// One of the sessions is closed, or refuses a declaration.
     #[error(transparent)]
     Bus(#[from] BusError),
-    /// Who is told of topics failed.
+    /// The listener for topics failed.
     #[error("the topic cannot be announced")]
     Announcement(#[source] io::Error),
 }

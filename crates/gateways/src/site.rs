@@ -75,7 +75,7 @@ impl SiteSession {
         };
         Ok(Self {
             bus,
-            keys: Keys::of(site),
+            keys: Keys::for_site(site),
             shutdown,
             role: security.role(),
         })

@@ -42,7 +42,7 @@ pub enum C3dError {
 /// # Errors
 /// See [`C3dError`].
 pub fn c3d(poses: &[ObjectEstimate]) -> Result<Vec<u8>, C3dError> {
-    let grid = Grid::of(poses).ok_or(C3dError::TooShort)?;
+    let grid = Grid::from_poses(poses).ok_or(C3dError::TooShort)?;
     let mut objects: BTreeMap<&ObjectId, Vec<&ObjectEstimate>> = BTreeMap::new();
     for pose in poses {
         objects.entry(&pose.object).or_default().push(pose);
@@ -81,7 +81,7 @@ struct Grid {
 
 impl Grid {
     /// From the first pose to the last, at the usual interval of the poses of an object.
-    fn of(poses: &[ObjectEstimate]) -> Option<Self> {
+    fn from_poses(poses: &[ObjectEstimate]) -> Option<Self> {
         let mut times: BTreeMap<&ObjectId, Vec<u64>> = BTreeMap::new();
         for pose in poses {
             times.entry(&pose.object).or_default().push(pose.capture_ns);

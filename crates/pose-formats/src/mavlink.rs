@@ -12,22 +12,22 @@ const MAGIC: u8 = 0xfd;
 const MAVLINK_VERSION: u8 = 3;
 
 /// A kind of message.
-struct Kind {
+struct MavlinkKind {
     id: u32,
     /// Enters the CRC, so that other definitions of the message are refused.
     crc_extra: u8,
 }
 
-const HEARTBEAT: Kind = Kind {
+const HEARTBEAT: MavlinkKind = MavlinkKind {
     id: 0,
     crc_extra: 50,
 };
-const ODOMETRY: Kind = Kind {
+const ODOMETRY: MavlinkKind = MavlinkKind {
     id: 331,
     crc_extra: 91,
 };
 
-const TIMESYNC: Kind = Kind {
+const TIMESYNC: MavlinkKind = MavlinkKind {
     id: 111,
     crc_extra: 34,
 };
@@ -100,7 +100,7 @@ impl MavlinkSender {
         self.frame(&TIMESYNC, &payload)
     }
 
-    fn frame(&mut self, kind: &Kind, payload: &[u8]) -> Vec<u8> {
+    fn frame(&mut self, kind: &MavlinkKind, payload: &[u8]) -> Vec<u8> {
         let zeros = payload.iter().rev().take_while(|byte| **byte == 0).count();
         // One byte stays, also of a payload of zeros.
         let payload = &payload[..(payload.len() - zeros).max(1)];

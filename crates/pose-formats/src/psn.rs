@@ -54,7 +54,7 @@ impl PsnTrackers {
     pub fn new(axes: Axes, names: &[ObjectId], now_ns: u64) -> Self {
         Self {
             axes,
-            roster: Roster::of(names),
+            roster: Roster::new(names),
             start_ns: now_ns,
             n_data: 0,
             n_info: 0,

@@ -21,7 +21,7 @@ pub(crate) struct Member {
 }
 
 impl Roster {
-    pub(crate) fn of(names: &[ObjectId]) -> Self {
+    pub(crate) fn new(names: &[ObjectId]) -> Self {
         let mut roster = Self::default();
         for name in names {
             roster.add(name);
@@ -118,7 +118,7 @@ mod tests {
     #[test]
     fn a_flood_of_objects_ends_at_the_bound() {
         let names = (0..2 * limits::MAX_OBJECTS).map(|n| ObjectId::new(&format!("o{n}")).unwrap());
-        let roster = Roster::of(&names.collect::<Vec<_>>());
+        let roster = Roster::new(&names.collect::<Vec<_>>());
         assert_eq!(roster.numbered().count(), limits::MAX_OBJECTS);
         assert_eq!(roster.seen().count(), 0);
     }
@@ -127,7 +127,7 @@ mod tests {
     fn a_full_roster_has_room_in_place_of_a_removed_object() {
         let names = (0..limits::MAX_OBJECTS).map(|n| ObjectId::new(&format!("o{n}")).unwrap());
         let names: Vec<_> = names.collect();
-        let mut roster = Roster::of(&names);
+        let mut roster = Roster::new(&names);
         let new = ObjectId::new("new").unwrap();
         assert!(!roster.add(&new));
         roster.remove(&names[7]);

@@ -18,11 +18,11 @@ pub const SHUTDOWN_POLL: Duration = Duration::from_millis(50);
 /// A cheap handle on the shutdown request; clones share it.
 #[derive(Debug, Clone)]
 pub struct Shutdown {
-    state: Arc<State>,
+    state: Arc<ShutdownState>,
 }
 
 #[derive(Debug)]
-struct State {
+struct ShutdownState {
     requested: Arc<AtomicBool>,
     /// While set, SIGINT ends the process immediately.
     is_interruptible: Arc<AtomicBool>,
@@ -51,7 +51,7 @@ impl Shutdown {
         writable.set_nonblocking(true)?;
         let requested = Arc::new(AtomicBool::new(false));
         Ok(Self {
-            state: Arc::new(State {
+            state: Arc::new(ShutdownState {
                 requested,
                 is_interruptible: Arc::new(AtomicBool::new(false)),
                 readable,

@@ -62,12 +62,12 @@ const BEHIND: u32 = 4;
 pub struct Queue<T, K = Infallible> {
     bounds: StreamBounds,
     rule: DropRule,
-    state: Mutex<State<T, K>>,
+    state: Mutex<QueueState<T, K>>,
     arrival: Condvar,
 }
 
 #[derive(Debug)]
-struct State<T, K> {
+struct QueueState<T, K> {
     /// By their places, which increase.
     items: BTreeMap<u64, QueuedItem<T, K>>,
     places: HashMap<K, u64>,
@@ -89,7 +89,7 @@ struct QueuedItem<T, K> {
     since: Instant,
 }
 
-impl<T, K: Eq + Hash> State<T, K> {
+impl<T, K: Eq + Hash> QueueState<T, K> {
     fn pop(&mut self) -> Option<QueuedItem<T, K>> {
         let (_, first) = self.items.pop_first()?;
         self.bytes -= first.bytes;
@@ -174,7 +174,7 @@ impl<T, K: Eq + Hash + Clone> Queue<T, K> {
     /// An empty queue.
     #[must_use]
     pub fn new(bounds: StreamBounds, rule: DropRule) -> Self {
-        let state = State {
+        let state = QueueState {
             items: BTreeMap::new(),
             places: HashMap::new(),
             next_place: 0,
@@ -306,7 +306,7 @@ impl<T, K: Eq + Hash + Clone> Queue<T, K> {
         self.lock().counts
     }
 
-    fn lock(&self) -> MutexGuard<'_, State<T, K>> {
+    fn lock(&self) -> MutexGuard<'_, QueueState<T, K>> {
         // No caller's code runs under the lock, so a poisoned state is consistent.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }

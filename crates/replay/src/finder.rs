@@ -40,11 +40,11 @@ struct Views {
 
 impl ChessboardSearch {
     /// The chessboard among some objects.
-    pub fn of<'a>(
+    pub fn among<'a>(
         objects: impl IntoIterator<Item = &'a ObjectModel>,
         partial: PartialViews,
     ) -> Option<Self> {
-        let board = objects.into_iter().find_map(Chessboard::of)?;
+        let board = objects.into_iter().find_map(Chessboard::from_object)?;
         let Chessboard { columns, rows, .. } = board;
         Some(Self {
             shape: BoardShape { columns, rows },

@@ -61,7 +61,7 @@ pub enum ModelsError {
 
 /// Cameras and objects.
 #[derive(Debug)]
-pub struct Models {
+pub struct ReplayModels {
     /// The cameras.
     pub rig: Rig,
     /// The objects, in the order of their files.
@@ -69,7 +69,7 @@ pub struct Models {
     rig_file: PathBuf,
 }
 
-impl Models {
+impl ReplayModels {
     /// Reads the files.
     ///
     /// # Errors

@@ -99,7 +99,7 @@ impl Plan {
     ///
     /// # Errors
     /// A recording without rig or objects, or with models that cannot be used.
-    pub fn of(
+    pub fn new(
         recording: &SiteRecording,
         node: Option<&NodeId>,
         replacement: &Replacement,
@@ -483,7 +483,7 @@ mod tests {
     }
 
     fn plan(recording: &SiteRecording) -> Plan {
-        Plan::of(recording, None, &Replacement::default()).unwrap()
+        Plan::new(recording, None, &Replacement::default()).unwrap()
     }
 
     /// Capture times less 100, and 0 for a change.

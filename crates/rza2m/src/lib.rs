@@ -25,7 +25,7 @@ mod vin;
 pub use camera::{Camera, CameraError, CameraSettings, Frame};
 pub use drp::{DrpDevice, DrpFile};
 pub use frame_clock::FrameClock;
-pub use on_chip::{Layout, LayoutError};
+pub use on_chip::{LayoutError, OnChipLayout};
 pub use physical::{DevMem, PhysicalMemory};
 pub use preprocess::{Accelerated, Cpu, Preprocess, check_order};
 pub use sensor_bus::{I2cBus, SensorBus};

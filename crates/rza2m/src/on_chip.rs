@@ -14,7 +14,7 @@ const ALIGNMENT: u32 = 128;
 
 /// Physical addresses of everything in on-chip memory.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Layout {
+pub struct OnChipLayout {
     /// Raw images, which VIN fills in turn.
     pub raw: [u32; 3],
     /// The input of self-tests, which run while the camera does.
@@ -36,7 +36,7 @@ pub struct LayoutError {
     pub needed: u64,
 }
 
-impl Layout {
+impl OnChipLayout {
     /// Places images of `image_bytes` and circuit data of the sizes given, in bytes.
     ///
     /// # Errors
@@ -68,8 +68,8 @@ mod tests {
 
     #[test]
     fn vga_and_two_circuits_fit() {
-        let layout = Layout::plan(640 * 480, &[62_912, 57_536]).unwrap();
-        let Layout {
+        let layout = OnChipLayout::plan(640 * 480, &[62_912, 57_536]).unwrap();
+        let OnChipLayout {
             raw,
             test_input,
             outputs,
@@ -90,7 +90,7 @@ mod tests {
 
     #[test]
     fn what_does_not_fit_is_refused() {
-        assert!(Layout::plan(960 * 800, &[]).is_err());
-        assert!(Layout::plan(usize::MAX, &[1]).is_err());
+        assert!(OnChipLayout::plan(960 * 800, &[]).is_err());
+        assert!(OnChipLayout::plan(usize::MAX, &[1]).is_err());
     }
 }

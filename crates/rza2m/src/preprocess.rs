@@ -5,7 +5,7 @@
 //! of its circuits.
 
 use crate::drp::{CircuitData, DrpDevice, Pipeline, PipelineError, SelfTest, Session};
-use crate::{Layout, PhysicalMemory};
+use crate::{OnChipLayout, PhysicalMemory};
 use sextant_drp_circuits::{Circuit, Model, Raster};
 use std::io;
 
@@ -116,7 +116,7 @@ impl<D: DrpDevice> Accelerated<D> {
         memory: &mut M,
         circuits: Vec<CircuitData>,
         size: [usize; 2],
-        layout: Layout,
+        layout: OnChipLayout,
     ) -> Result<(Self, Vec<SelfTest>), PipelineError> {
         check_order(circuits.iter().map(|data| data.circuit))
             .map_err(|why| PipelineError::Circuits(why.to_owned()))?;

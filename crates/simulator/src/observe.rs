@@ -7,7 +7,7 @@ use crate::model::Model;
 use crate::optics::Optics;
 use crate::random::Random;
 use crate::scenario::{Scenario, ScenarioError, SceneCamera, SceneObject, SceneTag};
-use crate::view::{PlacedSolid, View, normalised_polygon};
+use crate::view::{PlacedSolid, SolidsView, normalised_polygon};
 use nalgebra::{Point2, Point3, Vector2};
 use sextant_geometry::{Pose, tag_corners_in_tag};
 use sextant_tag_families::Family;
@@ -63,7 +63,7 @@ impl Default for Visibility {
 pub struct Observer {
     scenario: Scenario,
     model: Model,
-    view: View,
+    view: SolidsView,
     visibility: Visibility,
 }
 
@@ -77,7 +77,7 @@ impl Observer {
         let model = Model::new(scenario);
         Ok(Self {
             scenario: scenario.clone(),
-            view: View::new(&model),
+            view: SolidsView::new(&model),
             model,
             visibility,
         })
@@ -185,7 +185,7 @@ fn project(
     tag: &SceneTag,
 ) -> Option<[Point2<f64>; 4]> {
     let mut corners = [Point2::origin(); 4];
-    let optics = Optics::of(camera);
+    let optics = Optics::from_camera(camera);
     for (corner, point) in corners.iter_mut().zip(tag.corners_in_object()) {
         let seen_after = |after_s: f64| optics.project(&(camera_from_object(after_s) * point));
         *corner = seen_after(0.0)?;

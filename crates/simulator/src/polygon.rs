@@ -45,7 +45,7 @@ impl Polygon {
     }
 
     pub fn bounds(&self) -> Bounds {
-        Bounds::of(self.corners())
+        Bounds::around(self.corners())
     }
 
     pub fn area(&self) -> f64 {
@@ -140,7 +140,7 @@ impl Bounds {
         max: Point2::new(f64::NEG_INFINITY, f64::NEG_INFINITY),
     };
 
-    pub fn of(points: &[Point2<f64>]) -> Self {
+    pub fn around(points: &[Point2<f64>]) -> Self {
         points.iter().fold(Self::NOTHING, |bounds, point| Self {
             min: bounds.min.inf(point),
             max: bounds.max.sup(point),

@@ -27,7 +27,7 @@ use crate::model::{Area, Model, SolidModel, light_on};
 use crate::optics::Optics;
 use crate::polygon::{Polygon, convex_hull};
 use crate::scenario::{Light, Scenario, ScenarioError, SceneCamera};
-use crate::view::{PlacedSolid, View, normalised_polygon};
+use crate::view::{PlacedSolid, SolidsView, normalised_polygon};
 use backdrop::Backdrop;
 use bayer::Demosaic;
 use canvas::{Canvas, Layer, Occluders};
@@ -52,7 +52,7 @@ pub struct WrongImageSize {
 /// Draws the images of one camera of a scenario.
 pub struct Renderer {
     scene: Scene,
-    view: View,
+    view: SolidsView,
     shadows: Shadows,
     canvas: Canvas,
     regions: Regions,
@@ -90,16 +90,16 @@ impl Renderer {
         exposure.apply(&mut field);
         let camera = &exposure.camera;
         Ok(Self {
-            view: View::new(&model),
+            view: SolidsView::new(&model),
             shadows: Shadows::new(scenario),
             canvas: Canvas::new(camera),
             regions: Regions::new(camera.resolution, model.solids.len() + model.paths.len()),
             backdrop: Backdrop::new(camera, field, sharp),
             sensor: Sensor::new(scenario, camera),
-            demosaic: Demosaic::of(camera),
-            jpeg: Jpeg::of(camera),
+            demosaic: Demosaic::for_camera(camera),
+            jpeg: Jpeg::for_camera(camera),
             scene: Scene {
-                optics: Optics::of(camera),
+                optics: Optics::from_camera(camera),
                 camera: camera.clone(),
                 camera_from_world: camera.world_from_camera.inverse(),
                 light: scenario.light,
@@ -163,7 +163,7 @@ impl Renderer {
             canvas,
             ..
         } = self;
-        for shadow in shadows.of(object, &scene.model, view) {
+        for shadow in shadows.cast(object, &scene.model, view) {
             let in_camera = shadow
                 .corners()
                 .map(|corner| scene.camera_from_world * corner);

@@ -2,7 +2,7 @@
 //! with a history that zenoh-ext's AdvancedSubscriber finds.
 //!
 //! An AdvancedSubscriber asks `<key>/@adv/**` once, and every publisher whose token appears below `<key>/@adv/pub/**`.
-//! The last chunks of the token are `uhlc/_`: samples are told apart by their timestamps. Source: zenoh-ext 1.10,
+//! The last chunks of the token are `uhlc/_`: samples differ by their timestamps. Source: zenoh-ext 1.10,
 //! `advanced_publisher.rs`.
 
 use std::sync::{Arc, Mutex, PoisonError};

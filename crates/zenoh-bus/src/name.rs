@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_is_told_as_people_say_it() {
+    fn a_name_is_printed_as_people_say_it() {
         assert_eq!(
             name_of("sextant/v1/demo/holder/camera/north"),
             "camera north"

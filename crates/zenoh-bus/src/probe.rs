@@ -55,7 +55,7 @@ mod tests {
     use std::net::TcpListener;
 
     #[test]
-    fn who_listens_without_a_session_is_told_apart_from_nobody() {
+    fn a_listener_without_a_session_differs_from_no_listener() {
         let silent = TcpListener::bind("127.0.0.1:0").unwrap();
         let endpoint = format!("tcp/{}", silent.local_addr().unwrap());
         let why = || {

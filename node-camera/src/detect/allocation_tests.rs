@@ -65,7 +65,7 @@ fn an_image_costs_no_memory_but_for_sending_its_message() {
             prefix: format!("{:x}d", std::process::id()),
         },
     );
-    let _announced = announce(&scenario, &bus, &Keys::of(config.site.clone()));
+    let _announced = announce(&scenario, &bus, &Keys::for_site(config.site.clone()));
     let own = Bus::open(&config.network).unwrap();
     let mut part = DetectPart::new(&config, &own).unwrap();
     let deadline = Instant::now() + PATIENCE;

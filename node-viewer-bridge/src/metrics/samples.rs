@@ -1,6 +1,6 @@
 //! The metrics by name. Names and labels are what people's dashboards rely on: docs/outputs.md lists them.
 
-use super::View;
+use super::MetricsView;
 use super::figures::{CameraFigures, IMAGE_STAGES, POSE_STAGES};
 use super::text::{FamilyKind, family};
 use serde::Serialize;
@@ -26,7 +26,7 @@ pub(crate) struct BridgeFigures {
 
 use FamilyKind::{Counter, Gauge, Histogram};
 
-impl View<'_> {
+impl MetricsView<'_> {
     pub(super) fn text(&self, bridge: &BridgeFigures, now_ns: u64) -> String {
         let mut text = String::new();
         bridge.text(&mut text);

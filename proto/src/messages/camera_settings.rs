@@ -1,7 +1,7 @@
 //! Exposure, gain and rate of a camera: as the site wants them, and as they are in force.
 
 use crate::check::{self, OutOfRange, holds};
-use crate::envelope::{Kind, Message};
+use crate::envelope::{Message, MessageKind};
 use serde::{Deserialize, Serialize};
 use sextant_site_model::CameraId;
 
@@ -46,7 +46,7 @@ impl CameraSettings {
 }
 
 impl Message for CameraSettings {
-    const KIND: Kind = Kind::CameraSettings;
+    const KIND: MessageKind = MessageKind::CameraSettings;
 
     fn check(&self) -> Result<(), OutOfRange> {
         let exposure_us = self.exposure_us.unwrap_or(1.0);

@@ -2,7 +2,7 @@
 //! gives the same poses.
 
 use crate::check::{self, OutOfRange, holds};
-use crate::envelope::{Kind, Message};
+use crate::envelope::{Message, MessageKind};
 use crate::ids::NodeId;
 use crate::limits::{MAX_INPUTS, MAX_OBJECTS};
 use crate::wire;
@@ -57,7 +57,7 @@ pub enum InputSource {
 }
 
 impl Message for FusionInputs {
-    const KIND: Kind = Kind::FusionInputs;
+    const KIND: MessageKind = MessageKind::FusionInputs;
 
     fn check(&self) -> Result<(), OutOfRange> {
         holds(self.inputs.len() <= MAX_INPUTS, "inputs")?;

@@ -2,7 +2,7 @@
 //! publishes its share, and by which all of them come to work from the same models.
 
 use crate::check::{self, OutOfRange, holds};
-use crate::envelope::{Kind, Message};
+use crate::envelope::{Message, MessageKind};
 use crate::ids::NodeId;
 use crate::limits::{MAX_OBJECTS, MAX_PEERS};
 use crate::wire;
@@ -97,7 +97,7 @@ pub enum Part {
 }
 
 impl Message for Heartbeat {
-    const KIND: Kind = Kind::Heartbeat;
+    const KIND: MessageKind = MessageKind::Heartbeat;
 
     fn check(&self) -> Result<(), OutOfRange> {
         holds(self.heard.len() <= MAX_PEERS, "heard")?;

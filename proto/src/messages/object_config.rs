@@ -1,7 +1,7 @@
 //! An object of a site, rigid or of links and joints: everything that its file can say.
 
 use crate::check::{self, OutOfRange, holds};
-use crate::envelope::{Kind, Message};
+use crate::envelope::{Message, MessageKind};
 use crate::limits::{MAX_LINKS, MAX_OBJECT_TAGS};
 use crate::messages::pose_config::{PoseConfig, SigmaConfig};
 use crate::wire;
@@ -95,7 +95,7 @@ impl ObjectConfig {
 }
 
 impl Message for ObjectConfig {
-    const KIND: Kind = Kind::ObjectConfig;
+    const KIND: MessageKind = MessageKind::ObjectConfig;
 
     fn check(&self) -> Result<(), OutOfRange> {
         holds(self.links.len() <= MAX_LINKS, "links")?;

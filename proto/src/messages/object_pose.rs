@@ -1,7 +1,7 @@
 //! Where an object is: the estimate that the system exists for, and the simulator's truth beside it.
 
 use crate::check::{self, OutOfRange, holds};
-use crate::envelope::{Kind, Message};
+use crate::envelope::{Message, MessageKind};
 use crate::wire;
 use serde::{Deserialize, Serialize};
 use sextant_site_model::ObjectId;
@@ -41,7 +41,7 @@ pub struct ObjectPose {
 }
 
 impl Message for ObjectPose {
-    const KIND: Kind = Kind::ObjectPose;
+    const KIND: MessageKind = MessageKind::ObjectPose;
 
     fn check(&self) -> Result<(), OutOfRange> {
         check::time(self.capture_ns, "capture_ns")?;
@@ -74,7 +74,7 @@ pub struct ObjectTruth {
 }
 
 impl Message for ObjectTruth {
-    const KIND: Kind = Kind::ObjectTruth;
+    const KIND: MessageKind = MessageKind::ObjectTruth;
 
     fn check(&self) -> Result<(), OutOfRange> {
         check::time(self.capture_ns, "capture_ns")?;

@@ -1,7 +1,7 @@
 //! What one image of one camera showed: corners, and the tag poses solved from them.
 
 use crate::check::{self, OutOfRange, holds, widened};
-use crate::envelope::{Kind, Message};
+use crate::envelope::{Message, MessageKind};
 use crate::limits::{MAX_PIXEL, MAX_TAG_POSES, MAX_TAGS, MAX_TIME_NS};
 use crate::messages::camera_status::ClockQuality;
 use crate::wire;
@@ -81,7 +81,7 @@ pub struct TagPose {
 }
 
 impl Message for Observations {
-    const KIND: Kind = Kind::Observations;
+    const KIND: MessageKind = MessageKind::Observations;
 
     fn check(&self) -> Result<(), OutOfRange> {
         check::time(self.capture_ns, "capture_ns")?;

@@ -1,7 +1,7 @@
 //! The cameras of a site: everything that its rig file can say.
 
 use crate::check::{self, OutOfRange, holds};
-use crate::envelope::{Kind, Message};
+use crate::envelope::{Message, MessageKind};
 use crate::limits::MAX_CAMERAS;
 use crate::messages::pose_config::{PoseConfig, SigmaConfig};
 use crate::wire;
@@ -115,7 +115,7 @@ pub struct ExposureConfig {
 }
 
 impl Message for RigConfig {
-    const KIND: Kind = Kind::RigConfig;
+    const KIND: MessageKind = MessageKind::RigConfig;
 
     fn check(&self) -> Result<(), OutOfRange> {
         holds(self.cameras.len() <= MAX_CAMERAS, "cameras")?;

@@ -11,7 +11,7 @@ use crate::procedure::{ImageArguments, ImageSelection, Images, wrong};
 use anyhow::{bail, ensure};
 use clap::Args;
 use sextant_calibrator::lens::Selection;
-use sextant_calibrator::procedure::{LensPlan, Outcome, Plan, Procedure, Product, Report};
+use sextant_calibrator::procedure::{LensPlan, Plan, Procedure, ProcedureOutcome, Product, Report};
 use sextant_geometry::{Intrinsics, Lens, LensModel};
 use sextant_process::{Exit, WithExit};
 use sextant_recordings::{Dataset, Frame, read_picture};
@@ -91,7 +91,7 @@ fn resolution(text: &str) -> Result<[u32; 2], String> {
 pub fn run(arguments: &LensArguments, format: Format) -> anyhow::Result<()> {
     let board = board(arguments).exit_with(Exit::Input)?;
     let known = existing(&arguments.rig).exit_with(Exit::Input)?;
-    let chessboard = ChessboardSearch::of([&board], PartialViews::Used);
+    let chessboard = ChessboardSearch::among([&board], PartialViews::Used);
     let camera = Some(&arguments.camera);
     let mut images = arguments.images.open(format, chessboard.as_ref(), camera)?;
     let (resolution, selection) = pictures_of(&mut images, arguments, &known)?;
@@ -113,7 +113,11 @@ pub fn run(arguments: &LensArguments, format: Format) -> anyhow::Result<()> {
 }
 
 /// Writes the lens and prints the report.
-fn finish(outcome: &Outcome, arguments: &LensArguments, format: Format) -> anyhow::Result<()> {
+fn finish(
+    outcome: &ProcedureOutcome,
+    arguments: &LensArguments,
+    format: Format,
+) -> anyhow::Result<()> {
     let (Product::Rig(rig), Report::Lens(report)) = (&outcome.product, &outcome.report) else {
         bail!("the calibration of a lens gave no lens");
     };

@@ -7,7 +7,7 @@ use crate::procedure::{ImageArguments, ImageSelection, wrong};
 use crate::words;
 use anyhow::bail;
 use clap::Args;
-use sextant_calibrator::procedure::{Outcome, Plan, Procedure, Product, Report};
+use sextant_calibrator::procedure::{Plan, Procedure, ProcedureOutcome, Product, Report};
 use sextant_calibrator::{Origin, RigPlan, RigReport, Up};
 use sextant_process::{Exit, WithExit};
 use sextant_replay::{ChessboardSearch, PartialViews};
@@ -126,8 +126,8 @@ pub fn run(arguments: &RigArguments, format: Format) -> anyhow::Result<()> {
             object.id()
         ))?;
     }
-    let chessboard = ChessboardSearch::of([&object], PartialViews::LeftOut);
-    if let Some(board) = Chessboard::of(&object).filter(Chessboard::is_symmetric) {
+    let chessboard = ChessboardSearch::among([&object], PartialViews::LeftOut);
+    if let Some(board) = Chessboard::from_object(&object).filter(Chessboard::is_symmetric) {
         eprintln!("warning: {}", symmetric(&board));
     }
     let plan = Plan::Rig(RigPlan {
@@ -160,7 +160,11 @@ fn symmetric(board: &Chessboard) -> String {
 }
 
 /// Writes the rig and prints the report.
-fn finish(outcome: &Outcome, arguments: &RigArguments, format: Format) -> anyhow::Result<()> {
+fn finish(
+    outcome: &ProcedureOutcome,
+    arguments: &RigArguments,
+    format: Format,
+) -> anyhow::Result<()> {
     let (Product::Rig(rig), Report::Rig(report)) = (&outcome.product, &outcome.report) else {
         bail!("the calibration of a rig gave no rig");
     };

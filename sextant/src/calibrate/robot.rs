@@ -85,7 +85,7 @@ pub fn run(arguments: &RobotArguments, format: Format) -> anyhow::Result<()> {
         KeyedPoses::ByTime(poses) => RobotPoses::ByTime(poses),
         KeyedPoses::ByImage(poses) => RobotPoses::ByImage(poses),
     };
-    let chessboard = ChessboardSearch::of([&object], PartialViews::LeftOut);
+    let chessboard = ChessboardSearch::among([&object], PartialViews::LeftOut);
     let preferred = match chessboard {
         Some(_) => Preferred::Pictures,
         None => Preferred::Detections,

@@ -122,7 +122,7 @@ impl RecordingConversion<'_> {
             version: env!("CARGO_PKG_VERSION").to_owned(),
         };
         let mut sink = FileSink {
-            keys: Keys::of(SiteId::new(SITE)?),
+            keys: Keys::for_site(SiteId::new(SITE)?),
             writer: McapWriter::begin(BufWriter::new(file), self.to, &info)?,
             rig: rig.as_ref(),
             sequences: BTreeMap::new(),

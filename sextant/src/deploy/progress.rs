@@ -11,7 +11,7 @@ pub struct Progress {
 
 impl Progress {
     /// A line for each of these hosts.
-    pub fn of(hosts: impl Iterator<Item = String>) -> Self {
+    pub fn new(hosts: impl Iterator<Item = String>) -> Self {
         let lines = MultiProgress::new();
         let style = ProgressStyle::with_template("{prefix:24} {msg}");
         let style = style.unwrap_or_else(|_| ProgressStyle::default_spinner());

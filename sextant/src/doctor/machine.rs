@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn a_small_or_missing_shared_memory_is_told() {
+    fn a_small_or_missing_shared_memory_is_reported() {
         let mounts = "tmpfs /dev/shm tmpfs rw,size=65536k 0 0\ntmpfs /run tmpfs rw 0 0\n";
         let size = |folder| size_of_mount(mounts, Path::new(folder));
         assert_eq!((size("/dev/shm"), size("/run")), (Some(64 << 20), None));

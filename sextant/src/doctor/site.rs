@@ -36,7 +36,7 @@ pub fn findings(arguments: &SiteArguments, nodes: &[NamedNode]) -> anyhow::Resul
     };
     let keys = &site.keys;
     let mirror = site.mirror(&[keys.all_camera_statuses(), keys.all_fusion_statuses()])?;
-    let view = SiteView::of(&mirror);
+    let view = SiteView::from_mirror(&mirror);
     let mut findings = vec![Finding::ok("router", "it answers")];
     findings.push(view.fusion_nodes(&site)?);
     findings.extend(other_versions(&view));
@@ -65,7 +65,7 @@ struct SiteView<'a> {
 }
 
 impl<'a> SiteView<'a> {
-    fn of(mirror: &'a SiteMirror) -> Self {
+    fn from_mirror(mirror: &'a SiteMirror) -> Self {
         let cameras = mirror.cameras().map(|(_, camera)| &camera.status);
         let running = mirror.alive(NodeKind::Camera);
         Self {

@@ -73,7 +73,7 @@ impl PoseReceiver for PoseLines {
 
     fn take(&mut self, pose: &ObjectPose) -> anyhow::Result<Next> {
         if self.left > 0 {
-            let estimate = self.frame.of(ObjectEstimate::from(pose));
+            let estimate = self.frame.transform(ObjectEstimate::from(pose));
             let line = match self.format {
                 PoseFormat::Json => pose_json(&estimate),
                 PoseFormat::Csv => pose_csv(&estimate),

@@ -26,7 +26,7 @@ impl Delivery {
     /// # Errors
     /// [`Exit::Input`] for a recording that cannot be replayed, [`Exit::Interrupted`] while waiting for the recorded
     /// time, and a closed output.
-    pub fn of(
+    pub fn deliver(
         self,
         images: Option<u64>,
         replay: impl FnOnce(&mut Deliverer<'_>) -> anyhow::Result<Replayed>,
@@ -48,7 +48,7 @@ impl Delivery {
         replayed.poses = replayed
             .poses
             .into_iter()
-            .map(|pose| self.frame.of(pose))
+            .map(|pose| self.frame.transform(pose))
             .collect();
         if self.prints && !self.is_realtime {
             print(&replayed.poses)?;
@@ -80,7 +80,7 @@ impl ReplayObserver for Deliverer<'_> {
 
     fn take(&mut self, poses: &[ObjectEstimate]) -> anyhow::Result<()> {
         if self.prints_at_once {
-            let poses = poses.iter().map(|pose| self.frame.of(pose.clone()));
+            let poses = poses.iter().map(|pose| self.frame.transform(pose.clone()));
             print(&poses.collect::<Vec<_>>())?;
         }
         Ok(())

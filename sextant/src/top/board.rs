@@ -333,7 +333,7 @@ pub mod tests {
     }
 
     #[test]
-    fn faults_and_silence_are_told() {
+    fn faults_and_silence_are_shown() {
         let mut board = board();
         assert_eq!(
             words(&board, NOW_NS),

@@ -76,8 +76,8 @@ pub fn house() -> House {
     cameras.push(eye());
     let mut objects = seen.objects.clone();
     objects.push(die());
-    House::of(
-        &Scene::of(Rig::new(cameras).expect("a rig"), objects),
+    House::with_files(
+        &Scene::from_models(Rig::new(cameras).expect("a rig"), objects),
         &seen,
     )
 }

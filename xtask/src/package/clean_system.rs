@@ -30,7 +30,7 @@ pub struct CleanSystem(PathBuf);
 
 impl CleanSystem {
     /// With these packages beside the essential ones; made where it is missing.
-    pub fn of(architecture: &str, packages: &str) -> Result<Self, String> {
+    pub fn new(architecture: &str, packages: &str) -> Result<Self, String> {
         let name = format!("{RELEASE}-{architecture}-{}", packages.replace(',', "-"));
         let system = output()?.join("systems").join(name);
         if !system.exists() {

@@ -16,7 +16,7 @@ const SCRIPT: &str = "lifecycle.sh";
 /// Fails where a step does, leaves something behind or takes too much away.
 pub fn check(staged: &Staged, deb: &Path) -> Result<(), String> {
     let architecture = staged.target.architecture.unwrap_or_default();
-    let system = CleanSystem::of(architecture, PACKAGES)?;
+    let system = CleanSystem::new(architecture, PACKAGES)?;
     let newer = deb::write(staged, NEWER)?;
     let folder = super::fresh_folder("trial")?;
     let script = folder.join(SCRIPT);

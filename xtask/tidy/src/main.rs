@@ -6,10 +6,24 @@
 mod rules;
 mod source;
 
-use rules::Finding;
+use rules::{Finding, syntax, width, words};
 use source::Source;
 use std::path::Path;
 use std::process::ExitCode;
+
+/// Folders that are being rewritten, which are not looked at meanwhile.
+const PENDING: &[&str] = &[
+    "crates/calibrator/src/adjustment.rs",
+    "crates/calibrator/src/bundle",
+    "crates/calibrator/src/constellation.rs",
+    "crates/calibrator/src/priors.rs",
+    "crates/estimator/src/diagnosis",
+    "crates/estimator/src/filter",
+    "crates/estimator/src/measurement",
+    "crates/estimator/src/self_calibration",
+    "crates/estimator/src/tracker",
+    "node-viewer-bridge/src/wizard",
+];
 
 fn main() -> ExitCode {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
@@ -31,17 +45,27 @@ fn main() -> ExitCode {
 
 /// Findings of all sources below a folder, in the order of their files and lines.
 fn check(root: &Path) -> Result<Vec<Finding>, String> {
-    let sources = source::read_all(root)?;
-    let mut findings: Vec<Finding> = sources.iter().flat_map(check_one).collect();
+    let mut findings = Vec::new();
+    let mut generic_types = Vec::new();
+    let is_pending = |source: &Source| PENDING.iter().any(|part| source.path.starts_with(part));
+    for source in source::read_all(root)?
+        .into_iter()
+        .filter(|it| !is_pending(it))
+    {
+        findings.extend(width::check(&source));
+        if let Some(rust) = &source.rust {
+            findings.extend(words::check(&source, rust));
+            let (by_syntax, types) = syntax::check(&source, rust);
+            findings.extend(by_syntax);
+            generic_types.extend(types);
+        }
+    }
+    findings.extend(syntax::check_generic_types(generic_types));
+    findings.retain(|finding| {
+        !PENDING
+            .iter()
+            .any(|folder| finding.path.starts_with(folder))
+    });
     findings.sort();
     Ok(findings)
-}
-
-fn check_one(source: &Source) -> Vec<Finding> {
-    let mut findings = rules::width::check(source);
-    if let Some(rust) = &source.rust {
-        findings.extend(rules::words::check(source, rust));
-        findings.extend(rules::syntax::check(source, rust));
-    }
-    findings
 }

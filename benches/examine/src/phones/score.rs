@@ -103,14 +103,14 @@ fn learned<'a>(site: &Path, scenario: &'a Scenario) -> anyhow::Result<Vec<Learne
     for file in files.iter().filter(is_object) {
         let model = read_object(file)?;
         let truths = scenario.objects.iter();
-        found.extend(truths.filter_map(|truth| Learned::of(&model, truth)));
+        found.extend(truths.filter_map(|truth| Learned::compare(&model, truth)));
     }
     ensure!(!found.is_empty(), "{}: no object", site.display());
     Ok(found)
 }
 
 impl<'a> Learned<'a> {
-    fn of(model: &ObjectModel, truth: &'a SceneObject) -> Option<Self> {
+    fn compare(model: &ObjectModel, truth: &'a SceneObject) -> Option<Self> {
         let mut tags = PosePairs::default();
         for own in model.tags() {
             let mut all = truth.tags.iter();
@@ -234,7 +234,7 @@ mod tests {
             ObjectModel::new(id, tags.collect()).unwrap()
         };
         let truths = scenario.objects.iter();
-        let objects = truths.map(|truth| Learned::of(&model(truth), truth).unwrap());
+        let objects = truths.map(|truth| Learned::compare(&model(truth), truth).unwrap());
         let objects: Vec<Learned> = objects.collect();
         let began_ns = 1_000_000_012_345_678;
         let world = Pose::new(Vector3::new(1.0, 2.0, 3.0), Vector3::new(0.5, 0.1, -2.0));

@@ -42,10 +42,10 @@ thread_local! {
     static INSTANCE: RefCell<Instance> = RefCell::default();
 }
 
-type Outcome = Result<usize, String>;
+type CallResult = Result<usize, String>;
 
 /// Runs a call. It borrows the instance for as long as it takes, and calls no other.
-fn call(work: impl FnOnce(&mut Instance) -> Outcome) -> i32 {
+fn call(work: impl FnOnce(&mut Instance) -> CallResult) -> i32 {
     INSTANCE.with_borrow_mut(|instance| {
         let count = work(instance).and_then(|count| i32::try_from(count).map_err(words));
         count.unwrap_or_else(|cause| {

@@ -79,7 +79,7 @@ impl Vision {
             Finder::Tracking(tracker) => tracker.detect(&image),
         };
         self.tags.extend_from_slice(tags);
-        self.light = Light::of(&image);
+        self.light = Light::measure(&image);
         Ok(&self.tags)
     }
 
@@ -109,7 +109,7 @@ impl Vision {
 }
 
 impl Light {
-    fn of(image: &Image<'_>) -> Self {
+    fn measure(image: &Image<'_>) -> Self {
         let rows = (0..image.height()).step_by(ROW_STEP).map(|y| image.row(y));
         let (mut sum, mut n_pixels) = (0_u64, 0_u64);
         let (mut steepness, mut n_edges) = (0.0, 0_u32);
@@ -153,7 +153,7 @@ mod tests {
 
     fn light(row: impl Fn(usize) -> u8) -> Light {
         let pixels: Vec<u8> = (0..64 * 64).map(|i| row(i % 64)).collect();
-        Light::of(&Image::new(&pixels, 64, 64, 64).unwrap())
+        Light::measure(&Image::new(&pixels, 64, 64, 64).unwrap())
     }
 
     #[test]

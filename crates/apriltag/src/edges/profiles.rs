@@ -6,7 +6,7 @@ use super::Crossing;
 use crate::homography::{Homography, POINTS, Points};
 use crate::kernels::{sample, vectorised};
 use crate::quad::{Point, Quad, distance, mean_edge};
-use crate::view::View;
+use crate::view::ImageView;
 
 /// Step along the profiles, in pixels.
 const STEP_PX: f32 = 0.5;
@@ -56,7 +56,7 @@ impl Profiles {
     /// image.
     pub(super) fn find_crossings<'a>(
         &self,
-        view: &View<'_>,
+        view: &ImageView<'_>,
         (a, b): (Point, Point),
         [nx, ny]: Point,
         out: &'a mut [[Crossing; POINTS]; MAX_GROUPS],

@@ -22,7 +22,7 @@ pub(super) const RESIDUAL: f32 = 2048.0;
 pub(super) type Row = [f32; COLUMNS + 1];
 
 #[derive(Debug)]
-pub(super) struct Equations {
+pub(super) struct PixelEquations {
     columns: Box<[Column; COLUMNS]>,
     /// The line of the pattern to which each pixel belongs.
     lines: Box<Column>,
@@ -38,7 +38,7 @@ pub(super) struct Equations {
     limit: f32,
 }
 
-impl Default for Equations {
+impl Default for PixelEquations {
     fn default() -> Self {
         Self {
             columns: Box::new([[[0; GROUP]; MAX_GROUPS]; COLUMNS]),
@@ -52,7 +52,7 @@ impl Default for Equations {
     }
 }
 
-impl Equations {
+impl PixelEquations {
     pub(super) fn clear(&mut self, limit: f32) {
         self.n_groups = 0;
         self.limit = limit;
@@ -236,9 +236,9 @@ mod tests {
     #[test]
     fn steps_solve_the_equations_and_show_the_covariance() {
         for right in 0..HOMOGRAPHY {
-            let mut equations = Equations {
+            let mut equations = PixelEquations {
                 system: system(right),
-                ..Equations::default()
+                ..PixelEquations::default()
             };
             let step = equations.eliminate();
             let unit = |k: usize| equations.whiten(std::array::from_fn(|i| f32::from(i == k)));
@@ -256,7 +256,7 @@ mod tests {
 
     #[test]
     fn residuals_after_a_step_are_less_what_the_step_explains() {
-        let mut equations = Equations::default();
+        let mut equations = PixelEquations::default();
         equations.clear(1.0);
         let derivative = |i: usize, k: usize| ((i * 7 + k * 5) % 11) as f32 - 5.0;
         for group in 0..4 {

@@ -1,9 +1,9 @@
 //! Predicted grey value of a pixel, and its derivatives with respect to all fitted parameters.
 
-use super::equations::{Equations, RESIDUAL, Row, UNIT};
+use super::equations::{PixelEquations, RESIDUAL, Row, UNIT};
 use super::pattern::{Coverage, Crossings, GROUP, MOST_EDGES, Optics, Pattern, Places};
 use super::pixels::Group;
-use super::state::State;
+use super::state::PatternState;
 use crate::quad::Quad;
 
 /// Residuals beyond this many scales have no weight (Tukey's biweight).
@@ -19,7 +19,7 @@ const RIM: f32 = 1.25;
 /// The state, and what is derived from it for all pixels.
 pub(super) struct Model<'a> {
     pattern: &'a Pattern,
-    pub(super) state: &'a State,
+    pub(super) state: &'a PatternState,
     optics: Optics,
     /// Most edges of either axis that affect a pixel.
     pub(super) n_edges: usize,
@@ -36,7 +36,7 @@ impl<'a> Model<'a> {
     /// A model for residuals of about this share of the contrast, which is `levels` grey levels.
     pub(super) fn new(
         pattern: &'a Pattern,
-        state: &'a State,
+        state: &'a PatternState,
         scale: f32,
         levels: f32,
     ) -> Option<Self> {
@@ -57,7 +57,7 @@ impl<'a> Model<'a> {
     pub(super) fn linearise<'g, const EDGES: usize, const SHARP: bool>(
         &self,
         groups: impl Iterator<Item = &'g Group>,
-        equations: &mut Equations,
+        equations: &mut PixelEquations,
     ) {
         let mut crossings = Crossings::<EDGES>::default();
         for group in groups {
@@ -96,7 +96,7 @@ impl<'a> Model<'a> {
     /// weight, in the fixed-point units of the columns.
     #[inline(always)]
     fn row(&self, group: &Group, places: &Places, i: usize, coverage: &Coverage) -> Row {
-        let State {
+        let PatternState {
             values,
             origin,
             size_px,
@@ -166,14 +166,14 @@ impl<'a> Model<'a> {
 }
 
 /// Most edges of either axis that affect a pixel: one if their extent is at most half the distance of two.
-fn n_edges(pattern: &Pattern, state: &State) -> usize {
+fn n_edges(pattern: &Pattern, state: &PatternState) -> usize {
     let [u, v] = state.spread_px();
     let modules = SEEN * u.max(v) / pattern.module_px(state.size_px);
     (1 + (2.0 * modules) as usize).min(MOST_EDGES)
 }
 
 /// Where a pixel is affected by one edge only, the background is excluded and its parameter not needed.
-fn rim_px(pattern: &Pattern, state: &State) -> [f32; 2] {
+fn rim_px(pattern: &Pattern, state: &PatternState) -> [f32; 2] {
     let sigmas = if n_edges(pattern, state) == 1 {
         SEEN
     } else {
@@ -183,7 +183,7 @@ fn rim_px(pattern: &Pattern, state: &State) -> [f32; 2] {
 }
 
 /// Outline of everything that shows the pattern.
-pub(super) fn outline(pattern: &Pattern, state: &State) -> Quad {
+pub(super) fn outline(pattern: &Pattern, state: &PatternState) -> Quad {
     let r = pattern.ring - 2.0 * rim_px(pattern, state)[0] / state.size_px;
     [[-r, -r], [r, -r], [r, r], [-r, r]].map(|[u, v]| state.homography().apply(u, v))
 }

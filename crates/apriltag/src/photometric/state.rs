@@ -1,7 +1,7 @@
 //! The fitted parameters and what is derived from them: optics, homography, corners.
 
 use super::edge::{PIXEL, Profile, beside_product, halo_variance, spread_px};
-use super::equations::Equations;
+use super::equations::PixelEquations;
 use super::parameters::{BLACK, BLUR, HALO, HOMOGRAPHY, PARAMETERS, Vector, WHITE};
 use super::pattern::Optics;
 use crate::homography::Homography;
@@ -42,7 +42,7 @@ const RANGES: [[f32; 3]; PARAMETERS - BLUR] = {
 const CORNERS: [Point; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
 
 #[derive(Clone, Copy, Debug)]
-pub(super) struct State {
+pub(super) struct PatternState {
     /// In pixels, shares of the initial contrast, and the units of [`RANGES`].
     pub(super) values: Vector,
     /// Initial centre of the square.
@@ -53,7 +53,7 @@ pub(super) struct State {
     usual: [f32; PARAMETERS - BLUR],
 }
 
-impl State {
+impl PatternState {
     /// Initial state from the corners and the level of black, in shares of the contrast.
     pub(super) fn start(quad: &Quad, black: f32) -> Option<Self> {
         let Homography { origin, m } = Homography::square_to_quad(quad)?;
@@ -184,7 +184,7 @@ impl State {
 
     /// Dependence of x and y of each corner on eight independent variables of unit variance, from the solved equations:
     /// products of rows are covariances.
-    pub(super) fn corner_rows(&self, equations: &Equations) -> [[Row; 2]; 4] {
+    pub(super) fn corner_rows(&self, equations: &PixelEquations) -> [[Row; 2]; 4] {
         CORNERS.map(|corner| self.jacobian(corner).map(|row| equations.whiten(row)))
     }
 

@@ -8,7 +8,7 @@ use std::ops::Range;
 pub(super) const MAX_MODULES: usize = 256;
 
 #[derive(Debug)]
-pub(super) struct Layout {
+pub(super) struct ModuleLayout {
     /// Centres of the modules on the square -1..1 of the border. Border and ring are padded to whole blocks, and so are
     /// the bits; padding is ignored.
     pub(super) places: Vec<[Points; 2]>,
@@ -56,7 +56,7 @@ pub(super) struct RimBit {
     pub(super) significance: u32,
 }
 
-impl Layout {
+impl ModuleLayout {
     pub(super) fn new(data: &FamilyData) -> Self {
         let width = i16::from(data.border_width);
         let thickness = thickness(data);

@@ -1,12 +1,12 @@
 //! What is seen of a tag's modules, and what black and white are all over the tag: planes through the greys of its
 //! border and of the ring around it, as in AprilTag 2 (Wang & Olson, IROS 2016).
 
-use super::layout::{Layout, MAX_MODULES, Rim, RimBit, Ring};
+use super::layout::{MAX_MODULES, ModuleLayout, Rim, RimBit, Ring};
 use crate::Rejection;
 use crate::homography::{Homography, POINTS, Points};
 use crate::kernels::sample;
 use crate::quad::{Point, Quad, widths};
-use crate::view::View;
+use crate::view::ImageView;
 use std::ops::Range;
 
 /// Share of the contrast beyond the threshold that makes black or white of a place.
@@ -20,8 +20,8 @@ const ROOMY_PX: f32 = 4.0;
 
 /// The modules of a family as they lie within a quad.
 pub(super) struct Modules<'a> {
-    view: &'a View<'a>,
-    layout: &'a Layout,
+    view: &'a ImageView<'a>,
+    layout: &'a ModuleLayout,
     map: Homography,
     /// Width and height of a module, each at right angles to its sides.
     size_px: [f32; 2],
@@ -38,8 +38,8 @@ impl<'a> Modules<'a> {
     /// Border and ring.
     #[inline(always)]
     pub(super) fn new(
-        view: &'a View<'a>,
-        layout: &'a Layout,
+        view: &'a ImageView<'a>,
+        layout: &'a ModuleLayout,
         quad: &Quad,
     ) -> Result<Self, Rejection> {
         let map = Homography::square_to_quad(quad).ok_or(Rejection::Shape)?;

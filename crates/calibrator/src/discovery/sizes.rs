@@ -28,7 +28,11 @@ struct Size {
 
 impl Sizes {
     /// From the sizes in the plan and the ratios of the tags.
-    pub(super) fn of(plan: &DiscoveryPlan, tags: &[TagId], joints: &[([TagId; 2], Joint)]) -> Self {
+    pub(super) fn from_ratios(
+        plan: &DiscoveryPlan,
+        tags: &[TagId],
+        joints: &[([TagId; 2], Joint)],
+    ) -> Self {
         let relative = compared(tags, joints);
         let own = |tag: TagId| plan.sizes.iter().find(|(t, _)| *t == tag).map(|(_, s)| *s);
         let unit = unit(plan, &relative, own);

@@ -86,10 +86,10 @@ impl Tracks {
             return;
         }
         for tag in [a, b] {
-            let unit = || UnitPoses::of(&camera.lens, &tag.corners);
+            let unit = || UnitPoses::from_corners(&camera.lens, &tag.corners);
             poses.entry(tag.tag).or_insert_with(unit);
         }
-        let view = PairView::of(&poses[&a.tag], &poses[&b.tag]);
+        let view = PairView::between(&poses[&a.tag], &poses[&b.tag]);
         let last = (camera.id.clone(), corners);
         match self.pairs.get_mut(&key) {
             Some(pair) => pair.add(view, last),

@@ -76,7 +76,7 @@ const ENOUGH_TOGETHER: usize = 3;
 const OUTSIDE_PERCENT: usize = 4;
 
 impl Coverage {
-    pub(super) fn of(wanted: &[TagSpec]) -> Self {
+    pub(super) fn new(wanted: &[TagSpec]) -> Self {
         Self {
             images: 0,
             joining: 0,

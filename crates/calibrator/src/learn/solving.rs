@@ -71,7 +71,7 @@ impl LearnSession {
     fn solve_all(&self) -> Result<LearnedObject, LearnError> {
         let views = self.views();
         self.check_seen(&views)?;
-        let together = Groups::of(&self.rig, &views);
+        let together = Groups::from_views(&self.rig, &views);
         let joins_cameras = together.joins_cameras();
         let learned = self.solve_in(views, &together);
         if joins_cameras && learned.as_ref().map_or(true, is_odd) {

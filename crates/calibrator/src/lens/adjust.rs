@@ -2,7 +2,7 @@
 //! requested parameters of the lens.
 
 use super::board::Board;
-use super::view::View;
+use super::view::BoardView;
 use crate::bundle::{
     Bundle, BundleCamera, BundleImage, BundleOptions, BundleSolution, FreeLens, Freedom, Instant,
     TagObservation, solve,
@@ -92,7 +92,7 @@ pub(super) struct Adjustment {
 /// view has a pose or the start has no finite error.
 pub(super) fn adjust(
     board: &Board,
-    views: &[View],
+    views: &[BoardView],
     start: &Start,
     parameters: &Parameters,
 ) -> Option<Adjustment> {

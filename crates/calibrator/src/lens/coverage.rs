@@ -1,6 +1,6 @@
 //! Coverage of the image by the board, and its orientations.
 
-use super::view::View;
+use super::view::BoardView;
 use nalgebra::{Point2, Vector3};
 use sextant_geometry::Pose;
 
@@ -28,7 +28,7 @@ pub(super) struct Coverage {
 }
 
 impl Coverage {
-    pub(super) fn take(&mut self, resolution: [u32; 2], view: &View, pose: Option<&Pose>) {
+    pub(super) fn take(&mut self, resolution: [u32; 2], view: &BoardView, pose: Option<&Pose>) {
         self.views += 1;
         let (_, spread) = view.extent();
         self.near += u32::from(spread >= NEAR * f64::from(resolution[0]));

@@ -28,7 +28,7 @@ pub struct LensMaps {
 }
 
 impl LensMaps {
-    pub(super) fn of(fit: &Fit, resolution: [u32; 2]) -> Self {
+    pub(super) fn from_fit(fit: &Fit, resolution: [u32; 2]) -> Self {
         let mut sums = vec![vec![(0_u32, Vector2::zeros(), 0.0); COLUMNS]; ROWS];
         let bundle = &fit.adjustment.solution.bundle;
         for residual in bundle.residuals() {

@@ -11,7 +11,7 @@ use super::maps::LensMaps;
 use super::poses::board_pose;
 use super::refusal::LensRefusal;
 use super::start::start;
-use super::view::{SortedView, View};
+use super::view::{BoardView, SortedView};
 use sextant_geometry::{Intrinsics, Lens, LensModel, Pose};
 use sextant_site_model::{ImageObservation, ObjectModel, TagId};
 use std::collections::{BTreeMap, BTreeSet};
@@ -93,7 +93,7 @@ pub struct LensProgress {
 pub struct LensSession {
     board: Board,
     options: LensOptions,
-    views: Vec<View>,
+    views: Vec<BoardView>,
     places: Vec<(nalgebra::Point2<f64>, f64, [f64; 2])>,
     coverage: Coverage,
     images: usize,
@@ -110,7 +110,7 @@ impl LensSession {
     /// A board without tag poses.
     pub fn new(board: &ObjectModel, options: LensOptions) -> Result<Self, LensRefusal> {
         Ok(Self {
-            board: Board::of(board)?,
+            board: Board::from_object(board)?,
             options,
             views: Vec::new(),
             places: Vec::new(),
@@ -133,7 +133,7 @@ impl LensSession {
     /// # Errors
     /// Corners outside the resolution.
     pub fn handle(&mut self, image: &ImageObservation) -> Result<ViewOutcome, LensRefusal> {
-        let sorted = SortedView::of(&self.board, self.options.resolution, image)?;
+        let sorted = SortedView::from_image(&self.board, self.options.resolution, image)?;
         self.images += 1;
         self.foreign.extend(sorted.foreign);
         self.twice.extend(sorted.twice);
@@ -158,7 +158,7 @@ impl LensSession {
     }
 
     /// Approximate pose of the board, assuming a usual lens.
-    fn guess(&self, view: &View) -> Option<Pose> {
+    fn guess(&self, view: &BoardView) -> Option<Pose> {
         let [width, height] = self.options.resolution.map(f64::from);
         let focal = USUAL_FOCAL * width;
         let lens = Lens::pinhole(Intrinsics {
@@ -194,7 +194,7 @@ impl LensSession {
             (f64::from(self.coverage.near) / f64::from(NEAR)).min(1.0),
             (f64::from(self.coverage.views) / f64::from(VIEWS)).min(1.0),
         ];
-        let hint = Hint::of(&self.coverage);
+        let hint = Hint::for_coverage(&self.coverage);
         let fraction = match hint {
             Hint::Enough => 1.0,
             _ => parts.iter().sum::<f64>() / parts.len() as f64,
@@ -229,7 +229,7 @@ impl LensSession {
         })?;
         let wrong = self.wrong_tags(&fit);
         self.check_fit(&fit, wrong.values().map(|(wrong, _)| wrong).sum())?;
-        let maps = LensMaps::of(&fit, resolution);
+        let maps = LensMaps::from_fit(&fit, resolution);
         let (wrong_tags, all) = wrong
             .values()
             .fold((0, 0), |sum, n| (sum.0 + n.0, sum.1 + n.1));

@@ -187,7 +187,7 @@ const OFFSET_SIGMA_S: f64 = 0.03;
 /// driver, of a trigger.
 const STAMP_SIGMAS_S: [f64; 5] = [0.03, 0.01, 0.003, 0.001, 0.0];
 /// Largest number of cameras for which the jitter is chosen camera by camera.
-const MOST_TOLD_APART: usize = 12;
+const MOST_DISTINGUISHED: usize = 12;
 /// Difference of logarithms of evidence that speaks very strongly for a model (R. Kass and A. Raftery, Bayes factors,
 /// 1995).
 const VERY_STRONG: f64 = 5.0;
@@ -296,7 +296,7 @@ fn likeliest_clocks(start: &Adjustment, views: &[ImageView]) -> Result<Adjustmen
         return Ok(start.clone());
     };
     let n = model.cameras.len();
-    for at in (0..n).filter(|_| n <= MOST_TOLD_APART) {
+    for at in (0..n).filter(|_| n <= MOST_DISTINGUISHED) {
         let own_s = model.cameras[at].stamp_sigma_s;
         let own = STAMP_SIGMAS_S.iter().position(|sigma_s| *sigma_s == own_s);
         let own = own.unwrap_or(0);

@@ -78,7 +78,7 @@ const OUTSIDE_PERCENT: usize = 4;
 const DOUBLED: usize = 3;
 
 impl Coverage {
-    pub(super) fn of(rig: &Rig, object: &ObjectModel) -> Self {
+    pub(super) fn new(rig: &Rig, object: &ObjectModel) -> Self {
         let unplaced = object.tags().iter().filter(|_| !object.is_learned());
         Self {
             unplaced: unplaced.map(|tag| (tag.tag, 0)).collect(),

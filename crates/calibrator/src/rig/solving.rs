@@ -215,7 +215,7 @@ impl RigSession {
                     let poses = object.iter().map(|o| o.camera_from_object);
                     (view.capture_ns, poses.collect())
                 });
-            Trajectory::of(own.collect())
+            Trajectory::from_sightings(own.collect())
         };
         (0..self.rig.cameras().len()).map(of).collect()
     }

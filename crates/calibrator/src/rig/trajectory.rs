@@ -28,7 +28,7 @@ const LONGEST_GAP_NS: u64 = 250_000_000;
 
 impl Trajectory {
     /// A trajectory from poses in any order.
-    pub(crate) fn of(mut sightings: Vec<(u64, Vec<Pose>)>) -> Self {
+    pub(crate) fn from_sightings(mut sightings: Vec<(u64, Vec<Pose>)>) -> Self {
         sightings.retain(|(_, poses)| !poses.is_empty());
         sightings.sort_by_key(|(time, _)| *time);
         Self { sightings }
@@ -123,7 +123,7 @@ mod tests {
 
     #[test]
     fn poses_are_interpolated_over_short_gaps_only() {
-        let path = Trajectory::of(vec![
+        let path = Trajectory::from_sightings(vec![
             (0, at(0.0)),
             (100_000_000, at(1.0)),
             (900_000_000, at(2.0)),

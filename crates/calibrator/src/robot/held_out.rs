@@ -24,7 +24,7 @@ impl RobotSession {
         let folds = FOLDS.min(n);
         let errors = (0..folds).filter_map(|k| fold(solution, k * n / folds..(k + 1) * n / folds));
         let errors: Vec<[f64; 3]> = errors.flatten().collect();
-        HeldOut::of(&errors)
+        HeldOut::from_errors(&errors)
     }
 }
 

@@ -83,7 +83,7 @@ pub struct HeldOut {
 
 impl HeldOut {
     /// From distances (m), angles (rad) and corners (px).
-    pub(super) fn of(errors: &[[f64; 3]]) -> Option<Self> {
+    pub(super) fn from_errors(errors: &[[f64; 3]]) -> Option<Self> {
         let n = errors.len();
         let of = |part: usize| {
             let mut values: Vec<f64> = errors.iter().map(|error| error[part]).collect();

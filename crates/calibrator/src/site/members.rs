@@ -25,7 +25,7 @@ pub(super) struct BodyViews {
 }
 
 impl Members {
-    pub fn of(plan: &SitePlan, mut groups: TagGroups) -> Self {
+    pub fn from_groups(plan: &SitePlan, mut groups: TagGroups) -> Self {
         // A thing with a single tag is an object where there is no other.
         if groups.bodies.is_empty() {
             groups.bodies = groups.loose.drain(..).map(|tag| vec![tag]).collect();

@@ -107,8 +107,8 @@ const CORNER: f64 = 0.25;
 
 impl SiteSession {
     pub(super) fn finish(&self, found: SiteSolution) -> Result<CalibratedSite, SiteError> {
-        let world = WorldFrame::of(&self.plan, &found)?;
-        let scale = Scale::of(&self.plan.distances, &found)?;
+        let world = WorldFrame::choose(&self.plan, &found)?;
+        let scale = Scale::from_distances(&self.plan.distances, &found)?;
         let wrong = |error: &dyn std::fmt::Display| SiteError::Result(error.to_string());
         let cameras: Vec<SiteCameraReport> = (0..found.rig.cameras().len())
             .map(|at| found.camera(at))

@@ -48,7 +48,7 @@ impl SiteSession {
     /// If no two cameras can be placed or no object learned, with reason and remedy.
     pub fn solve(&self) -> Result<CalibratedSite, SiteError> {
         let rig = self.first_rig()?;
-        let groups = TagGroups::of(&rig, self.images.iter(), &self.plan.families);
+        let groups = TagGroups::from_images(&rig, self.images.iter(), &self.plan.families);
         let members = self.members(groups)?;
         let (rig, known) = self.known_from_single_images(rig, &members)?;
         let seen = self.body_views(&rig, &members).thinned(rig.cameras().len());
@@ -115,7 +115,7 @@ impl SiteSession {
                 still => SiteError::NothingMoves(listed(still)),
             });
         }
-        Ok(Members::of(&self.plan, groups))
+        Ok(Members::from_groups(&self.plan, groups))
     }
 }
 
@@ -166,7 +166,7 @@ fn placement(
             let is_body = body.is_none_or(|body| seen.body_of[at] == Some(body));
             is_body && seen.views[at].camera == camera
         });
-        Trajectory::of(views.map(sighting).collect())
+        Trajectory::from_sightings(views.map(sighting).collect())
     };
     let of_all: Vec<Trajectory> = (0..n).map(|camera| trajectory(None, camera)).collect();
     let bodies = (0..members.n_bodies).map(|body| {

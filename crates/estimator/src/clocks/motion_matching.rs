@@ -195,7 +195,7 @@ impl Comparison<'_> {
             .flat_map(|pair| pair.b.iter().map(move |b| (pair, b)));
         samples
             .step_by(every)
-            .filter_map(move |(pair, b)| PosePair::of(pair.a, b, offset_s))
+            .filter_map(move |(pair, b)| PosePair::at_offset(pair.a, b, offset_s))
     }
 
     fn cost(&self, offset_s: f64, most: usize) -> Option<Cost> {
@@ -228,11 +228,11 @@ impl Comparison<'_> {
     /// Standard deviation of the offset by the motion of the compared poses, s; `None` where there is none. Leaves the
     /// fastest poses out: the step of a body at rest, or of its track, happens at one moment only.
     fn sigma_s(&self, offset_s: f64) -> Option<f64> {
-        let told = self.meetings(offset_s, FINE).filter_map(|one| one.told());
-        let mut told: Vec<f64> = told.collect();
-        told.sort_by(f64::total_cmp);
-        told.truncate(told.len() - told.len().div_ceil(FASTEST));
-        let information = told.iter().sum::<f64>() / SHARED;
+        let each = self.meetings(offset_s, FINE);
+        let mut each: Vec<f64> = each.filter_map(|one| one.information()).collect();
+        each.sort_by(f64::total_cmp);
+        each.truncate(each.len() - each.len().div_ceil(FASTEST));
+        let information = each.iter().sum::<f64>() / SHARED;
         (information > 0.0).then(|| information.sqrt().recip())
     }
 
@@ -312,7 +312,7 @@ struct PosePair<'a> {
 }
 
 impl<'a> PosePair<'a> {
-    fn of(a: &'a VecDeque<Sample>, b: &'a Sample, offset_s: f64) -> Option<Self> {
+    fn at_offset(a: &'a VecDeque<Sample>, b: &'a Sample, offset_s: f64) -> Option<Self> {
         let at_s = |sample: &Sample| seconds(sample.stamp_ns, b.stamp_ns) - offset_s;
         // Seconds from a's sample to the moment; falls along a.
         let next = a.partition_point(|sample| at_s(sample) > 0.0);
@@ -345,7 +345,7 @@ impl<'a> PosePair<'a> {
     }
 
     /// Information about the offset, 1/s².
-    fn told(&self) -> Option<f64> {
+    fn information(&self) -> Option<f64> {
         let (from, to) = (self.before, self.after);
         let moved = se3::difference(&to.world_from_body, &from.world_from_body);
         let rate = moved / seconds(from.stamp_ns, to.stamp_ns);

@@ -8,7 +8,7 @@ use crate::clocks::consensus::ClockReading;
 use crate::clocks::motion_matching::{MotionMatch, MotionPair};
 use crate::clocks::single_camera_track::{Body, SingleCameraTrack};
 use crate::clocks::{consensus, motion_matching, single_camera_track};
-use crate::site::{AssociatedImage, ClockPrior, Site};
+use crate::site::{AssociatedImage, ClockPrior, ModelledSite};
 use sextant_site_report::ClockOffset;
 
 /// Time between two comparisons, ns.
@@ -98,7 +98,7 @@ impl OffsetQuery {
         &mut self,
         camera_index: usize,
         associated: &AssociatedImage,
-        site: &Site,
+        site: &ModelledSite,
         options: &FusionOptions,
     ) {
         let missing = self

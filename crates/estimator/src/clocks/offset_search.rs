@@ -13,7 +13,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::FusionOptions;
 use crate::clocks::arrival_delays::ArrivalDelays;
 use crate::clocks::offset_query::OffsetQuery;
-use crate::site::{AssociatedImage, Site};
+use crate::site::{AssociatedImage, ModelledSite};
 use sextant_site_model::ImageObservation;
 use sextant_site_report::ClockOffset;
 
@@ -96,7 +96,7 @@ impl OffsetSearch {
 
     /// The clocks that may be off if one camera contradicts: its own, or all others if it is the reference and not one
     /// of several verified clocks that agree.
-    pub fn unverified_by(&self, camera_index: usize, site: &Site) -> Vec<usize> {
+    pub fn unverified_by(&self, camera_index: usize, site: &ModelledSite) -> Vec<usize> {
         let is_reference = camera_index == site.reference();
         if !is_reference || (self.verified.len() > 2 && self.verified.contains(&camera_index)) {
             return vec![camera_index];
@@ -149,7 +149,7 @@ impl OffsetSearch {
     /// Whether images of a camera are kept from the tracks: most clocks, this host's among them, tell another time, or
     /// its timestamps are being searched and seem to be ahead. While a single camera contradicts the host, others are
     /// waited for.
-    pub fn is_set_aside(&self, camera_index: usize, now_ns: u64, site: &Site) -> bool {
+    pub fn is_set_aside(&self, camera_index: usize, now_ns: u64, site: &ModelledSite) -> bool {
         let Some(majority) = self.latencies.majority() else {
             return false;
         };
@@ -186,7 +186,7 @@ impl OffsetSearch {
 
     /// Whether images of a camera are dropped where they are late: its timestamps are being searched and seem to be
     /// behind.
-    pub fn is_behind(&self, camera_index: usize, site: &Site) -> bool {
+    pub fn is_behind(&self, camera_index: usize, site: &ModelledSite) -> bool {
         let lead_ns = self.latencies.lead_ns(camera_index);
         self.is_open_about(camera_index)
             && lead_ns.is_some_and(|lead_ns| lead_ns < -TELLING_NS)
@@ -199,7 +199,7 @@ impl OffsetSearch {
     }
 
     /// Whether the timestamps may be wrong: of two cameras the reference is right.
-    fn may_lie(&self, camera_index: usize, site: &Site) -> bool {
+    fn may_lie(&self, camera_index: usize, site: &ModelledSite) -> bool {
         self.cameras() > 2 || site.reference() != camera_index
     }
 
@@ -280,7 +280,7 @@ impl OffsetSearch {
         &mut self,
         camera_index: usize,
         associated: &AssociatedImage,
-        site: &Site,
+        site: &ModelledSite,
         options: &FusionOptions,
     ) {
         if let Some(query) = &mut self.query {

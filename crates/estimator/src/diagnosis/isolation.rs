@@ -16,7 +16,7 @@ use crate::diagnosis::fault_model::lens::LensFault;
 use crate::diagnosis::likelihood_ratio::{Gain, LikelihoodRatio};
 use crate::diagnosis::window::WindowEquations;
 use crate::self_calibration::parameters::{CLASSES, CLOCK, LENS, SIZE, Source};
-use crate::site::Site;
+use crate::site::ModelledSite;
 use sextant_site_model::PoseSigma;
 
 /// Most faults at a time.
@@ -86,7 +86,7 @@ impl Isolation {
         &mut self,
         now_ns: u64,
         equations: &WindowEquations,
-        site: &Site,
+        site: &ModelledSite,
         options: &DiagnosisOptions,
     ) -> Vec<usize> {
         let mut test = Test {
@@ -210,7 +210,7 @@ fn chosen(candidates: Vec<Candidate>, reference: usize) -> Option<(Candidate, Op
 }
 
 /// Inverse variances of the errors as far as they are known.
-fn known_precision(equations: &WindowEquations, site: &Site) -> DVector<f64> {
+fn known_precision(equations: &WindowEquations, site: &ModelledSite) -> DVector<f64> {
     let mut layout = equations.layout.clone();
     let own = |sigma: Option<PoseSigma>, usual: PoseSigma| {
         let own = sigma.unwrap_or(PoseSigma::NONE).times(OPTIMISM);

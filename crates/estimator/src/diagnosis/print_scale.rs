@@ -13,7 +13,7 @@ use sextant_geometry::{Pose, se3};
 use crate::measurement::corners::{CalibratedCamera, TagView, WeightedView};
 use crate::measurement::planar_poses::{branches, largest};
 use crate::measurement::rolling_shutter::LinkMotion;
-use crate::site::{ObjectImage, Site};
+use crate::site::{ModelledSite, ObjectImage};
 
 /// Images that decide.
 const IMAGES: usize = 12;
@@ -45,7 +45,7 @@ pub(crate) struct PrintScale {
 
 impl PrintScale {
     /// Takes an image in; the size of the tags over that in force where images agree that it is another.
-    pub fn take(&mut self, image: &ObjectImage, site: &Site) -> Option<f64> {
+    pub fn take(&mut self, image: &ObjectImage, site: &ModelledSite) -> Option<f64> {
         let is_due =
             self.looked_at < IMAGES || image.capture_ns >= self.last_ns.saturating_add(SPACING_NS);
         let has_one_link = image

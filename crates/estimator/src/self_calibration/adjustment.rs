@@ -26,7 +26,7 @@ use crate::self_calibration::parameters::{
     CLASSES, CLOCK, Class, LENS, OF_CAMERA, OF_TAG, ParameterLayout, SIZE, Source,
 };
 use crate::self_calibration::variance_components::Scales;
-use crate::site::Site;
+use crate::site::ModelledSite;
 use crate::site::corrections::{CameraCorrection, Corrections, ObjectFrame, TagCorrection};
 use sextant_site_model::{LensSigma, PoseSigma};
 
@@ -90,7 +90,7 @@ pub(crate) struct LinearisedKeyframe {
 #[derive(Clone, Copy)]
 struct CostContext<'a> {
     layout: &'a ParameterLayout,
-    site: &'a Site,
+    site: &'a ModelledSite,
     weighting: Weighting,
 }
 
@@ -99,7 +99,7 @@ type Squares = Vec<f64>;
 
 impl Adjustment {
     /// Adjusts all keyframes; `None` where numbers end.
-    pub fn run(&mut self, keyframes: &mut Keyframes, site: &Site) -> Option<Corrections> {
+    pub fn run(&mut self, keyframes: &mut Keyframes, site: &ModelledSite) -> Option<Corrections> {
         let layout = ParameterLayout::of_files(keyframes, site);
         let mut errors = self.gather(&layout);
         let mut last: Option<Solution> = None;
@@ -219,7 +219,7 @@ impl Adjustment {
 
     /// Brings a keyframe's pose to where it explains its views best by the models in force, whichever of the tracker's
     /// pose and those of single tags that is nearest to.
-    pub fn align(&self, keyframe: &mut Keyframe, site: &Site) {
+    pub fn align(&self, keyframe: &mut Keyframe, site: &ModelledSite) {
         let cameras = cameras_in_force(keyframe, site);
         for one in &mut keyframe.views {
             if let Some(place) = site.placement(&one.view.tag) {
@@ -246,7 +246,7 @@ impl Adjustment {
     }
 
     /// What a keyframe says of the site's errors against the models in force, its own pose eliminated.
-    pub fn linearised(&self, mut keyframe: Keyframe, site: &Site) -> LinearisedKeyframe {
+    pub fn linearised(&self, mut keyframe: Keyframe, site: &ModelledSite) -> LinearisedKeyframe {
         let cameras = cameras_in_force(&keyframe, site);
         self.minimise(&mut keyframe, &cameras);
         let tags = keyframe.views.iter();
@@ -367,7 +367,7 @@ impl Adjustment {
         &self,
         layout: &ParameterLayout,
         errors: &DVector<f64>,
-        site: &Site,
+        site: &ModelledSite,
     ) -> BTreeMap<usize, CalibratedCamera> {
         let cameras = layout.cameras.iter().filter_map(|(camera, first)| {
             let correction =
@@ -407,7 +407,7 @@ impl Adjustment {
         keyframes: &mut Keyframes,
         layout: &ParameterLayout,
         errors: &DVector<f64>,
-        site: &Site,
+        site: &ModelledSite,
     ) {
         for one in keyframes
             .iter_mut()
@@ -573,7 +573,7 @@ impl Adjustment {
         layout: &ParameterLayout,
         errors: &DVector<f64>,
         solution: Solution,
-        site: &Site,
+        site: &ModelledSite,
     ) -> Option<Corrections> {
         let precision = layout.precision(&self.scales.0);
         let gauge = Gauge::of(layout, &precision, site);
@@ -644,7 +644,7 @@ fn own_priors(keyframe: &Keyframe, accelerations: &Accelerations) -> (DMatrix<f6
 }
 
 /// Nothing is wrong with the files, as far as images show it: not the lens of a camera that no other one checks.
-fn exact(layout: &ParameterLayout, site: &Site) -> Corrections {
+fn exact(layout: &ParameterLayout, site: &ModelledSite) -> Corrections {
     let camera = |camera: &usize| {
         let lens_sigma = if site.has_one_camera() {
             site.file_camera(*camera)?.lens_sigma
@@ -667,7 +667,7 @@ fn exact(layout: &ParameterLayout, site: &Site) -> Corrections {
 }
 
 /// The cameras of a keyframe as trackers work with them.
-fn cameras_in_force(keyframe: &Keyframe, site: &Site) -> BTreeMap<usize, CalibratedCamera> {
+fn cameras_in_force(keyframe: &Keyframe, site: &ModelledSite) -> BTreeMap<usize, CalibratedCamera> {
     let posed = |camera: usize| Some((camera, site.cameras().get(camera)?.posed.clone()?));
     keyframe.cameras().into_iter().filter_map(posed).collect()
 }

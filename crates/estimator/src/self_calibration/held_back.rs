@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::measurement::corners::CalibratedCamera;
 use crate::self_calibration::adjustment::Adjustment;
 use crate::self_calibration::keyframes::{Keyframe, Keyframes};
-use crate::site::Site;
+use crate::site::ModelledSite;
 use crate::site::corrections::{CameraCorrection, Corrections};
 
 /// Keyframes of an object before any is held back: the first ones are needed more for the adjustment.
@@ -98,7 +98,7 @@ impl HeldBackKeyframes {
         &self,
         adjustment: &Adjustment,
         corrections: &Corrections,
-        site: &Site,
+        site: &ModelledSite,
     ) -> Option<HeldBack> {
         if self.keyframes.len() < LEAST {
             return None;
@@ -120,7 +120,11 @@ impl HeldBackKeyframes {
     }
 
     /// The cameras of the keyframes with corrections of the files' models, by index.
-    fn cameras(&self, corrections: &Corrections, site: &Site) -> BTreeMap<usize, CalibratedCamera> {
+    fn cameras(
+        &self,
+        corrections: &Corrections,
+        site: &ModelledSite,
+    ) -> BTreeMap<usize, CalibratedCamera> {
         let views = self.keyframes.iter().flat_map(|keyframe| &keyframe.views);
         let seen: BTreeSet<usize> = views.map(|one| one.camera_index).collect();
         let corrected = |camera: usize| {
@@ -175,7 +179,7 @@ fn rms_px(pairs: &[MotionPair], square: impl Fn(&MotionPair) -> f64) -> f64 {
 }
 
 /// A keyframe with corrections of the files' tags.
-fn corrected(keyframe: &Keyframe, corrections: &Corrections, site: &Site) -> Keyframe {
+fn corrected(keyframe: &Keyframe, corrections: &Corrections, site: &ModelledSite) -> Keyframe {
     let mut keyframe = keyframe.clone();
     for one in &mut keyframe.views {
         let correction = corrections.tags.get(&one.view.tag);

@@ -8,7 +8,7 @@ use crate::FusionOptions;
 use crate::measurement::corners::TagView;
 use crate::measurement::view_equations::NoiseSource;
 use crate::self_calibration::keyframes::{Keyframe, KeyframeView, Path, RelativeMotion};
-use crate::site::{ObjectImage, Site};
+use crate::site::{ModelledSite, ObjectImage};
 use crate::time::seconds;
 use crate::tracker::track::{MotionEstimate, Track};
 use sextant_site_model::TagId;
@@ -25,7 +25,7 @@ pub(crate) struct KeyframeBuilder<'a> {
     pub track: &'a Track,
     /// The first gives the keyframes their time.
     pub images: &'a [&'a ObjectImage],
-    pub site: &'a Site,
+    pub site: &'a ModelledSite,
     pub options: &'a FusionOptions,
 }
 

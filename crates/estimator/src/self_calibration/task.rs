@@ -7,7 +7,7 @@ use crate::self_calibration::adjustment::Adjustment;
 use crate::self_calibration::held_back::{HeldBack, HeldBackKeyframes};
 use crate::self_calibration::imperfections::imperfections;
 use crate::self_calibration::keyframes::Keyframes;
-use crate::site::Site;
+use crate::site::ModelledSite;
 use crate::site::corrections::Corrections;
 use sextant_site_report::Imperfection;
 
@@ -18,7 +18,7 @@ pub struct AdjustmentTask {
     adjustment: Adjustment,
     keyframes: Keyframes,
     held_back: HeldBackKeyframes,
-    site: Site,
+    site: ModelledSite,
     solution: OnceLock<Adjusted>,
 }
 
@@ -39,7 +39,7 @@ impl AdjustmentTask {
         adjustment: &Adjustment,
         keyframes: &Keyframes,
         held_back: &HeldBackKeyframes,
-        site: &Site,
+        site: &ModelledSite,
     ) -> Self {
         Self {
             adjustment: adjustment.clone(),

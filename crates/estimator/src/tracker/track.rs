@@ -10,7 +10,7 @@ use crate::filter::state::ObjectState;
 use crate::kinematics::configuration::Configuration;
 use crate::measurement::corners::{TagView, WeightedView};
 use crate::measurement::planar_poses::area;
-use crate::site::{ObjectImage, Site, SiteCamera};
+use crate::site::{ModelledSite, ObjectImage, SiteCamera};
 use crate::time::seconds;
 use crate::tracker::clock_knowledge::ClockKnowledge;
 use crate::tracker::hypothesis::Hypothesis;
@@ -75,7 +75,7 @@ impl Track {
         &self,
         time_ns: u64,
         images: &[&ObjectImage],
-        site: &Site,
+        site: &ModelledSite,
         options: &FusionOptions,
     ) -> Self {
         let weighted_views = self.weighted_views(images, site, options);
@@ -176,7 +176,7 @@ impl Track {
     pub(crate) fn weighted_views<'a>(
         &self,
         images: &[&'a ObjectImage],
-        site: &'a Site,
+        site: &'a ModelledSite,
         options: &FusionOptions,
     ) -> Vec<WeightedView<'a>> {
         let mut weighted_views =
@@ -386,7 +386,7 @@ impl Track {
     }
 
     /// Another rig is in force than that of these cameras.
-    pub fn take_rig(&mut self, before: &[SiteCamera], site: &Site) {
+    pub fn take_rig(&mut self, before: &[SiteCamera], site: &ModelledSite) {
         let Some(pose) = self.hypotheses.first().map(|best| best.state.pose) else {
             return;
         };

@@ -97,9 +97,13 @@ fn cameras_placed_by_hand_are_corrected_within_a_second() {
     for seed in 1..5 {
         let random = &mut Random(seed);
         let (truth, object) = (rig(4), cube());
-        let believed = measured(&truth, 0.005, 0.005, random);
-        let mut with = fusion(&believed, &object, FusionOptions::default());
-        let mut without = fusion(&believed.clone().exact(), &object, FusionOptions::default());
+        let configured = measured(&truth, 0.005, 0.005, random);
+        let mut with = fusion(&configured, &object, FusionOptions::default());
+        let mut without = fusion(
+            &configured.clone().exact(),
+            &object,
+            FusionOptions::default(),
+        );
         let learned = watched(&mut with, (&truth, &object), 90, &mut Random(seed));
         let as_given = watched(&mut without, (&truth, &object), 90, &mut Random(seed));
         let (learned, as_given) = [&learned, &as_given]
@@ -127,8 +131,8 @@ fn tags_glued_on_by_hand_leave_honest_poses() {
     for seed in 1..13 {
         let random = &mut Random(seed);
         let (truth, object) = (rig(4), cube());
-        let believed = glued(&object, 0.001, 0.017, random);
-        let mut fusion = fusion(&truth, &believed, FusionOptions::default());
+        let configured = glued(&object, 0.001, 0.017, random);
+        let mut fusion = fusion(&truth, &configured, FusionOptions::default());
         let poses = watched(&mut fusion, (&truth, &object), 45, random);
         assert!(poses.iter().all(|pose| pose.state == State::Tracking));
         let last = poses.last().unwrap();

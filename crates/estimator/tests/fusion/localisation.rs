@@ -116,11 +116,11 @@ struct Followed {
 
 /// Follows the cube for some seconds; what is past the first half second counts.
 fn followed(
-    believed: Rig,
+    configured: Rig,
     objects: Vec<ObjectModel>,
     images: impl IntoIterator<Item = ImageObservation>,
 ) -> Followed {
-    let mut fusion = Fusion::new(believed, objects, FusionOptions::default()).unwrap();
+    let mut fusion = Fusion::new(configured, objects, FusionOptions::default()).unwrap();
     let (mut square, mut nees, mut tracking) = (0.0, 0.0, 0);
     for image in images {
         let is_counted = image.capture_ns > START_NS + 500_000_000;

@@ -46,9 +46,9 @@ fn wrong_cameras_and_tags_are_proposed_nearer_to_the_truth() {
     for seed in 1..7 {
         let (truth, object) = (rig(4), cube());
         let random = &mut Random(seed);
-        let believed = measured(&truth, 0.005, 0.005, random);
+        let configured = measured(&truth, 0.005, 0.005, random);
         let stuck = glued(&object, 0.001, 0.017, random);
-        let mut machine = fusion(&believed, &stuck, FusionOptions::default());
+        let mut machine = fusion(&configured, &stuck, FusionOptions::default());
         let proposal = proposed(&mut machine, (&truth, &object), seed).unwrap();
         let held_back = proposal.held_back;
         assert!(held_back.n_images >= 8, "seed {seed}: {held_back:?}");
@@ -57,7 +57,7 @@ fn wrong_cameras_and_tags_are_proposed_nearer_to_the_truth() {
             "seed {seed}: {held_back:?}"
         );
         let rig = proposal.rig.as_ref().unwrap();
-        let before = worst_apart(&cameras(&believed), &cameras(&truth));
+        let before = worst_apart(&cameras(&configured), &cameras(&truth));
         let after = worst_apart(&cameras(rig), &cameras(&truth));
         shares.push(after / before);
         let [model] = &proposal.objects[..] else {
@@ -87,9 +87,9 @@ fn cameras_that_nobody_triggers_are_compared_by_the_motion_between_their_images(
     for seed in 1..4 {
         let (truth, object) = (rig(4), cube());
         let random = &mut Random(seed);
-        let believed = measured(&truth, 0.003, 0.0035, random);
+        let configured = measured(&truth, 0.003, 0.0035, random);
         let stuck = glued(&object, 0.0005, 0.009, random);
-        let mut machine = fusion(&believed, &stuck, FusionOptions::default());
+        let mut machine = fusion(&configured, &stuck, FusionOptions::default());
         for mut image in run(&truth, &object, 0.1, 8.0, random) {
             image.clock_error_ns = ImageObservation::CLOCK_ERROR_UNKNOWN;
             feed(&mut machine, image);
@@ -98,7 +98,7 @@ fn cameras_that_nobody_triggers_are_compared_by_the_motion_between_their_images(
             .proposal()
             .and_then(|proposal| proposal.rig)
             .unwrap();
-        let before = worst_apart(&cameras(&believed), &cameras(&truth));
+        let before = worst_apart(&cameras(&configured), &cameras(&truth));
         let after = worst_apart(&cameras(&rig), &cameras(&truth));
         assert!(after < 0.5 * before, "seed {seed}: {after} of {before}");
         assert_eq!(machine.faults(), []);
@@ -130,9 +130,9 @@ fn nothing_is_proposed_for_an_exact_site() {
 fn what_was_taken_is_not_proposed_again() {
     let (truth, object) = (rig(4), cube());
     let random = &mut Random(2);
-    let believed = measured(&truth, 0.005, 0.005, random);
+    let configured = measured(&truth, 0.005, 0.005, random);
     let stuck = glued(&object, 0.001, 0.017, random);
-    let mut machine = fusion(&believed, &stuck, FusionOptions::default());
+    let mut machine = fusion(&configured, &stuck, FusionOptions::default());
     let proposal = proposed(&mut machine, (&truth, &object), 2).unwrap();
     let (rig, objects) = (proposal.rig.unwrap(), proposal.objects);
     machine.handle(0, Input::Rig(rig.clone()));

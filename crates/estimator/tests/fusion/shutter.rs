@@ -44,7 +44,7 @@ fn stamping(rig: &Rig, stamp: Stamp) -> Rig {
 const HALF_S: f64 = 0.5 * (0.010 + 479.0 * LINE_DELAY_S);
 
 /// Rms error in m and NEES per degree of freedom, from 0.3 s on, by cameras that run free.
-fn followed(truth: &Rig, believed: &Rig, object: &ObjectModel) -> (f64, f64) {
+fn followed(truth: &Rig, configured: &Rig, object: &ObjectModel) -> (f64, f64) {
     let eye = Eye {
         rig: truth,
         object,
@@ -53,7 +53,7 @@ fn followed(truth: &Rig, believed: &Rig, object: &ObjectModel) -> (f64, f64) {
     let (mut square, mut nees, mut count) = (0.0, 0.0, 0.0);
     for seed in 0..4 {
         let mut random = Random(seed + 70);
-        let mut fusion = fusion(believed, object, FusionOptions::default());
+        let mut fusion = fusion(configured, object, FusionOptions::default());
         let cameras = truth.cameras().len() as u64;
         for number in 0..60 * cameras {
             let after_ns = number * PERIOD_NS / cameras;
@@ -62,7 +62,7 @@ fn followed(truth: &Rig, believed: &Rig, object: &ObjectModel) -> (f64, f64) {
             let pose = |after_s: f64| swift(at_s + after_s);
             let mut image = eye.image_over_time(taken, &pose, &mut random);
             image.capture_ns = stamp_ns(truth, &image.camera, image.capture_ns);
-            for estimate in feed(&mut fusion, believed.timed(image)) {
+            for estimate in feed(&mut fusion, configured.timed(image)) {
                 if after_ns > 300_000_000 {
                     // Where the object was at the time that the estimate states.
                     let stated_s = (estimate.capture_ns as f64 - START_NS as f64) * 1e-9;

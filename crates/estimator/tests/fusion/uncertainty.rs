@@ -178,7 +178,7 @@ fn corners_whose_errors_hang_together_say_more() {
 }
 
 #[test]
-fn what_corners_cannot_share_is_not_believed() {
+fn a_covariance_that_corners_cannot_share_is_rejected() {
     let nonsense = of_turned(|tag| {
         let most = tag.corner_covariance[0].trace();
         tag.corner_cross_covariance = [Matrix2::identity() * -most; 6];

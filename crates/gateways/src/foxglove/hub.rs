@@ -47,13 +47,13 @@ pub type ClientId = u64;
 pub struct Hub {
     name: String,
     session: String,
-    state: Mutex<State>,
+    state: Mutex<HubState>,
     n_clients: AtomicUsize,
     invalid: AtomicU64,
 }
 
 #[derive(Debug, Default)]
-struct State {
+struct HubState {
     channels: BTreeMap<String, Channel>,
     kept_bytes: usize,
     clients: BTreeMap<ClientId, Client>,
@@ -136,7 +136,7 @@ impl Hub {
         if lifetime == Lifetime::UntilReplaced {
             state.keep(message, log_ns);
         }
-        let State {
+        let HubState {
             clients, counts, ..
         } = &mut *state;
         for client in clients.values_mut() {
@@ -209,7 +209,7 @@ impl Hub {
         Some(frame)
     }
 
-    fn lock(&self) -> MutexGuard<'_, State> {
+    fn lock(&self) -> MutexGuard<'_, HubState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -222,7 +222,7 @@ fn advertised<'a>((topic, channel): (&'a String, &Channel)) -> AdvertisedChannel
     }
 }
 
-impl State {
+impl HubState {
     /// The channel of a message; a new one is offered to all clients.
     fn channel_of(&mut self, message: &ViewerMessage) -> Option<u32> {
         if let Some(channel) = self.channels.get(&message.topic) {
@@ -261,15 +261,15 @@ impl State {
     }
 
     /// A client's wish, with what is kept on that channel. Channels that do not exist are passed over.
-    fn subscribe(&mut self, id: ClientId, wish: Subscription) {
+    fn subscribe(&mut self, id: ClientId, request: Subscription) {
         let mut channels = self.channels.values();
-        let channel = channels.find(|channel| channel.id == wish.channel_id);
+        let channel = channels.find(|channel| channel.id == request.channel_id);
         let (Some(channel), Some(client)) = (channel, self.clients.get_mut(&id)) else {
             return;
         };
-        client.subscriptions.insert(channel.id, wish.id);
+        client.subscriptions.insert(channel.id, request.id);
         if let Some(kept) = &channel.kept {
-            let frame = message_data(wish.id, kept.log_ns, &kept.data);
+            let frame = message_data(request.id, kept.log_ns, &kept.data);
             self.counts.dropped += client.push(frame);
         }
     }
@@ -330,8 +330,8 @@ mod tests {
     }
 
     fn subscribe(hub: &Hub, client: ClientId) {
-        let wish = r#"{"op":"subscribe","subscriptions":[{"id":5,"channelId":1},{"id":6,"channelId":99}]}"#;
-        hub.request(client, wish);
+        let request = r#"{"op":"subscribe","subscriptions":[{"id":5,"channelId":1},{"id":6,"channelId":99}]}"#;
+        hub.request(client, request);
     }
 
     #[test]

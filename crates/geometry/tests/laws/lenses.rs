@@ -1,4 +1,4 @@
-//! The laws of a lens, held against all models.
+//! The laws of a lens, for all models.
 
 use crate::generators::{lens, lens_and_point, lens_with_distortion, vector};
 use crate::numeric::{jacobian_at_zero, relative_difference};

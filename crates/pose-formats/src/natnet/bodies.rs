@@ -43,7 +43,7 @@ impl NatNetBodies {
     pub fn new(axes: Axes, names: &[ObjectId]) -> Self {
         Self {
             axes,
-            roster: Roster::of(names),
+            roster: Roster::new(names),
             markers: BTreeMap::new(),
             frame: 1,
             changed: true,

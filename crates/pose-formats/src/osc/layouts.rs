@@ -46,7 +46,7 @@ impl OscLayout {
             Self::Plain { address, axes } if is_known => {
                 let converted = axes.convert(&pose.world_from_object());
                 vec![OscMessage::floats(
-                    address.of(&pose.object),
+                    address.address(&pose.object),
                     all(&converted),
                 )]
             }
@@ -129,7 +129,7 @@ const PLACEHOLDER: &str = "{object}";
 impl AddressTemplate {
     /// The address of an object.
     #[must_use]
-    pub fn of(&self, object: &ObjectId) -> String {
+    pub fn address(&self, object: &ObjectId) -> String {
         self.0.replace(PLACEHOLDER, object.as_str())
     }
 

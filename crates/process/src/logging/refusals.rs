@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn everything_else_is_told_as_it_is_or_not_at_all() {
+    fn everything_else_is_logged_as_it_is_or_not_at_all() {
         let full = "Too many open files (os error 24). Hint: increase the system open file limit.";
         assert_eq!(wording_of(QUIC, full), Wording::Own);
         for (target, message) in [

@@ -49,7 +49,7 @@ pub fn picture_info(camera: &CameraConfig, preview: &Preview) -> Option<CameraIn
 
 /// For images of `size` pixels that show what the camera's own images show.
 fn info(camera: &CameraConfig, size: [u32; 2], stamp_ns: u64) -> CameraInfo {
-    let lens = Lens::of(&camera.lens);
+    let lens = Lens::from_config(&camera.lens);
     let [sx, sy] = [0, 1].map(|axis| f64::from(size[axis]) / f64::from(camera.resolution[axis]));
     // The centre of the first pixel is (0, 0), its corner (-0.5, -0.5): scaling leaves the corner where it is.
     let [cx, cy] = [(lens.cx + 0.5) * sx - 0.5, (lens.cy + 0.5) * sy - 0.5];
@@ -86,7 +86,7 @@ struct Lens {
 }
 
 impl Lens {
-    fn of(lens: &LensConfig) -> Self {
+    fn from_config(lens: &LensConfig) -> Self {
         let [fx, fy, cx, cy] = lens.intrinsics();
         let (model, distortion) = match lens {
             LensConfig::Pinhole { .. } => ("plumb_bob", &[0.0; 5][..]),

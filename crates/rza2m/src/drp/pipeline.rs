@@ -7,7 +7,7 @@
 use super::self_test::{self, N_PATTERNS};
 use super::session::TILES;
 use super::{DrpDevice, DrpError, SelfTest, Session};
-use crate::{Layout, PhysicalMemory};
+use crate::{OnChipLayout, PhysicalMemory};
 use sextant_drp_circuits::{Band, Bands, Circuit, Model, Raster, SizeError};
 use std::io;
 use std::ops::Range;
@@ -64,7 +64,7 @@ pub struct Pipeline<D> {
     session: Session<D>,
     stages: Vec<Stage>,
     size: [usize; 2],
-    layout: Layout,
+    layout: OnChipLayout,
     /// Images so far: each is checked at other spots.
     n_images: u32,
 }
@@ -91,7 +91,7 @@ impl<D: DrpDevice> Pipeline<D> {
         memory: &mut impl PhysicalMemory,
         circuits: Vec<CircuitData>,
         size: [usize; 2],
-        layout: Layout,
+        layout: OnChipLayout,
     ) -> Result<(Self, Vec<SelfTest>), PipelineError> {
         let n_circuits = circuits.len();
         if !(1..=TILES).contains(&n_circuits) || layout.circuit_data.len() != n_circuits {

@@ -18,7 +18,7 @@ pub(super) struct Demosaic {
 }
 
 impl Demosaic {
-    pub fn of(camera: &SceneCamera) -> Option<Self> {
+    pub fn for_camera(camera: &SceneCamera) -> Option<Self> {
         let [width, height] = camera.resolution.map(|n| n as usize);
         (camera.mosaic == Mosaic::Bayer).then(|| Self {
             width,
@@ -72,7 +72,7 @@ mod tests {
     fn mosaic(image: &mut [u8]) {
         let mut camera = Scenario::demo(1, 1, 1).cameras.remove(0);
         (camera.resolution, camera.mosaic) = ([16, 16], Mosaic::Bayer);
-        Demosaic::of(&camera).unwrap().apply(image);
+        Demosaic::for_camera(&camera).unwrap().apply(image);
     }
 
     #[test]

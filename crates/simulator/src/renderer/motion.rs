@@ -37,7 +37,7 @@ struct Readout {
 }
 
 impl Readout {
-    fn of(scene: &Scene) -> Self {
+    fn from_scene(scene: &Scene) -> Self {
         Self {
             rows: scene.camera.resolution[1] as usize,
             line_delay_ns: scene.camera.line_delay_s * 1e9,
@@ -94,7 +94,7 @@ impl Instants {
 
 /// As many instants as the fastest visible point requires.
 pub(super) fn instants(scene: &Scene, true_capture_ns: u64) -> Instants {
-    let readout = Readout::of(scene);
+    let readout = Readout::from_scene(scene);
     let readout_ns = readout.whole_ns().round() as u64;
     let exposure_ns = scene.camera.exposure_ns;
     let whole_ns = exposure_ns + readout_ns;

@@ -26,7 +26,7 @@ pub(super) struct StaticRenderer<'a> {
 
 impl<'a> StaticRenderer<'a> {
     pub fn new(scenario: &'a Scenario, camera: &'a SceneCamera) -> Self {
-        let optics = Optics::of(camera);
+        let optics = Optics::from_camera(camera);
         let normalised = |pixel: Point2<f64>| match optics.undistort(&pixel) {
             Some(point) => [point.x as f32, point.y as f32],
             None => [f32::NAN; 2],

@@ -47,7 +47,7 @@ impl Chessboard {
     }
 
     /// The chessboard that an object is, if it is one.
-    pub fn of(object: &ObjectModel) -> Option<Self> {
+    pub fn from_object(object: &ObjectModel) -> Option<Self> {
         let squares = object
             .tags()
             .iter()

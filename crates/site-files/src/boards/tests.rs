@@ -171,7 +171,7 @@ fn a_chessboard_is_described_by_its_inner_corners() {
     assert_near(corners(&board, 0)[0], [0.0; 3]);
     assert_near(corners(&board, 64)[1], [0.06, 0.06, 0.0]);
     assert_eq!(read("Target.yaml", CHECKERBOARD).unwrap(), board);
-    let chessboard = Chessboard::of(&board).unwrap();
+    let chessboard = Chessboard::from_object(&board).unwrap();
     assert_eq!(
         (chessboard.columns, chessboard.rows, chessboard.square_m),
         (6, 7, 0.06)
@@ -203,7 +203,7 @@ fn aniposes_boards_are_read_in_millimetres() {
     assert_near(corners(&board, 0)[0], [0.004, 0.0, 0.0]);
     let checkerboard = ANIPOSE.replace("\"charuco\"", "\"checkerboard\"");
     let board = read("config.toml", &checkerboard).unwrap();
-    assert_eq!(Chessboard::of(&board).unwrap().columns, 6);
+    assert_eq!(Chessboard::from_object(&board).unwrap().columns, 6);
     let grid = ANIPOSE.replace("\"charuco\"", "\"aruco\"");
     let message = read("config.toml", &grid).unwrap_err();
     assert!(

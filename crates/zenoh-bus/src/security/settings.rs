@@ -65,7 +65,11 @@ pub(crate) fn settings(
     };
     if is_router {
         let members = members(keys)?;
-        let rules = access_control(&Keys::of(keys.site.clone()), members.accepted(), proof);
+        let rules = access_control(
+            &Keys::for_site(keys.site.clone()),
+            members.accepted(),
+            proof,
+        );
         settings.push(("access_control", rules.to_string()));
     }
     Ok(settings)

@@ -99,7 +99,7 @@ fn refusal(offers: &[Offer], config: &V4l2Config) -> String {
     };
     let readable = offers
         .iter()
-        .filter(|offer| PixelFormat::of(offer.fourcc).is_some());
+        .filter(|offer| PixelFormat::from_fourcc(offer.fourcc).is_some());
     let readable: Vec<String> = readable.map(Offer::to_string).collect();
     if readable.is_empty() {
         let names = offers.iter().map(|offer| PixelFormat::name(offer.fourcc));

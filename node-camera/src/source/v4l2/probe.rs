@@ -122,7 +122,7 @@ pub(super) fn describe(device: &impl Device, file: &Path) -> std::io::Result<Opt
         };
         CameraFormat {
             format: PixelFormat::name(offer.fourcc),
-            is_readable: PixelFormat::of(offer.fourcc).is_some(),
+            is_readable: PixelFormat::from_fourcc(offer.fourcc).is_some(),
             sizes: sizes.map(size).collect(),
         }
     });
