@@ -64,8 +64,15 @@ pub fn phone_links(config_file: &Path) -> anyhow::Result<PhoneLinks> {
     let (config, admission) = load(config_file)?;
     let kept = kept_folder(&config, config_file);
     let claims = PhoneClaims::open(kept.as_deref()).exit_with(Exit::Input)?;
-    let page = (&admission.access, admission.is_secure);
-    Ok(links(&config, config.listen, page, None, &claims))
+    let (access, is_secure) = (&admission.access, admission.is_secure);
+    Ok(links(
+        &config,
+        config.listen,
+        access,
+        is_secure,
+        None,
+        &claims,
+    ))
 }
 
 /// What a page is to phones.
@@ -99,9 +106,17 @@ pub fn phone_page(config_file: &Path) -> anyhow::Result<PhonePage> {
     let name = place.rsplit_once(':').map_or(&*place, |(name, _)| name);
     let names = [name.trim_matches(['[', ']']).to_owned()];
     let missing = certificate.and_then(|it| certificate::first_missing(&it, &names).cloned());
-    let page = (&admission.access, admission.is_secure);
+    let (access, is_secure) = (&admission.access, admission.is_secure);
     Ok(PhonePage {
-        caution: links(&config, config.listen, page, None, &PhoneClaims::default()).caution,
+        caution: links(
+            &config,
+            config.listen,
+            access,
+            is_secure,
+            None,
+            &PhoneClaims::default(),
+        )
+        .caution,
         is_local: config.listen.ip().to_canonical().is_loopback(),
         is_self_signed: admission.is_secure && keys.is_none(),
         missing_name: missing,
@@ -127,7 +142,8 @@ fn kept_folder(config: &ViewerConfig, config_file: &Path) -> Option<PathBuf> {
 pub(crate) fn links(
     config: &ViewerConfig,
     address: SocketAddr,
-    (access, is_secure): (&PageAccess, bool),
+    access: &PageAccess,
+    is_secure: bool,
     host: Option<&str>,
     claims: &PhoneClaims,
 ) -> PhoneLinks {
@@ -240,9 +256,9 @@ mod tests {
         let file = Path::new("viewer.toml");
         let config: ViewerConfig = sextant_site_files::parse_toml(file, text, |_| Ok(())).unwrap();
         let admission = Admission::load(&config, Path::new("")).unwrap();
-        let page = (&admission.access, admission.is_secure);
+        let (access, is_secure) = (&admission.access, admission.is_secure);
         let claims = PhoneClaims::default();
-        links(&config, config.listen, page, host, &claims)
+        links(&config, config.listen, access, is_secure, host, &claims)
     }
 
     #[test]

@@ -314,8 +314,8 @@ async fn phones(
         ..
     } = &*context.shared;
     let host = headers.get(header::HOST).and_then(|it| it.to_str().ok());
-    let page = (&protection.access, protection.tls.is_some());
-    let links = phone_links::links(config, *address, page, host, phone_claims);
+    let (access, is_secure) = (&protection.access, protection.tls.is_some());
+    let links = phone_links::links(config, *address, access, is_secure, host, phone_claims);
     let json = serde_json::to_string(&links).unwrap_or_default();
     as_json(StatusCode::OK, format!("{json}\n").into())
 }

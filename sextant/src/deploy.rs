@@ -161,11 +161,11 @@ fn deploy(
             },
         })
         .collect();
-    let watched = (site, &health);
     Ok(sextant_fleet::deploy(
         &deployment,
         &jobs,
-        watched,
+        site,
+        &health,
         arguments.parallel,
     )?)
 }

@@ -161,7 +161,7 @@ impl Images<'_> {
                 threads,
             } => {
                 let mut taken: Result<(), ProcedureError> = Ok(());
-                each_image((folder, &recorded.dataset), looking, threads, |image| {
+                each_image(folder, &recorded.dataset, looking, threads, |image| {
                     if taken.is_ok() {
                         taken = procedure.handle(image);
                     }

@@ -111,7 +111,7 @@ pub fn run(arguments: &Ros2Arguments, format: Format) -> anyhow::Result<()> {
         also: arguments.also.iter().copied().map(Also::from).collect(),
     };
     let mut on_topic = |topic: &Topic| print_line(&declared(topic, format));
-    let counts = ros2::run(site, (ros, graph), options, &mut on_topic, &reporter())?;
+    let counts = ros2::run(site, ros, graph, options, &mut on_topic, &reporter())?;
     print_line(&summary(&counts, format))?;
     Ok(())
 }

@@ -97,7 +97,7 @@ fn scene_of(case: Case, seed: u64) -> (Scene, String) {
     let still = still && kind != Some(WrongKind::Clock);
     let mut scene = Scene::new(class, 1_000_000 + seed);
     for body in scene.bodies.iter_mut().filter(|_| still) {
-        body.motion = Motion::smooth(0.0, 0.0, (0.2, 0.6), &mut Random(seed));
+        body.motion = Motion::smooth(0.0, 0.0, [0.2, 0.6], &mut Random(seed));
     }
     for clock in scene.clocks.iter_mut().filter(|_| case.unvouched) {
         clock.stated_error_ns = ImageObservation::CLOCK_ERROR_UNKNOWN;

@@ -184,7 +184,7 @@ impl SiteModels {
         let camera = |camera: &Camera| {
             let pose = camera
                 .world_from_camera
-                .map(|pose| off(&pose, error.cameras, random));
+                .map(|pose| off(&pose, error.cameras.0, error.cameras.1, random));
             let mut numbers = camera.lens.parameters();
             let factor = 1.0 + error.focal * random.gauss();
             numbers[0] *= factor;
@@ -201,7 +201,7 @@ impl SiteModels {
             let tag = |tag: &ObjectTag| ObjectTag {
                 object_from_tag: tag
                     .object_from_tag
-                    .map(|pose| off(&pose, error.tags, random)),
+                    .map(|pose| off(&pose, error.tags.0, error.tags.1, random)),
                 ..tag.clone()
             };
             made(ObjectModel::new(
@@ -231,7 +231,7 @@ impl SiteModels {
     }
 }
 
-fn off(pose: &Pose, (position_m, orientation_rad): (f64, f64), random: &mut Random) -> Pose {
+fn off(pose: &Pose, position_m: f64, orientation_rad: f64, random: &mut Random) -> Pose {
     let turn = UnitQuaternion::from_scaled_axis(random.gaussian(orientation_rad));
     Pose::from_parts(
         (pose.translation.vector + random.gaussian(position_m)).into(),

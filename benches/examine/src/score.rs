@@ -80,7 +80,7 @@ pub fn examined(scene: &Scene, shots: &[Shot]) -> Score {
     }
     score.n_faults = score.faults.len();
     for ((body, time_ns), said) in &last {
-        score.take(scene, (*body, *time_ns), said);
+        score.take(scene, *body, *time_ns, said);
     }
     score.cover(scene, shots, &last);
     let mean = score.consistency.mean_nees() / 6.0;
@@ -122,7 +122,8 @@ impl Score {
     fn take(
         &mut self,
         scene: &Scene,
-        (body, time_ns): (usize, u64),
+        body: usize,
+        time_ns: u64,
         PublishedEstimate { estimate, best }: &PublishedEstimate,
     ) {
         let seconds = seconds_of(time_ns);

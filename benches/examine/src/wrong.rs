@@ -151,7 +151,7 @@ impl Wrong {
                 middle: Pose::translation(place.x, place.y, place.z),
                 spin: Vector3::zeros(),
                 waves: Box::new(std::array::from_fn(|_| {
-                    Wave::new(0.0, (0.2, 0.6), 0.0, random)
+                    Wave::new(0.0, [0.2, 0.6], 0.0, random)
                 })),
             },
             arm: None,

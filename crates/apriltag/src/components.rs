@@ -8,10 +8,10 @@
 
 mod runs;
 
-use crate::bit_plane::{BitPlane, RowPair};
+use crate::bit_plane::BitPlane;
 use crate::kernels::{WORD, vectorise};
 use crate::quad::Quad;
-use runs::{UNLABELLED, find_spans, join_pairs};
+use runs::{NumberedPair, UNLABELLED, find_spans, join_pairs};
 use std::mem;
 use std::ops::Range;
 
@@ -151,15 +151,18 @@ impl Components {
         self.labels[..self.n_runs].fill(UNLABELLED);
         self.n_runs = 0;
         self.parts.clear();
-        let mut above = (RowPair::default(), 0);
+        let mut above = NumberedPair::default();
         for (pair, number) in plane.row_pairs().zip(0..) {
             let first = self.n_runs;
             if first + pair.live.len() * WORD / 2 > self.max_runs {
-                above = (RowPair::default(), 0);
+                above = NumberedPair::default();
                 continue;
             }
             self.n_runs += find_spans(&pair, &mut self.spans[first..]);
-            let here = (pair, first);
+            let here = NumberedPair {
+                rows: pair,
+                first_run: first,
+            };
             join_pairs(&mut self.labels, &mut self.parts, &here, &above);
             above = here;
             self.measure(first, number);

@@ -62,7 +62,7 @@ pub(crate) fn fit_finely(view: &ImageView<'_>, quad: &Quad) -> Option<Corners> {
 fn fit(view: &ImageView<'_>, quad: &Quad, profiles: &Profiles) -> Option<Corners> {
     let mut sides = [Side::default(); 4];
     for (i, side) in sides.iter_mut().enumerate() {
-        *side = Side::fit(view, (quad[i], quad[(i + 1) % 4]), profiles)?;
+        *side = Side::fit(view, quad[i], quad[(i + 1) % 4], profiles)?;
     }
     let quad = intersect_sides(&sides.map(|side| side.line))?;
     let covariance: [[f32; 3]; 4] =
@@ -84,13 +84,13 @@ struct Side {
 
 impl Side {
     /// Fits the side from a to b by weighted least squares, then again without outliers.
-    fn fit(view: &ImageView<'_>, (a, b): (Point, Point), profiles: &Profiles) -> Option<Self> {
+    fn fit(view: &ImageView<'_>, a: Point, b: Point, profiles: &Profiles) -> Option<Self> {
         /// Scatter of crossings up to which none is an outlier, in pixels.
         const USUAL_PX: f32 = 0.05;
         const STRAY_IN_SIGMA: f32 = 2.5;
         let [nx, ny] = Line::through(a, b)?.normal;
         let mut crossings = [[Crossing::default(); POINTS]; MAX_GROUPS];
-        let crossings = profiles.find_crossings(view, (a, b), [nx, ny], &mut crossings);
+        let crossings = profiles.find_crossings(view, a, b, [nx, ny], &mut crossings);
         let fit = LineFit::through(crossings)?;
         let limit = STRAY_IN_SIGMA * fit.scatter.max(USUAL_PX);
         for crossing in &mut *crossings {

@@ -28,6 +28,7 @@ mod undistortion;
 
 use crate::Image;
 use crate::edges::Corners;
+use crate::quad::Quad;
 use crate::reading::Reading;
 use equations::PixelEquations;
 use model::{Model, TUKEY};
@@ -123,22 +124,7 @@ impl PatternFitter {
                 (*corner, *rows) = undistortion.shown(*corner, *rows)?;
             }
         }
-        let shared = |a: &Row, b: &Row| variance * dot(a, b);
-        Some(Corners {
-            quad,
-            covariance: rows
-                .each_ref()
-                .map(|[x, y]| [shared(x, x), shared(x, y), shared(y, y)]),
-            cross_covariance: CORNER_PAIRS.map(|pair| {
-                let [[ax, ay], [bx, by]] = pair.map(|corner| &rows[corner]);
-                [
-                    shared(ax, bx),
-                    shared(ax, by),
-                    shared(ay, bx),
-                    shared(ay, by),
-                ]
-            }),
-        })
+        Some(with_covariance(quad, &rows, variance))
     }
 
     /// Iterates with a subset of the pixels and no halo until the corners are approximately right, then with all until
@@ -192,5 +178,26 @@ impl PatternFitter {
         } else {
             PARAMETERS
         });
+    }
+}
+
+/// Corners with the covariances that the whitened rows of their derivatives have at this variance of a residual.
+#[inline(always)]
+fn with_covariance(quad: Quad, rows: &[[Row; 2]; 4], variance: f32) -> Corners {
+    let shared = |a: &Row, b: &Row| variance * dot(a, b);
+    Corners {
+        quad,
+        covariance: rows
+            .each_ref()
+            .map(|[x, y]| [shared(x, x), shared(x, y), shared(y, y)]),
+        cross_covariance: CORNER_PAIRS.map(|pair| {
+            let [[ax, ay], [bx, by]] = pair.map(|corner| &rows[corner]);
+            [
+                shared(ax, bx),
+                shared(ax, by),
+                shared(ay, bx),
+                shared(ay, by),
+            ]
+        }),
     }
 }

@@ -25,7 +25,7 @@ fn detect_in(pixels: &[u8], family: Family) -> Vec<Detection> {
 
 /// A tag so many pixels wide, turned at random.
 fn tag(family: Family, id: u32, edge_px: f64, random: &mut Random) -> Tag {
-    Tag::turned((family, id), edge_px, 40.0, random)
+    Tag::turned(family, id, edge_px, 40.0, random)
 }
 
 #[test]

@@ -120,7 +120,7 @@ fn truth(free_running: bool, noise: &mut Random) -> Bundle {
             } else {
                 0.0
             };
-            let image = image(&bundle, (camera, at), delay, noise);
+            let image = image(&bundle, camera, at, delay, noise);
             bundle.images.extend(image);
         }
     }
@@ -129,7 +129,8 @@ fn truth(free_running: bool, noise: &mut Random) -> Bundle {
 
 fn image(
     bundle: &Bundle,
-    (camera, instant): (usize, usize),
+    camera: usize,
+    instant: usize,
     delay: f64,
     noise: &mut Random,
 ) -> Option<BundleImage> {

@@ -42,7 +42,7 @@ fn rig(seed: u64) -> Errors {
         origin: Origin::FirstCamera,
     };
     let mut session = RigSession::new(scene::blind(&truth), plan).unwrap();
-    for image in scene::walk(&truth, &scene::board(), (24, 0.3), noise, seed) {
+    for image in scene::walk(&truth, &scene::board(), 24, 0.3, noise, seed) {
         session.handle(&image);
     }
     let found = session.solve().unwrap();
@@ -104,10 +104,10 @@ fn learn(seed: u64) -> Errors {
     let mut noise = scene::Random::new(seed);
     for at in 0..45 {
         let seconds = 0.2 * f64::from(at);
-        let seen = (&truth, &scene::turned(seconds));
         session.handle(&scene::image(
             &camera,
-            seen,
+            &truth,
+            &scene::turned(seconds),
             seconds,
             scene::SHARP,
             &mut noise,

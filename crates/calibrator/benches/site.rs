@@ -91,7 +91,7 @@ fn main() {
             match session.solve() {
                 Err(error) => println!("{name:12} {seed:4}   {error}"),
                 Ok(found) => {
-                    let errors = SiteErrors::of(&found, &truth);
+                    let errors = SiteErrors::measure(&found, &truth);
                     println!(
                         "{name:12} {seed:4} {:12.3} {:6.3} {:6.2} {:9.3} {:6.2} {:9.3} {:6.3} \
                          {:10.3} {:6.2} {:14.2} {:6.2} {:9.1}",

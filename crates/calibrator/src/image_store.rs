@@ -125,7 +125,8 @@ fn is_kept(image: &ImageObservation, every: u64) -> bool {
 
 /// The usable part of an image.
 pub(crate) fn take_in(
-    (index, camera): (usize, &Camera),
+    index: usize,
+    camera: &Camera,
     wanted: &[TagSpec],
     image: &ImageObservation,
 ) -> (ImageView, IgnoredTags) {

@@ -184,7 +184,7 @@ impl LearnSession {
             return;
         };
         self.coverage
-            .add((index, &self.rig.cameras()[index]), &self.wanted, image);
+            .add(index, &self.rig.cameras()[index], &self.wanted, image);
         self.images.push(image);
     }
 

@@ -195,7 +195,7 @@ impl RigSession {
             return;
         };
         self.coverage
-            .add((index, &self.rig.cameras()[index]), &self.wanted, image);
+            .add(index, &self.rig.cameras()[index], &self.wanted, image);
         self.images.push(image);
     }
 

@@ -156,7 +156,7 @@ impl RobotSession {
         let earlier = self.number(index, image.capture_ns);
         self.received[index].insert(earlier, image.capture_ns);
         let camera = &self.rig.cameras()[index];
-        let (view, ignored) = take_in((index, camera), &self.wanted, image);
+        let (view, ignored) = take_in(index, camera, &self.wanted, image);
         self.foreign.extend(ignored.foreign);
         if view.tags.is_empty() || !camera.fits(image) {
             return;

@@ -255,8 +255,8 @@ impl RigFusion {
             )
         };
         let (corrections, held_back) = self.self_calibration.proposal()?;
-        let models = (&self.rig, &self.objects[..]);
-        let proposal = Proposal::new(models, (corrections, *held_back), &self.site);
+        let (rig, objects) = self.models();
+        let proposal = Proposal::new(rig, objects, corrections, *held_back, &self.site);
         self.faults().iter().all(spoils_nothing).then_some(proposal)
     }
 

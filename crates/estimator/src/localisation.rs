@@ -468,20 +468,7 @@ impl Combined {
             return alone(Some(own));
         };
         if apart.dot(&both.solve(&apart)) > CONTRADICTION {
-            // Which is wrong is not known: the more certain one, wide enough for both.
-            let spread = |one: &ObjectEstimate| one.covariance.fixed_view::<3, 3>(0, 0).trace();
-            let surer = if spread(&other) < spread(&own) {
-                other
-            } else {
-                own
-            };
-            return Self {
-                estimate: Some(ObjectEstimate {
-                    covariance: surer.covariance + apart * apart.transpose(),
-                    ..surer
-                }),
-                is_contradicted: Some(true),
-            };
+            return Self::contradicted(own, other, &apart);
         }
         let Some(covariance) = (of_own + of_other).try_inverse() else {
             return alone(Some(own));
@@ -502,6 +489,23 @@ impl Combined {
                 ..own
             }),
             is_contradicted: Some(false),
+        }
+    }
+
+    /// Which is wrong is not known: the more certain one, wide enough for both.
+    fn contradicted(own: ObjectEstimate, other: ObjectEstimate, apart: &Vector6<f64>) -> Self {
+        let spread = |one: &ObjectEstimate| one.covariance.fixed_view::<3, 3>(0, 0).trace();
+        let surer = if spread(&other) < spread(&own) {
+            other
+        } else {
+            own
+        };
+        Self {
+            estimate: Some(ObjectEstimate {
+                covariance: surer.covariance + apart * apart.transpose(),
+                ..surer
+            }),
+            is_contradicted: Some(true),
         }
     }
 }

@@ -19,8 +19,10 @@ pub struct Proposal {
 
 impl Proposal {
     pub(crate) fn new(
-        (rig, objects): (&Rig, &[ObjectModel]),
-        (corrections, held_back): (&Corrections, HeldBack),
+        rig: &Rig,
+        objects: &[ObjectModel],
+        corrections: &Corrections,
+        held_back: HeldBack,
         site: &ModelledSite,
     ) -> Self {
         let corrected = corrected_rig(rig, corrections, site);

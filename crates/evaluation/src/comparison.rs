@@ -81,7 +81,7 @@ fn best_motion(poses: &[ObjectEstimate], references: &References) -> Pose {
         let reference = references.get(&pose.object);
         if let Some(truth) = reference.and_then(|reference| reference.at(pose.capture_ns)) {
             // All at one time, so that none is forgotten.
-            pairs.add(0, (&pose.world_from_object, &[0.0; 36]), &truth);
+            pairs.add(0, &pose.world_from_object, &[0.0; 36], &truth);
         }
     }
     PosePairs::alignment(std::iter::once(&pairs)).unwrap_or_else(Pose::identity)

@@ -152,8 +152,9 @@ struct ObjectScore {
 impl ObjectScore {
     fn count(&mut self, slot: u64, judged: &ScoredPose) {
         self.poses += 1;
-        let estimate = (judged.estimate, judged.covariance);
-        self.pairs.add(judged.capture_ns, estimate, judged.truth);
+        let (estimate, covariance) = (judged.estimate, judged.covariance);
+        self.pairs
+            .add(judged.capture_ns, estimate, covariance, judged.truth);
         self.slots.mark(slot);
     }
 

@@ -221,66 +221,66 @@ struct Table {
 
 impl Table {
     fn read(file: &Path, format: PoseColumns) -> Result<Self, ReferenceError> {
-        let mut trajectory = Trajectory::default();
-        let mut columns = format;
-        let mut has_header = false;
+        let mut table = Self {
+            columns: format,
+            has_header: false,
+            poses: Trajectory::default(),
+        };
         let mut unit = None;
         each_line(file, |line| {
             let is_data =
                 line.starts_with(|first: char| first.is_ascii_digit() || "+-.".contains(first));
-            if !is_data && trajectory.0.is_empty() {
-                match PoseColumns::of_header(line) {
-                    Some(named) => {
-                        columns = named?;
-                        has_header = true;
-                        return Ok(());
-                    }
-                    None if line.starts_with('#') || line.starts_with("sep=") => return Ok(()),
-                    None => {}
-                }
-                if let Some(cause) = mocap_export(line) {
-                    return Err(cause.to_owned());
-                }
-            }
-            if line.starts_with('#') {
+            let is_head = !is_data && table.poses.0.is_empty();
+            if is_head && table.reads_header(line)? || line.starts_with('#') {
                 return Ok(());
             }
-            if !has_header && let Some(cause) = columns.complaint_without_header(line) {
-                return Err(format!(
-                    "{cause}; write {}, or a header that names the columns",
-                    format.form()
-                ));
+            let without_header = |cause: String| {
+                let form = format.form();
+                format!("{cause}; write {form}, or a header that names the columns")
+            };
+            if !table.has_header
+                && let Some(cause) = table.columns.complaint_without_header(line)
+            {
+                return Err(without_header(cause));
             }
-            if columns.is_empty(line) {
+            if table.columns.is_empty(line) {
                 return Ok(());
             }
-            let guessed = columns.guessed_unit(line);
+            let guessed = table.columns.guessed_unit(line);
             if *unit.get_or_insert(guessed) != guessed {
-                return Err(
-                "the times of some rows seem to be in another unit: name it in the header, such as t [s]"
-                    .to_owned(),
-            );
+                let cause = "the times of some rows seem to be in another unit: name it in the header, such as t [s]";
+                return Err(cause.to_owned());
             }
-            let (t_ns, pose) = columns.row(line).map_err(|cause| match has_header {
+            let row = table.columns.row(line);
+            let (t_ns, pose) = row.map_err(|cause| match table.has_header {
                 true => cause,
-                false => format!(
-                    "{cause}; write {}, or a header that names the columns",
-                    format.form()
-                ),
+                false => without_header(cause),
             })?;
-            let former = trajectory.0.insert(t_ns, pose);
-            if former.is_some() && columns.is_by_image() {
+            let former = table.poses.0.insert(t_ns, pose);
+            if former.is_some() && table.columns.is_by_image() {
                 return Err(format!(
                     "image {t_ns} has a pose already; write one row an image"
                 ));
             }
             Ok(())
         })?;
-        Ok(Self {
-            columns,
-            has_header,
-            poses: trajectory,
-        })
+        Ok(table)
+    }
+
+    /// Reads a line above the rows; whether it was no row.
+    fn reads_header(&mut self, line: &str) -> Result<bool, String> {
+        match PoseColumns::of_header(line) {
+            Some(named) => {
+                self.columns = named?;
+                self.has_header = true;
+                Ok(true)
+            }
+            None if line.starts_with('#') || line.starts_with("sep=") => Ok(true),
+            None => match mocap_export(line) {
+                Some(cause) => Err(cause.to_owned()),
+                None => Ok(false),
+            },
+        }
     }
 }
 

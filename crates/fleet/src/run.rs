@@ -31,7 +31,8 @@ pub enum RunError {
 pub fn deploy(
     deployment: &Deployment<'_>,
     jobs: &[HostJob<'_>],
-    (site, health): (Option<&SiteSession>, &Health),
+    site: Option<&SiteSession>,
+    health: &Health,
     parallel: u8,
 ) -> Result<Vec<Report>, RunError> {
     let (next, reports) = (AtomicUsize::new(0), Mutex::new(Vec::new()));

@@ -23,6 +23,44 @@ const POLL: Duration = Duration::from_millis(20);
 /// `ssh` itself failed.
 const SSH_FAILED: i32 = 255;
 
+/// Words of ssh and sudo on standard error, the first that fits, with what they mean for the {host}; {last}: their last
+/// line.
+const KNOWN: &[(&str, &str)] = &[
+    (
+        "REMOTE HOST IDENTIFICATION HAS CHANGED",
+        "the host key of {host} differs from the known one: if the board was installed anew, \
+         remove the old key with `ssh-keygen -R`; otherwise the connection may be intercepted",
+    ),
+    (
+        "Host key verification failed",
+        "the host key of {host} is not known here: connect once with `ssh {host}`, compare the \
+         fingerprint, and run this again",
+    ),
+    (
+        "Permission denied",
+        "{host} wants a password: copy your public key there with `ssh-copy-id {host}`, or \
+         unlock it with `ssh-add`",
+    ),
+    (
+        "sudo: not found",
+        "there is no sudo on {host}: connect as root",
+    ),
+    (
+        "sudo: command not found",
+        "there is no sudo on {host}: connect as root",
+    ),
+    (
+        "sudo: a password is required",
+        "sudo on {host} wants a password: connect as root, or allow it without one (`USER \
+         ALL=(root) NOPASSWD: ALL` in /etc/sudoers.d/sextant)",
+    ),
+    (
+        "sudo:",
+        "sudo on {host} refuses ({last}): connect as root, or allow it without a password (`USER \
+         ALL=(root) NOPASSWD: ALL` in /etc/sudoers.d/sextant)",
+    ),
+];
+
 /// A host, by the system's ssh.
 #[derive(Debug, Clone)]
 pub struct Ssh {
@@ -126,55 +164,13 @@ impl Ssh {
             .lines()
             .rfind(|line| !line.trim().is_empty())
             .map_or_else(|| "no word of why".to_owned(), |line| plain(line.trim()));
-        let known = [
-            (
-                "REMOTE HOST IDENTIFICATION HAS CHANGED",
-                format!(
-                    "the host key of {host} differs from the known one: if the board was \
-                     installed anew, remove the old key with `ssh-keygen -R`; otherwise the \
-                     connection may be intercepted"
-                ),
-            ),
-            (
-                "Host key verification failed",
-                format!(
-                    "the host key of {host} is not known here: connect once with `ssh {host}`, \
-                     compare the fingerprint, and run this again"
-                ),
-            ),
-            (
-                "Permission denied",
-                format!(
-                    "{host} wants a password: copy your public key there with `ssh-copy-id \
-                     {host}`, or unlock it with `ssh-add`"
-                ),
-            ),
-            (
-                "sudo: not found",
-                format!("there is no sudo on {host}: connect as root"),
-            ),
-            (
-                "sudo: command not found",
-                format!("there is no sudo on {host}: connect as root"),
-            ),
-            (
-                "sudo: a password is required",
-                format!(
-                    "sudo on {host} wants a password: connect as root, or allow it without one \
-                     (`USER ALL=(root) NOPASSWD: ALL` in /etc/sudoers.d/sextant)"
-                ),
-            ),
-            (
-                "sudo:",
-                format!(
-                    "sudo on {host} refuses ({last}): connect as root, or allow it without a \
-                     password (`USER ALL=(root) NOPASSWD: ALL` in /etc/sudoers.d/sextant)"
-                ),
-            ),
-        ];
-        let known = known.into_iter().find(|(words, _)| said.contains(words));
+        let known = KNOWN.iter().find(|(words, _)| said.contains(words));
+        let known = known.map(|(_, meaning)| {
+            let meaning = meaning.replace("{host}", host);
+            meaning.replace("{last}", &last)
+        });
         match (known, code) {
-            (Some((_, words)), _) => SshError::Unreachable(words),
+            (Some(meaning), _) => SshError::Unreachable(meaning),
             (None, Some(SSH_FAILED) | None) => {
                 SshError::Unreachable(format!("no connection to {host}: {last}"))
             }

@@ -77,16 +77,7 @@ pub fn run<R: PoseReceiver>(
     receiver: &mut R,
     reporter: &Reporter,
 ) -> Result<FeedCounts, R::Error> {
-    let expression = match objects {
-        [one] => site.keys.pose(one),
-        _ => site.keys.all_poses(),
-    };
-    let messages = site.bus.subscribe(
-        &expression,
-        QUEUE,
-        DropRule::Oldest,
-        limits::MAX_PAYLOAD_BYTES,
-    )?;
+    let messages = subscribe(&site, objects)?;
     let models = R::WANTS_MODELS
         .then(|| ObjectModels::subscribe(&site))
         .transpose()?;
@@ -101,8 +92,7 @@ pub fn run<R: PoseReceiver>(
             models.hand_on(&site, &mut mirror, &is_wanted, receiver)?;
         }
     }
-    let mut unseen = objects.to_vec();
-    let mut hint_due = Some(Instant::now() + Duration::from_nanos(SILENCE_NS));
+    let mut hint = NoPoseHint::new(objects);
     let mut next = Next::More;
     while next == Next::More && !site.shutdown.is_requested() && !is_over() {
         if let Some(item) = messages.recv_timeout(SHUTDOWN_POLL) {
@@ -111,8 +101,7 @@ pub fn run<R: PoseReceiver>(
                 && is_wanted(&pose.object)
             {
                 counts.poses += 1;
-                unseen.retain(|object| *object != pose.object);
-                hint_due = hint_due.filter(|_| !unseen.is_empty());
+                hint.saw(&pose.object);
                 next = receiver.take(&pose)?;
             }
         }
@@ -123,13 +112,12 @@ pub fn run<R: PoseReceiver>(
         if let Some(notice) = router.notice(&site.bus) {
             reporter.report(&notice);
         }
-        let is_late = hint_due.is_some_and(|due| Instant::now() >= due || is_over());
-        if is_late && site.bus.is_connected() {
+        if site.bus.is_connected() && hint.is_due(is_over()) {
             reporter.report(&Notice::NoPose {
-                unseen: unseen.clone(),
+                unseen: hint.unseen.clone(),
                 objects: site.objects(),
             });
-            hint_due = None;
+            hint.due = None;
         }
     }
     let rejections = mirror.rejections();
@@ -138,6 +126,42 @@ pub fn run<R: PoseReceiver>(
     counts.dropped = messages.counts().dropped + rejections.too_many();
     site.bus.close();
     Ok(counts)
+}
+
+fn subscribe(site: &SiteSession, objects: &[ObjectId]) -> Result<Subscription, BusError> {
+    let expression = match objects {
+        [one] => site.keys.pose(one),
+        _ => site.keys.all_poses(),
+    };
+    let most = limits::MAX_PAYLOAD_BYTES;
+    site.bus
+        .subscribe(&expression, QUEUE, DropRule::Oldest, most)
+}
+
+/// When to say that an object has no poses.
+struct NoPoseHint {
+    /// Wanted objects without a pose so far.
+    unseen: Vec<ObjectId>,
+    /// `None` once all have had one, or after it was said.
+    due: Option<Instant>,
+}
+
+impl NoPoseHint {
+    fn new(objects: &[ObjectId]) -> Self {
+        Self {
+            unseen: objects.to_vec(),
+            due: Some(Instant::now() + Duration::from_nanos(SILENCE_NS)),
+        }
+    }
+
+    fn saw(&mut self, object: &ObjectId) {
+        self.unseen.retain(|unseen| unseen != object);
+        self.due = self.due.filter(|_| !self.unseen.is_empty());
+    }
+
+    fn is_due(&self, is_over: bool) -> bool {
+        self.due.is_some_and(|due| Instant::now() >= due || is_over)
+    }
 }
 
 /// The models of a site's objects.

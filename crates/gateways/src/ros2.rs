@@ -91,7 +91,8 @@ pub struct Ros2Counts {
 /// See [`Ros2Error`].
 pub fn run(
     site: SiteSession,
-    (ros, graph): (Bus, Graph),
+    ros: Bus,
+    graph: Graph,
     options: BridgeOptions,
     on_topic: OnTopic<'_>,
     reporter: &Reporter,

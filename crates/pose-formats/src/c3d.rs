@@ -147,12 +147,29 @@ fn header(n_points: usize, grid: &Grid, points_at: usize) -> Vec<u8> {
     block
 }
 
-/// The groups of parameters.
+/// The section of parameters.
 fn parameters(names: &[&str], grid: &Grid, points_at: usize, rotations_at: usize) -> Vec<u8> {
+    let mut section = vec![1, 0x50, 0, INTEL];
+    for (number, (group, parameters)) in (1..).zip(groups(names, grid, points_at, rotations_at)) {
+        entry(&mut section, group, -number, &[]);
+        for (name, value) in parameters {
+            entry(&mut section, name, number, &value.0);
+        }
+    }
+    section.push(0);
+    pad(&mut section);
+    section[2] = (section.len() / BLOCK_BYTES) as u8;
+    section
+}
+
+/// A group of parameters by its name, with their names and values.
+type Group = (&'static str, Vec<(&'static str, Value)>);
+
+fn groups(names: &[&str], grid: &Grid, points_at: usize, rotations_at: usize) -> [Group; 5] {
     let n_frames = grid.n_frames.min(usize::from(u16::MAX)) as u16;
     let n_objects = names.len() as u16;
     let count = Value::integers;
-    let groups = [
+    [
         (
             "POINT",
             vec![
@@ -196,18 +213,7 @@ fn parameters(names: &[&str], grid: &Grid, points_at: usize, rotations_at: usize
                 ("START_TIME_NS", Value::texts(&[&grid.start_ns.to_string()])),
             ],
         ),
-    ];
-    let mut section = vec![1, 0x50, 0, INTEL];
-    for (number, (group, parameters)) in (1..).zip(groups) {
-        entry(&mut section, group, -number, &[]);
-        for (name, value) in parameters {
-            entry(&mut section, name, number, &value.0);
-        }
-    }
-    section.push(0);
-    pad(&mut section);
-    section[2] = (section.len() / BLOCK_BYTES) as u8;
-    section
+    ]
 }
 
 /// A group or a parameter of one, without description.

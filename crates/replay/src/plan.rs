@@ -210,7 +210,7 @@ impl<'a> Planner<'a> {
             }
             next = Some(batch.first + batch.inputs.len() as u64);
             for (number, input) in (batch.first..).zip(&batch.inputs) {
-                self.add(&mut plan, number, (input.now_ns, &input.source))?;
+                self.add(&mut plan, number, input.now_ns, &input.source)?;
             }
         }
         let is_replaced = self.replacement.rig.is_some() || self.replacement.objects.is_some();
@@ -224,7 +224,8 @@ impl<'a> Planner<'a> {
         &self,
         plan: &mut Plan,
         number: u64,
-        (now_ns, source): (u64, &InputSource),
+        now_ns: u64,
+        source: &InputSource,
     ) -> Result<(), String> {
         let Some(run) = plan.runs.last_mut() else {
             return Ok(());

@@ -100,7 +100,7 @@ impl Observer {
         let mut seen = Vec::new();
         for (object, scene_object) in self.scenario.objects.iter().enumerate() {
             for tag in 0..scene_object.tags.len() {
-                seen.extend(self.tag(camera, (object, tag), true_ns));
+                seen.extend(self.tag(camera, object, tag, true_ns));
             }
         }
         for corner in seen.iter_mut().flat_map(|tag| &mut tag.corners) {
@@ -112,7 +112,8 @@ impl Observer {
     fn tag(
         &self,
         camera: &SceneCamera,
-        (object, index): (usize, usize),
+        object: usize,
+        index: usize,
         true_ns: u64,
     ) -> Option<ObservedTag> {
         let tag = &self.scenario.objects[object].tags[index];

@@ -119,7 +119,7 @@ impl Path {
             twist.fixed_rows_mut::<3>(3).copy_from(&angular);
         }
         for joint in &self.joints {
-            (pose, twist) = joint.child((&pose, &twist), angle, rate);
+            (pose, twist) = joint.child(&pose, &twist, angle, rate);
         }
         (pose, twist)
     }

@@ -188,13 +188,15 @@ impl Renderer {
         for face in (0..model.faces.len()).filter(|&face| placed.faces_camera(face)) {
             let normal = &model.faces[face].normal;
             let light = weight * light_on(&self.scene.light, &placed.world_from_object, normal);
-            draw_face(&mut self.canvas, model, placed, hiders, (face, light));
+            draw_face(&mut self.canvas, model, placed, hiders, face, light);
             draw_displaced(
                 &mut self.canvas,
                 &self.scene,
-                (solid, placed),
+                solid,
+                placed,
                 hiders,
-                (face, weight),
+                face,
+                weight,
             );
         }
     }
@@ -206,7 +208,8 @@ fn draw_face(
     model: &SolidModel,
     placed: &PlacedSolid,
     hiders: Occluders,
-    (face, light): (usize, f64),
+    face: usize,
+    light: f64,
 ) {
     let project = |corners: &mut dyn Iterator<Item = nalgebra::Point3<f64>>| {
         normalised_polygon(corners.map(|corner| placed.camera_from_object * corner))
@@ -229,9 +232,11 @@ fn draw_face(
 fn draw_displaced(
     canvas: &mut Canvas,
     scene: &Scene,
-    (solid, placed): (usize, &PlacedSolid),
+    solid: usize,
+    placed: &PlacedSolid,
     hiders: Occluders,
-    (face, weight): (usize, f64),
+    face: usize,
+    weight: f64,
 ) {
     let model = &scene.model.solids[solid];
     let is_displaced = |print: &&crate::model::Print| print.face == face && !print.is_flush;

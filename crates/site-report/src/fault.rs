@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use sextant_site_model::{CameraId, ObjectId, TagId};
 
-use crate::sentences::sentences;
+use crate::sentences;
 
 /// Something wrong with the site. On the wire the number of the variant, from 0, in this order.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use sextant_site_model::{CameraId, ObjectId, TagId};
 
-use crate::sentences::sentences;
+use crate::sentences;
 
 /// An error of a rig's or an object's file that poses allow for. On the wire the number of the variant, from 0, in this
 /// order.

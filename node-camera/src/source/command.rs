@@ -60,7 +60,8 @@ impl ProgramImages {
     pub(super) fn start(
         words: &[String],
         format: StreamFormat,
-        (resolution, row_length): (Option<[u32; 2]>, usize),
+        resolution: Option<[u32; 2]>,
+        row_length: usize,
         shutdown: &Shutdown,
         hear: &mut dyn FnMut(&str),
     ) -> Result<Self, SourceError> {
@@ -221,8 +222,14 @@ pub(crate) fn open(
     let stated_width = config.resolution.map_or(0, |[width, _]| width as usize);
     let program = words.first().map_or("", String::as_str);
     let row_length = row_length(program, config.format, stated_width, config.row_length);
-    let layout = (config.resolution, row_length);
-    let images = ProgramImages::start(&words, config.format, layout, shutdown, &mut log)?;
+    let images = ProgramImages::start(
+        &words,
+        config.format,
+        config.resolution,
+        row_length,
+        shutdown,
+        &mut log,
+    )?;
     let is_raw = matches!(config.format, StreamFormat::Grey | StreamFormat::Yuv420);
     let is_guessed = config.row_length.is_none() && row_length == stated_width;
     let [width, height] = images.resolution();

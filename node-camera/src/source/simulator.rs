@@ -5,6 +5,7 @@
 //! later than [`LATEST_NS`] it is passed over and counts as lost. Drawing waits a little where there is time, since it
 //! would take the processors from those who work on the image before.
 
+use std::path::Path;
 use std::time::Duration;
 
 use anyhow::{Context, bail};
@@ -62,6 +63,22 @@ fn expose(camera: &mut SceneCamera, exposure_us: f64) {
     camera.auto_exposure = None;
 }
 
+/// A scenario, and the index of a camera in it.
+fn read_scenario(file: &Path, camera: &CameraId) -> anyhow::Result<(Scenario, usize)> {
+    let scenario: Scenario = read_toml_checked(file, |scenario: &Scenario| {
+        scenario
+            .validate()
+            .map_err(|cause| Complaint::new("", cause.to_string(), ""))
+    })?;
+    let Some(index) = scenario.camera_index(camera.as_str()) else {
+        bail!(
+            "{}: there is no camera {camera}; name one of the scenario's, or add it there",
+            file.display()
+        );
+    };
+    Ok((scenario, index))
+}
+
 fn check_exposure(camera: &SceneCamera) -> anyhow::Result<()> {
     let (rate_hz, longest_us) = (camera.rate_hz, longest_exposure_us(camera.rate_hz));
     let exposure_us = camera.exposure_ns as f64 / 1000.0;
@@ -92,17 +109,7 @@ impl SimulatedCamera {
             bail!("another source than before");
         };
         let file = file.as_path();
-        let mut scenario: Scenario = read_toml_checked(file, |scenario: &Scenario| {
-            scenario
-                .validate()
-                .map_err(|cause| Complaint::new("", cause.to_string(), ""))
-        })?;
-        let Some(index) = scenario.camera_index(camera.as_str()) else {
-            bail!(
-                "{}: there is no camera {camera}; name one of the scenario's, or add it there",
-                file.display()
-            );
-        };
+        let (mut scenario, index) = read_scenario(file, camera)?;
         let own = &mut scenario.cameras[index];
         let gain = gain.unwrap_or(own.gain);
         own.gain = gain;

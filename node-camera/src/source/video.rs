@@ -172,8 +172,7 @@ fn decode(
     shutdown: &Shutdown,
 ) -> Result<ProgramImages, SourceError> {
     let mut hear = |line: &str| stamps.hear(line);
-    let started =
-        ProgramImages::start(arguments, StreamFormat::Y4m, (None, 0), shutdown, &mut hear);
+    let started = ProgramImages::start(arguments, StreamFormat::Y4m, None, 0, shutdown, &mut hear);
     started.map_err(|cause| SourceError::new(Exit::Input, cause.to_string()))
 }
 

@@ -104,8 +104,8 @@ pub fn run(arguments: &RobotArguments, format: Format) -> anyhow::Result<()> {
     let carried = object.id().clone();
     let plan = RobotPlan { object, mount };
     let mut session = RobotSession::new(&looking.rig, plan).exit_with(Exit::Input)?;
-    let folder = (arguments.recording.as_path(), &recorded.dataset);
-    each_image(folder, &looking, arguments.threads, |image| {
+    let (folder, dataset) = (arguments.recording.as_path(), &recorded.dataset);
+    each_image(folder, dataset, &looking, arguments.threads, |image| {
         session.handle(image);
     })?;
     let found = session.solve(&poses).exit_with(Exit::Input)?;

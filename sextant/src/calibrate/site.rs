@@ -149,8 +149,8 @@ pub fn run(arguments: &SiteArguments, format: Format) -> anyhow::Result<()> {
         chessboard: None,
     };
     let mut session = SiteSession::new(plan(arguments, cameras)?).exit_with(Exit::Input)?;
-    let folder = (arguments.recording.as_path(), &recorded.dataset);
-    each_image(folder, &looking, arguments.threads, |image| {
+    let (folder, dataset) = (arguments.recording.as_path(), &recorded.dataset);
+    each_image(folder, dataset, &looking, arguments.threads, |image| {
         session.handle(image);
     })?;
     let found = session.solve().exit_with(Exit::Input)?;

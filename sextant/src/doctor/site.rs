@@ -8,7 +8,7 @@ use sextant_gateways::site::SiteSession;
 use sextant_process::exit::exit_of;
 use sextant_process::host::host_name;
 use sextant_process::{Exit, now_ns};
-use sextant_proto::{CameraStatus, FusionStatus, NodeKind};
+use sextant_proto::{CameraStatus, FusionStatus, NodeId, NodeKind};
 use sextant_site_mirror::SiteMirror;
 use sextant_site_report::Severity;
 use std::collections::BTreeSet;
@@ -49,8 +49,8 @@ pub fn findings(arguments: &SiteArguments, nodes: &[NamedNode]) -> anyhow::Resul
             .iter()
             .flat_map(|status| ahead(status, now_ns())),
     );
-    for node in nodes {
-        findings.extend(taken_name(&site, node)?);
+    for (kind, name) in nodes {
+        findings.extend(taken_name(&site, *kind, name)?);
     }
     site.bus.close();
     Ok(findings)
@@ -209,10 +209,14 @@ fn foreign_contracts(fusion: &[&FusionStatus]) -> impl Iterator<Item = Finding> 
 }
 
 /// A node's name that another machine holds.
-fn taken_name(site: &SiteSession, (kind, name): &NamedNode) -> anyhow::Result<Option<Finding>> {
+fn taken_name(
+    site: &SiteSession,
+    kind: NodeKind,
+    name: &NodeId,
+) -> anyhow::Result<Option<Finding>> {
     let holders = site
         .bus
-        .alive_keys(&format!("{}/*/*", site.keys.holder(*kind, name)))?;
+        .alive_keys(&format!("{}/*/*", site.keys.holder(kind, name)))?;
     let hosts = holders.iter().filter_map(|key| key.rsplit('/').next());
     let elsewhere = hosts.map(words::plain).find(|host| *host != host_name());
     Ok(elsewhere.map(|host| {

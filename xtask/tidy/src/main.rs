@@ -7,7 +7,6 @@ mod rules;
 mod source;
 
 use rules::{Finding, syntax, width, words};
-use source::Source;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -47,25 +46,18 @@ fn main() -> ExitCode {
 fn check(root: &Path) -> Result<Vec<Finding>, String> {
     let mut findings = Vec::new();
     let mut generic_types = Vec::new();
-    let is_pending = |source: &Source| PENDING.iter().any(|part| source.path.starts_with(part));
-    for source in source::read_all(root)?
-        .into_iter()
-        .filter(|it| !is_pending(it))
-    {
-        findings.extend(width::check(&source));
+    let mut sources = source::read_all(root)?;
+    sources.retain(|source| !PENDING.iter().any(|part| source.path.starts_with(part)));
+    for source in &sources {
+        findings.extend(width::check(source));
         if let Some(rust) = &source.rust {
-            findings.extend(words::check(&source, rust));
-            let (by_syntax, types) = syntax::check(&source, rust);
+            findings.extend(words::check(source, rust));
+            let (by_syntax, types) = syntax::check(source, rust);
             findings.extend(by_syntax);
             generic_types.extend(types);
         }
     }
     findings.extend(syntax::check_generic_types(generic_types));
-    findings.retain(|finding| {
-        !PENDING
-            .iter()
-            .any(|folder| finding.path.starts_with(folder))
-    });
     findings.sort();
     Ok(findings)
 }

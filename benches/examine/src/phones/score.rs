@@ -116,7 +116,7 @@ impl<'a> Learned<'a> {
             let mut all = truth.tags.iter();
             let true_tag = all.find(|tag| (tag.family, tag.id) == (own.tag.family, own.tag.id));
             if let (Some(pose), Some(true_tag)) = (own.object_from_tag, true_tag) {
-                tags.add(0, (&pose, &NO_COVARIANCE), &true_tag.object_from_tag);
+                tags.add(0, &pose, &NO_COVARIANCE, &true_tag.object_from_tag);
             }
         }
         let learned_from_true = PosePairs::alignment([&tags].into_iter())?;
@@ -173,7 +173,7 @@ fn residual_m(poses: &[&ObjectEstimate], objects: &[Learned], began_ns: u64) -> 
         if let Some(object) = object {
             let film_ns = pose.capture_ns.saturating_sub(began_ns);
             let truth = object.world_from_learned(film_ns);
-            pairs.add(0, (&pose.world_from_object, &NO_COVARIANCE), &truth);
+            pairs.add(0, &pose.world_from_object, &NO_COVARIANCE, &truth);
         }
     }
     let errors =

@@ -57,7 +57,8 @@ impl Profiles {
     pub(super) fn find_crossings<'a>(
         &self,
         view: &ImageView<'_>,
-        (a, b): (Point, Point),
+        a: Point,
+        b: Point,
         [nx, ny]: Point,
         out: &'a mut [[Crossing; POINTS]; MAX_GROUPS],
     ) -> &'a mut [Crossing] {

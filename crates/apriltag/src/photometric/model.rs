@@ -119,10 +119,7 @@ impl<'a> Model<'a> {
 
         let strays = residual / self.limit;
         let clipped = (level >= 254.0) & (residual < 0.0) | (level <= 1.0) & (residual > 0.0);
-        let inside_px = |place: f32, unit_px: f32| (self.pattern.ring - place.abs()) * unit_px;
-        let within = (inside_px(u, units_px[0]) > self.rim_px[0])
-            & (inside_px(v, units_px[1]) > self.rim_px[1]);
-        let counts = within & !clipped & (strays.abs() < 1.0);
+        let counts = self.is_within([u, v], units_px) & !clipped & (strays.abs() < 1.0);
         let root = if counts { 1.0 - strays * strays } else { 0.0 };
 
         let unit = root * UNIT;
@@ -130,15 +127,8 @@ impl<'a> Model<'a> {
         let bright = unlit * unit;
         let contrast = lit * (white - black);
         let response = contrast * (1.0 + gain - 2.0 * gain * share);
-        // When the image of the square moves by d, the grey at a fixed pixel changes by -gradient . d; divided by the
-        // denominator.
-        let [m_u, m_v, m_w] = &self.inverse;
-        let along_u = -response * coverage.across[0] * units_px[0];
-        let along_v = -response * coverage.across[1] * units_px[1];
-        let along_w = along_u * u + along_v * v;
-        let gradient =
-            |axis: usize| along_u * m_u[axis] + along_v * m_v[axis] - along_w * m_w[axis];
-        let (gx, gy) = (gradient(0), gradient(1));
+        let along = [0, 1].map(|axis| -response * coverage.across[axis] * units_px[axis]);
+        let [gx, gy] = self.gradient(along, [u, v]);
         let towards = -(gx * x + gy * y) / size_px;
         [
             root * strays * RESIDUAL,
@@ -162,6 +152,22 @@ impl<'a> Model<'a> {
             response * coverage.with_ground,
             self.pattern.line([u, v], coverage.across),
         ]
+    }
+
+    /// Whether a pixel is inside of the ring by more than the rim.
+    #[inline(always)]
+    fn is_within(&self, [u, v]: [f32; 2], units_px: [f32; 2]) -> bool {
+        let inside_px = |place: f32, unit_px: f32| (self.pattern.ring - place.abs()) * unit_px;
+        (inside_px(u, units_px[0]) > self.rim_px[0]) & (inside_px(v, units_px[1]) > self.rim_px[1])
+    }
+
+    /// When the image of the square moves by d, the grey at a fixed pixel changes by -gradient . d; divided by the
+    /// denominator.
+    #[inline(always)]
+    fn gradient(&self, [along_u, along_v]: [f32; 2], [u, v]: [f32; 2]) -> [f32; 2] {
+        let [m_u, m_v, m_w] = &self.inverse;
+        let along_w = along_u * u + along_v * v;
+        [0, 1].map(|axis| along_u * m_u[axis] + along_v * m_v[axis] - along_w * m_w[axis])
     }
 }
 

@@ -48,7 +48,8 @@ pub fn detect(pixels: &[u8], size: usize, families: &[Family]) -> Vec<Detection>
 impl Tag {
     /// A tag so many pixels wide in the middle of the picture, tilted by up to so many degrees and turned at random.
     pub fn turned(
-        (family, id): (Family, u32),
+        family: Family,
+        id: u32,
         edge_px: f64,
         tilt_deg: f64,
         random: &mut Random,

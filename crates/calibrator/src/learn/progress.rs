@@ -92,14 +92,15 @@ impl Coverage {
 
     pub(super) fn add(
         &mut self,
-        camera: (usize, &Camera),
+        index: usize,
+        camera: &Camera,
         wanted: &[TagSpec],
         image: &ImageObservation,
     ) {
-        let (view, over) = take_in(camera, wanted, image);
+        let (view, over) = take_in(index, camera, wanted, image);
         self.images += 1;
         self.joining += usize::from(view.tags.len() > 1);
-        let [all, outside] = self.outside.entry(camera.0).or_default();
+        let [all, outside] = self.outside.entry(index).or_default();
         *all += view.tags.len() + over.outside.len();
         *outside += over.outside.len();
         for tag in over.foreign {

@@ -136,7 +136,7 @@ impl LearnSession {
         let views = self.images.iter().filter_map(|image| {
             let index = self.camera_of(image)?;
             let camera = &self.rig.cameras()[index];
-            let (view, _) = take_in((index, camera), &self.wanted, image);
+            let (view, _) = take_in(index, camera, &self.wanted, image);
             (!view.tags.is_empty()).then_some(view)
         });
         views.collect()

@@ -96,6 +96,40 @@ pub(super) fn adjust(
     start: &Start,
     parameters: &Parameters,
 ) -> Option<Adjustment> {
+    let (bundle, view_of) = bundle(board, views, start, parameters);
+    let options = BundleOptions {
+        kernel: parameters.kernel,
+        max_iterations: parameters.max_iterations,
+        by_clusters: parameters.bends,
+        ..BundleOptions::default()
+    };
+    let solution = solve(bundle, &options).ok()?;
+    let mut poses = start.poses.clone();
+    for (&view, instant) in view_of.iter().zip(&solution.bundle.instants) {
+        if let Some((pose, _)) = &mut poses[view] {
+            *pose = instant.world_from_object;
+        }
+    }
+    Some(Adjustment {
+        lens: solution.bundle.cameras[0].lens,
+        places: {
+            let tags = solution.bundle.tags.iter();
+            tags.map(|tag| tag.object_from_tag).collect()
+        },
+        poses,
+        cost: solution.cost,
+        solution,
+        view_of,
+    })
+}
+
+/// The bundle of a start, and the view of each of its images.
+fn bundle(
+    board: &Board,
+    views: &[BoardView],
+    start: &Start,
+    parameters: &Parameters,
+) -> (Bundle, Vec<usize>) {
     let (of_tags, anchors) = if parameters.bends {
         (Freedom::Free, board.anchors())
     } else {
@@ -133,30 +167,7 @@ pub(super) fn adjust(
         });
         view_of.push(at);
     }
-    let options = BundleOptions {
-        kernel: parameters.kernel,
-        max_iterations: parameters.max_iterations,
-        by_clusters: parameters.bends,
-        ..BundleOptions::default()
-    };
-    let solution = solve(bundle, &options).ok()?;
-    let mut poses = start.poses.clone();
-    for (&view, instant) in view_of.iter().zip(&solution.bundle.instants) {
-        if let Some((pose, _)) = &mut poses[view] {
-            *pose = instant.world_from_object;
-        }
-    }
-    Some(Adjustment {
-        lens: solution.bundle.cameras[0].lens,
-        places: {
-            let tags = solution.bundle.tags.iter();
-            tags.map(|tag| tag.object_from_tag).collect()
-        },
-        poses,
-        cost: solution.cost,
-        solution,
-        view_of,
-    })
+    (bundle, view_of)
 }
 
 fn camera(lens: Lens, sought: FreeParameters) -> BundleCamera {

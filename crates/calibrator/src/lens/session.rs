@@ -88,13 +88,23 @@ pub struct LensProgress {
     pub hint: Hint,
 }
 
+/// Where and how a view shows the board, to tell views apart.
+#[derive(Clone, Debug)]
+struct ViewPlace {
+    centre: nalgebra::Point2<f64>,
+    /// Extent in the image, px.
+    spread: f64,
+    /// Tilt to the right and down.
+    lean: [f64; 2],
+}
+
 /// A lens calibration session.
 #[derive(Clone, Debug)]
 pub struct LensSession {
     board: Board,
     options: LensOptions,
     views: Vec<BoardView>,
-    places: Vec<(nalgebra::Point2<f64>, f64, [f64; 2])>,
+    places: Vec<ViewPlace>,
     coverage: Coverage,
     images: usize,
     alike: usize,
@@ -144,7 +154,11 @@ impl LensSession {
         }
         let pose = self.guess(&view);
         let (centre, spread) = view.extent();
-        let place = (centre, spread, pose.map_or([0.0; 2], |pose| lean(&pose)));
+        let place = ViewPlace {
+            centre,
+            spread,
+            lean: pose.map_or([0.0; 2], |pose| lean(&pose)),
+        };
         let wanted = self.options.selection == Selection::All || self.is_new(&place);
         if !wanted || self.views.len() >= MOST_VIEWS {
             self.alike += 1;
@@ -171,12 +185,13 @@ impl LensSession {
         Some(pose)
     }
 
-    fn is_new(&self, (centre, spread, lean): &(nalgebra::Point2<f64>, f64, [f64; 2])) -> bool {
+    fn is_new(&self, place: &ViewPlace) -> bool {
         let width = f64::from(self.options.resolution[0]);
-        self.places.iter().all(|(c, s, l)| {
-            (centre - c).norm() > NEW_PLACE * width
-                || (lean[0] - l[0]).hypot(lean[1] - l[1]) > NEW_LEAN
-                || (spread / s).ln().abs() > NEW_SIZE.ln_1p()
+        self.places.iter().all(|other| {
+            let lean = [0, 1].map(|axis| place.lean[axis] - other.lean[axis]);
+            (place.centre - other.centre).norm() > NEW_PLACE * width
+                || lean[0].hypot(lean[1]) > NEW_LEAN
+                || (place.spread / other.spread).ln().abs() > NEW_SIZE.ln_1p()
         })
     }
 

@@ -91,11 +91,12 @@ impl Coverage {
 
     pub(super) fn add(
         &mut self,
-        (index, camera): (usize, &Camera),
+        index: usize,
+        camera: &Camera,
         wanted: &[TagSpec],
         image: &ImageObservation,
     ) {
-        let (view, over) = take_in((index, camera), wanted, image);
+        let (view, over) = take_in(index, camera, wanted, image);
         let own = &mut self.cameras[index];
         own.images += 1;
         own.tags += view.tags.len() + over.outside.len();

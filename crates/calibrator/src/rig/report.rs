@@ -160,7 +160,7 @@ impl RigSession {
             rms_px: solution.rms_px,
             noise_ratio: found.adjusted.noise_ratio(),
             scale: self.scale(found),
-            verdict: self.verdict(found, &cameras, (&tags_left_out, &weak)),
+            verdict: self.verdict(found, &cameras, &tags_left_out, &weak),
             cameras,
             tags_left_out,
             weak,

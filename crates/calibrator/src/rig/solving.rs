@@ -182,7 +182,7 @@ impl RigSession {
         let views = self.images.iter().filter_map(|image| {
             let index = self.camera_of(image)?;
             let camera = &self.rig.cameras()[index];
-            let (view, _) = take_in((index, camera), &self.wanted, image);
+            let (view, _) = take_in(index, camera, &self.wanted, image);
             (!view.tags.is_empty()).then_some(view)
         });
         views.collect()

@@ -58,7 +58,8 @@ impl Trajectory {
             (Some(a), Some(b))
                 if moments == Moments::Interpolated && b.0 - a.0 <= LONGEST_GAP_NS =>
             {
-                between(a, b, time_ns)
+                let share = (time_ns - a.0) as f64 / (b.0 - a.0).max(1) as f64;
+                interpolated(&a.1, &b.1, share)
             }
             _ => Vec::new(),
         }
@@ -83,13 +84,13 @@ impl Trajectory {
     }
 }
 
-fn between(a: &(u64, Vec<Pose>), b: &(u64, Vec<Pose>), time_ns: u64) -> Vec<Pose> {
-    let part = (time_ns - a.0) as f64 / (b.0 - a.0).max(1) as f64;
-    let pairs =
-        a.1.iter()
-            .flat_map(|start| b.1.iter().map(move |end| (start, end)));
+/// Every pose of the one image with every one of the other, at a share of the way between them.
+fn interpolated(starts: &[Pose], ends: &[Pose], share: f64) -> Vec<Pose> {
+    let pairs = starts
+        .iter()
+        .flat_map(|start| ends.iter().map(move |end| (start, end)));
     pairs
-        .map(|(start, end)| start * se3::exp(&(se3::log(&(start.inverse() * end)) * part)))
+        .map(|(start, end)| start * se3::exp(&(se3::log(&(start.inverse() * end)) * share)))
         .collect()
 }
 

@@ -47,9 +47,11 @@ fn fold(solution: &RobotSolution, out: Range<usize>) -> Option<Vec<[f64; 3]>> {
         let hand = whole.arm.as_ref()?.hands[instant]?;
         error(
             solution,
-            (&found.adjustment, arm),
+            &found.adjustment,
+            arm,
             &tags,
-            (instant, &hand.base_from_hand),
+            instant,
+            &hand.base_from_hand,
         )
     });
     Some(errors.collect())
@@ -58,9 +60,11 @@ fn fold(solution: &RobotSolution, out: Range<usize>) -> Option<Vec<[f64; 3]>> {
 /// Error of the prediction of what the best image of an instant shows; `None` where no tag of it is used.
 fn error(
     solution: &RobotSolution,
-    (found, arm): (&Adjustment, &Arm),
+    found: &Adjustment,
+    arm: &Arm,
     tags: &[TagPlacement],
-    (instant, base_from_hand): (usize, &sextant_geometry::Pose),
+    instant: usize,
+    base_from_hand: &sextant_geometry::Pose,
 ) -> Option<[f64; 3]> {
     let images = solution.adjusted.adjustment.images.iter();
     let own = images.filter(|image| image.instant == instant);

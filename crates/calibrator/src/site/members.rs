@@ -80,7 +80,7 @@ impl SiteSession {
             let Some(camera) = cameras.position(|camera| camera.id == image.camera) else {
                 continue;
             };
-            let (view, _) = take_in((camera, &rig.cameras()[camera]), &members.wanted, image);
+            let (view, _) = take_in(camera, &rig.cameras()[camera], &members.wanted, image);
             let bodies = (0..members.n_bodies).map(Some).chain([None]);
             for body in bodies {
                 let own = view.tags.iter();

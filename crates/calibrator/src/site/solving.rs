@@ -52,9 +52,9 @@ impl SiteSession {
         let members = self.members(groups)?;
         let (rig, known) = self.known_from_single_images(rig, &members)?;
         let seen = self.body_views(&rig, &members).thinned(rig.cameras().len());
-        let sightings = sightings(&rig, &members, (&seen, &known));
+        let sightings = sightings(&rig, &members, &seen, &known);
         let placement = placement(&rig, &members, &seen, &sightings)?;
-        let first = adjustment(&rig, (&members, &known), (&seen, &sightings), &placement);
+        let first = adjustment(&rig, &members, &known, &seen, &sightings, &placement);
         let (adjusted, clocks) = adjusted(first, &sightings, placement.synchronised)?;
         self.finish(SiteSolution {
             rig,
@@ -120,11 +120,7 @@ impl SiteSession {
 }
 
 /// Where each body may be in each image.
-fn sightings(
-    rig: &Rig,
-    members: &Members,
-    (seen, known): (&BodyViews, &Constellations),
-) -> Sightings {
+fn sightings(rig: &Rig, members: &Members, seen: &BodyViews, known: &Constellations) -> Sightings {
     let object = seen.views.iter().zip(&seen.body_of);
     let object = object.map(|(view, body)| match body {
         Some(_) => views_of_object(&rig.cameras()[view.camera].lens, view, &known.placed),
@@ -212,13 +208,8 @@ fn largest_island(pairs: &PoseGraph) -> Vec<usize> {
     groups.max_by_key(Vec::len).unwrap_or_default()
 }
 
-fn adjustment(
-    rig: &Rig,
-    (members, known): (&Members, &Constellations),
-    (seen, sightings): (&BodyViews, &Sightings),
-    placement: &Placement,
-) -> Adjustment {
-    let mut priors = Priors::bounded();
+/// The cameras, free but for the reference, with those parameters of the lenses free that nothing is known of.
+fn bundle_cameras(rig: &Rig, placement: &Placement, priors: &mut Priors) -> Vec<BundleCamera> {
     let cameras = rig.cameras().iter().zip(&placement.poses).enumerate();
     let cameras = cameras.map(|(at, (camera, pose))| BundleCamera {
         pose: if pose.is_some() && at != placement.reference {
@@ -235,6 +226,19 @@ fn adjustment(
             priors.free_unknown_lens(&mut cameras, at, camera.resolution);
         }
     }
+    cameras
+}
+
+fn adjustment(
+    rig: &Rig,
+    members: &Members,
+    known: &Constellations,
+    seen: &BodyViews,
+    sightings: &Sightings,
+    placement: &Placement,
+) -> Adjustment {
+    let mut priors = Priors::bounded();
+    let cameras = bundle_cameras(rig, placement, &mut priors);
     let every = if placement.synchronised {
         1
     } else {
@@ -248,17 +252,9 @@ fn adjustment(
     let all: Vec<usize> = (0..seen.views.len()).filter(|&at| is_placed(at)).collect();
     let (mut instants, mut images) = floor_in(&all, sightings, &cameras);
     let mut tags = bundle_tags(members, &known.placed);
-    let is_seen_twice = |tag: usize| {
-        let own = all.iter().map(|&at| &seen.views[at]);
-        let own = own.filter(|view| view.tags.iter().any(|seen| seen.tag == tag));
-        own.map(|view| view.camera)
-            .collect::<BTreeSet<usize>>()
-            .len()
-            > 1
-    };
     for tag in 0..tags.len() {
         let is_still = members.body_of[tag].is_none();
-        if known.placed[tag].is_some() || (is_still && is_seen_twice(tag)) {
+        if known.placed[tag].is_some() || (is_still && is_seen_twice(seen, &all, tag)) {
             priors.free_size(&mut tags, tag, Prior::Default);
         }
     }
@@ -289,6 +285,13 @@ fn adjustment(
         arm: None,
         noise: Vec::new(),
     }
+}
+
+/// Whether a tag is in views of two cameras.
+fn is_seen_twice(seen: &BodyViews, views: &[usize], tag: usize) -> bool {
+    let views = views.iter().map(|&at| &seen.views[at]);
+    let views = views.filter(|view| view.tags.iter().any(|seen| seen.tag == tag));
+    views.map(|view| view.camera).collect::<BTreeSet<_>>().len() > 1
 }
 
 fn adjusted(

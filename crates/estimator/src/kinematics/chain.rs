@@ -110,7 +110,7 @@ impl KinematicChain {
         for step in &self.ways[at.root][link] {
             let next = pose * self.motion(step, at);
             if let Some(slot) = step.slot {
-                let column = self.column(step, (&pose, &next), &place);
+                let column = self.column(step, &pose, &next, &place);
                 jacobian
                     .fixed_view_mut::<6, 1>(0, 6 + slot)
                     .copy_from(&column);
@@ -121,12 +121,7 @@ impl KinematicChain {
     }
 
     /// How a link at `place` moves with a joint on the way to it, between two links at these poses.
-    fn column(
-        &self,
-        step: &Step,
-        (from, to): (&Pose, &Pose),
-        place: &Vector3<f64>,
-    ) -> Vector6<f64> {
+    fn column(&self, step: &Step, from: &Pose, to: &Pose, place: &Vector3<f64>) -> Vector6<f64> {
         let joint = &self.articulation.joints()[step.joint];
         let (world_from_parent, sign) = match step.direction {
             Direction::ToChild => (from, 1.0),

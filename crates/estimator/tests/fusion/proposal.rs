@@ -35,8 +35,8 @@ fn seen(object: &ObjectModel) -> Vec<Pose> {
     tags
 }
 
-fn proposed(fusion: &mut Fusion, truth: (&Rig, &ObjectModel), seed: u64) -> Option<Proposal> {
-    watched(fusion, truth, INSTANTS, &mut Random(seed));
+fn proposed(fusion: &mut Fusion, rig: &Rig, object: &ObjectModel, seed: u64) -> Option<Proposal> {
+    watched(fusion, rig, object, INSTANTS, &mut Random(seed));
     fusion.proposal()
 }
 
@@ -49,7 +49,7 @@ fn wrong_cameras_and_tags_are_proposed_nearer_to_the_truth() {
         let configured = measured(&truth, 0.005, 0.005, random);
         let stuck = glued(&object, 0.001, 0.017, random);
         let mut machine = fusion(&configured, &stuck, FusionOptions::default());
-        let proposal = proposed(&mut machine, (&truth, &object), seed).unwrap();
+        let proposal = proposed(&mut machine, &truth, &object, seed).unwrap();
         let held_back = proposal.held_back;
         assert!(held_back.n_images >= 8, "seed {seed}: {held_back:?}");
         assert!(
@@ -111,7 +111,7 @@ fn tags_alone_are_corrected_without_moving_a_camera() {
     let stuck = glued(&object, 0.001, 0.017, &mut Random(5));
     let (files, _) = files(&truth, &object);
     let mut machine = fusion(&files, &stuck, FusionOptions::default());
-    let proposal = proposed(&mut machine, (&truth, &object), 5).unwrap();
+    let proposal = proposed(&mut machine, &truth, &object, 5).unwrap();
     assert_eq!(proposal.objects.len(), 1);
     let rig = proposal.rig.unwrap_or(files);
     let moved = worst_apart(&cameras(&rig), &cameras(&truth));
@@ -123,7 +123,7 @@ fn nothing_is_proposed_for_an_exact_site() {
     let (truth, object) = (rig(4), cube());
     let (rig, model) = files(&truth, &object);
     let mut machine = fusion(&rig, &model, FusionOptions::default());
-    assert_eq!(proposed(&mut machine, (&truth, &object), 3), None);
+    assert_eq!(proposed(&mut machine, &truth, &object, 3), None);
 }
 
 #[test]
@@ -133,10 +133,10 @@ fn what_was_taken_is_not_proposed_again() {
     let configured = measured(&truth, 0.005, 0.005, random);
     let stuck = glued(&object, 0.001, 0.017, random);
     let mut machine = fusion(&configured, &stuck, FusionOptions::default());
-    let proposal = proposed(&mut machine, (&truth, &object), 2).unwrap();
+    let proposal = proposed(&mut machine, &truth, &object, 2).unwrap();
     let (rig, objects) = (proposal.rig.unwrap(), proposal.objects);
     machine.handle(0, Input::Rig(rig.clone()));
     assert_eq!(machine.proposal(), None, "nothing is seen yet");
     let mut refined = fusion(&rig, &objects[0], FusionOptions::default());
-    assert_eq!(proposed(&mut refined, (&truth, &object), 12), None);
+    assert_eq!(proposed(&mut refined, &truth, &object, 12), None);
 }

@@ -60,7 +60,7 @@ fn followed(truth: &Rig, configured: &Rig, object: &ObjectModel) -> (f64, f64) {
             let at_s = after_ns as f64 * 1e-9 + seed as f64;
             let taken = ((number % cameras) as usize, START_NS + after_ns);
             let pose = |after_s: f64| swift(at_s + after_s);
-            let mut image = eye.image_over_time(taken, &pose, &mut random);
+            let mut image = eye.image_over_time(taken.0, taken.1, &pose, &mut random);
             image.capture_ns = stamp_ns(truth, &image.camera, image.capture_ns);
             for estimate in feed(&mut fusion, configured.timed(image)) {
                 if after_ns > 300_000_000 {
@@ -139,7 +139,7 @@ fn one_image_tells_that_an_object_moves() {
         sigma_px: 0.01,
     };
     let pose = |after_s: f64| swift(0.1 + after_s);
-    let image = eye.image_over_time((0, START_NS), &pose, &mut Random(3));
+    let image = eye.image_over_time(0, START_NS, &pose, &mut Random(3));
     let mut fusion = fusion(&rig, &object, exact_options());
     let found = feed(&mut fusion, image).pop().unwrap();
     let off = error(&found, &pose(0.0));

@@ -155,7 +155,12 @@ impl Hub {
         }
         let mut client = Client::new();
         client.say(server_info(&self.name, &self.session));
-        client.say(advertise(state.channels.iter().map(advertised)));
+        client.say(advertise(
+            state
+                .channels
+                .iter()
+                .map(|(topic, it)| advertised(topic, it)),
+        ));
         let ready = Arc::clone(&client.ready);
         state.counts.clients += 1;
         let id = state.counts.clients;
@@ -214,7 +219,7 @@ impl Hub {
     }
 }
 
-fn advertised<'a>((topic, channel): (&'a String, &Channel)) -> AdvertisedChannel<'a> {
+fn advertised<'a>(topic: &'a str, channel: &Channel) -> AdvertisedChannel<'a> {
     AdvertisedChannel {
         id: channel.id,
         topic,
@@ -236,7 +241,7 @@ impl HubState {
             schema: message.schema,
             kept: None,
         };
-        let offer = advertise([advertised((&message.topic, &channel))]);
+        let offer = advertise([advertised(&message.topic, &channel)]);
         for client in self.clients.values_mut() {
             client.say(offer.clone());
         }

@@ -41,7 +41,8 @@ impl PathJoint {
     /// The child's pose and twist from its parent's, at the fundamental's angle; `rate` is that angle's per second.
     pub(super) fn child(
         &self,
-        (world_from_parent, twist): (&Isometry3<f64>, &Vector6<f64>),
+        world_from_parent: &Isometry3<f64>,
+        twist: &Vector6<f64>,
         angle: f64,
         rate: f64,
     ) -> (Isometry3<f64>, Vector6<f64>) {
