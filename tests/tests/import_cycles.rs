@@ -46,6 +46,26 @@ fn imports_of_the_page_form_no_cycles() {
     assert_eq!(cycles(&imports.collect()), []);
 }
 
+/// Modules of the Python client import one another by `from .module import` and `from . import module`, also for types.
+#[test]
+fn imports_of_the_python_client_form_no_cycles() {
+    let src = root().join("clients/python/src/sextant");
+    let modules = files_below(&src, "py");
+    assert!(modules.len() > 15, "{modules:?}");
+    let imports = modules.iter().map(|module| {
+        let text = fs::read_to_string(module).expect("a module");
+        let lines = text.lines().map(str::trim_start);
+        let imported = lines.filter_map(|line| {
+            let (from, names) = line.strip_prefix("from .")?.split_once(" import ")?;
+            let name = if from.is_empty() { names } else { from };
+            let path = src.join(name).with_extension("py");
+            path.is_file().then_some(path)
+        });
+        (module.clone(), imported.collect())
+    });
+    assert_eq!(cycles(&imports.collect()), []);
+}
+
 #[test]
 fn a_cycle_through_a_re_export_is_found() {
     let sources = Sources::parse(&[

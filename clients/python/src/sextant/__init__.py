@@ -11,11 +11,11 @@ points of b into a. Numbers are numpy arrays where numpy is installed, tuples ot
 """
 
 from . import aio, calibrate, messages
-from ._command import run
 from ._messages import Observations, State
 from ._pose import Pose, Transform
 from ._recorder import RecordedFigures, Recording
 from ._recordings import PoseTable, read_messages, read_poses
+from ._run import run
 from ._site import CameraInfo, Node, ObjectInfo, Site, connect
 from ._subscription import Subscription
 from ._wire import decode, encode

@@ -9,12 +9,10 @@ import subprocess
 import tempfile
 from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, files
-from typing import TYPE_CHECKING, Any, Iterator, Optional, Sequence, Union
+from typing import Any, Iterator, Optional, Sequence, Union
 
 from .errors import ClosedError, CommandError, NoProgramError
 
-if TYPE_CHECKING:
-    from ._site import Site
 
 #: A word of a command line.
 Word = Union[str, int, float, "os.PathLike[str]"]
@@ -133,25 +131,6 @@ class Command:
             pass
         finally:
             self._process.kill()
-
-
-def run(*arguments: Word, site: Optional[Site] = None) -> list[Any]:
-    """Runs `sextant` with these words and `--json` to its end and returns what it prints, a value a line; on a site, if
-    one is given.
-
-    Raises `CommandError` with the words and the exit code of a failure.
-
-    >>> import sextant
-    >>> sextant.run("detect", "image.png")   # doctest: +SKIP
-    """
-    with Command(arguments) if site is None else site._command(arguments) as command:
-        lines = list(command.lines())
-        try:
-            command.wait()
-        except CommandError as failure:
-            failure.output = lines
-            raise
-    return lines
 
 
 def _value(line: str) -> Any:
