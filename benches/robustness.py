@@ -162,8 +162,17 @@ def main():
                 wanted, hits, false = compare(said.get(name, []), expected, shape)
                 sums += [1, name not in said, wanted, hits, len(false)]
                 for d in false:
-                    print("  false:", os.path.basename(name), d["family"], d["id"], "hamming", d["hamming"], "margin %.1f" % d["margin"],
-                          "at %.0f %.0f" % tuple(np.mean(d["corners"], 0)), "edge %.1f" % edge_of(np.array(d["corners"])))
+                    print(
+                        "  false:",
+                        os.path.basename(name),
+                        d["family"],
+                        d["id"],
+                        "hamming",
+                        d["hamming"],
+                        "margin %.1f" % d["margin"],
+                        "at %.0f %.0f" % tuple(np.mean(d["corners"], 0)),
+                        "edge %.1f" % edge_of(np.array(d["corners"])),
+                    )
                 if false and chosen.keep:
                     os.makedirs(chosen.keep, exist_ok=True)
                     kept = f"{way[0].replace(' ', '-')}-{os.path.basename(name)}"

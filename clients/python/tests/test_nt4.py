@@ -26,7 +26,9 @@ def newest(instance):
 
 def is_published(published, value):
     x, y, z, qw, qx, qy, qz = struct.unpack("<7d", value.getRaw())
-    same = lambda pose: pose.object == "cuboid" and numpy.array_equal([*pose.position, *pose.orientation], [x, y, z, qx, qy, qz, qw])
+    same = lambda pose: pose.object == "cuboid" and numpy.array_equal(
+        [*pose.position, *pose.orientation], [x, y, z, qx, qy, qz, qw]
+    )
     return published.find(same)
 
 

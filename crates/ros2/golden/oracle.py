@@ -123,7 +123,9 @@ def samples():
         header=header(1_700_000_001, 7, "map"),
         poses=[named("cube"), named("pad-2")],
     )
-    marker = make("mocap4r2_msgs/msg/Marker", id_type=2, marker_index=-3, marker_name="tag36h11:3", translation=position)
+    marker = make(
+        "mocap4r2_msgs/msg/Marker", id_type=2, marker_index=-3, marker_name="tag36h11:3", translation=position
+    )
     body = lambda name, markers: make("mocap4r2_msgs/msg/RigidBody", rigid_body_name=name, markers=markers, pose=pose)
     yield "rigid-bodies", make(
         "mocap4r2_msgs/msg/RigidBodies",
@@ -279,7 +281,8 @@ def check_by_ros(folder):
         if bytes(STORE.serialize_cdr(again, kind)) != (folder / f"{name}.cdr").read_bytes():
             wrong.append(f"{name}: Fast CDR reads something else")
         description = pathlib.Path(sys.prefix) / "share" / package / "msg" / f"{short}.json"
-        shipped = {entry["type_name"]: entry["hash_string"] for entry in json.loads(description.read_text())["type_hashes"]}
+        hashes = json.loads(description.read_text())["type_hashes"]
+        shipped = {entry["type_name"]: entry["hash_string"] for entry in hashes}
         if shipped[kind] != hashes[kind]:
             wrong.append(f"{kind}: {package} ships {shipped[kind]}")
         seen.append(kind)

@@ -10,7 +10,6 @@ use std::process::Command;
 const DATA: &[&str] = &[
     "/dist/",
     "fuzz/seeds/",
-    "/golden/",
     "sextant/tests/board-on-robot/",
 ];
 

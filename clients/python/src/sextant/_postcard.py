@@ -12,8 +12,19 @@ import struct
 from dataclasses import dataclass, fields
 from functools import lru_cache
 from math import isfinite
-from typing import Annotated, Any, Callable, ClassVar, NamedTuple, Sequence, Tuple, Union, get_args, get_origin, get_type_hints
-
+from typing import (
+    Annotated,
+    Any,
+    Callable,
+    ClassVar,
+    NamedTuple,
+    Sequence,
+    Tuple,
+    Union,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 class DecodeError(ValueError):
     """A payload is not a message of this contract; says why."""
@@ -99,7 +110,8 @@ def _json_of(value: Any) -> Any:
     if isinstance(value, Word):
         return value.value
     if isinstance(value, Record):
-        content = {field.name: _json_of(getattr(value, field.name)) for field in fields(value)}  # type: ignore[arg-type]
+        own = fields(value)  # type: ignore[arg-type]
+        content = {field.name: _json_of(getattr(value, field.name)) for field in own}
         if not isinstance(value, VariantRecord):
             return content
         if value.FORM == "unit":

@@ -156,7 +156,9 @@ class Access:
 
     def words(self, site: str, session: Any) -> list[str]:
         if self.user is not None:
-            raise OptionsError("commands need keys where the site is protected: connect with keys=DIR instead of user and password")
+            raise OptionsError(
+                "commands need keys where the site is protected: connect with keys=DIR instead of user and password"
+            )
         keys = [] if self.keys is None else ["--keys", os.fspath(self.keys)]
         return ["--connect", self._endpoint(session), "--site", site, *keys, "--until-input-ends"]
 
@@ -169,7 +171,9 @@ class Access:
             raise NoRouterError(self.endpoints, _RECONNECTING)
         # The certificate of a quic endpoint may be for its name, which the link does not tell.
         if connected[0] not in self.endpoints and connected[0].startswith("quic/"):
-            raise OptionsError(f"commands cannot tell which of {', '.join(self.endpoints)} has answered: connect to one of them")
+            raise OptionsError(
+                f"commands cannot tell which of {', '.join(self.endpoints)} has answered: connect to one of them"
+            )
         return str(connected[0])
 
     def check_may_change(self) -> None:
@@ -334,7 +338,9 @@ class Site:
     def remove_object(self, name: str) -> ConfigAnswer:
         """Removes an object. Raises as `set`."""
         self._check_object(name)
-        return self.set(ObjectConfig(name, links=(), joints=(), tags=(), frame_sigma=None, scale_sigma=None, world_from_object=None))
+        return self.set(
+            ObjectConfig(name, links=(), joints=(), tags=(), frame_sigma=None, scale_sigma=None, world_from_object=None)
+        )
 
     def record(
         self,

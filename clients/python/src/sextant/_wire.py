@@ -25,7 +25,9 @@ def decode(payload: bytes, expected: Optional[type] = None) -> Any:
     kind_number = _check_header(payload)
     kind = KINDS.get(kind_number)
     if kind is None:
-        raise DecodeError(f"messages of kind {kind_number} are not known here; a newer version of this package may know them")
+        raise DecodeError(
+            f"messages of kind {kind_number} are not known here; a newer version of this package may know them"
+        )
     if expected is not None and kind.record is not expected:
         raise DecodeError(f"a {kind.record.__name__} where a {expected.__name__} was expected")
     if len(payload) > kind.max_bytes:
@@ -57,4 +59,3 @@ def encode(message: Any) -> bytes:
     if len(data) > kind.max_bytes:
         raise EncodeError(f"{len(data)} bytes are more than the {kind.max_bytes} that a message of this kind may have")
     return bytes(data)
-

@@ -20,7 +20,19 @@ import os
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager, asynccontextmanager
 from functools import wraps
-from typing import TYPE_CHECKING, Any, AsyncIterator, Callable, Coroutine, Generator, Generic, Optional, Sequence, TypeVar, Union
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    AsyncIterator,
+    Callable,
+    Coroutine,
+    Generator,
+    Generic,
+    Optional,
+    Sequence,
+    TypeVar,
+    Union,
+)
 
 from . import _site
 from ._subscription import Subscription
@@ -109,7 +121,9 @@ def _opened(method: Callable[Concatenate[_site.Site, P], R]) -> Callable[Concate
     return call
 
 
-def _streamed(method: Callable[Concatenate[_site.Site, P], Subscription[T]]) -> Callable[Concatenate[Site, P], Stream[T]]:
+def _streamed(
+    method: Callable[Concatenate[_site.Site, P], Subscription[T]],
+) -> Callable[Concatenate[Site, P], Stream[T]]:
     @wraps(method)
     def call(self: Site, /, *arguments: P.args, **named: P.kwargs) -> Stream[T]:
         return Stream(lambda: method(self.blocking, *arguments, **named))

@@ -57,7 +57,9 @@ def _pylsl() -> Any:
     except ImportError:
         raise MissingPackageError("pylsl", "lsl") from None
     except (OSError, RuntimeError) as cause:
-        raise SextantError(f"pylsl finds no liblsl on this machine: install it, or set PYLSL_LIB to its file ({cause})") from None
+        raise SextantError(
+            f"pylsl finds no liblsl on this machine: install it, or set PYLSL_LIB to its file ({cause})"
+        ) from None
     return pylsl
 
 
@@ -181,7 +183,10 @@ class Outlets:
             return known
         if len(self._outlets) >= MAX_STREAMS:
             if not self._refused:
-                self._report(f"{name} and further objects are left out, {MAX_STREAMS} streams are there already: name objects with --object")
+                self._report(
+                    f"{name} and further objects are left out, {MAX_STREAMS} streams are there already: name "
+                    "objects with --object"
+                )
                 self._refused.add(name)
             return None
         outlet = self._lsl.StreamOutlet(self._info(name), max_buffered=BUFFER_S)
@@ -192,7 +197,14 @@ class Outlets:
     def _info(self, name: str) -> Any:
         lsl = self._lsl
         # With the same source id, readers take up a stream again after this program was restarted.
-        info = lsl.StreamInfo(f"{self._site}/{name}", "MoCap", len(CHANNELS), lsl.IRREGULAR_RATE, lsl.cf_double64, f"sextant/{self._site}/{name}")
+        info = lsl.StreamInfo(
+            f"{self._site}/{name}",
+            "MoCap",
+            len(CHANNELS),
+            lsl.IRREGULAR_RATE,
+            lsl.cf_double64,
+            f"sextant/{self._site}/{name}",
+        )
         channels = info.desc().append_child("channels")
         for label, kind, unit in CHANNELS:
             channel = channels.append_child("channel")
@@ -213,7 +225,8 @@ class Outlets:
         if ahead_s > MAX_AHEAD_S and not self._has_warned:
             self._has_warned = True
             self._report(
-                f"a pose of {pose.object} lies {ahead_s:.3f} s in the future of this machine's clock: LSL gets wrong times; "
+                f"a pose of {pose.object} lies {ahead_s:.3f} s in the future of this machine's clock: LSL gets "
+                "wrong times; "
                 "synchronise the clocks (deploy/clocks.md), or run this on the machine of the fusion node"
             )
 
@@ -255,12 +268,21 @@ def _arguments(words: Optional[Sequence[str]]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="python -m sextant.lsl",
         description="Poses of a site as streams of the Lab Streaming Layer, one per object, until Ctrl-C.",
-        epilog="Channels: x, y, z in metres, quaternion x, y, z, w, standard deviation of the position in metres. See docs/python.md.",
+        epilog=(
+            "Channels: x, y, z in metres, quaternion x, y, z, w, standard deviation of the position in metres. See "
+            "docs/python.md."
+        ),
     )
-    parser.add_argument("--connect", metavar="ENDPOINT", help="the site's router, such as tcp/fusion.lab:7447; by default port 7447 of this machine")
+    parser.add_argument(
+        "--connect",
+        metavar="ENDPOINT",
+        help="the site's router, such as tcp/fusion.lab:7447; by default port 7447 of this machine",
+    )
     parser.add_argument("--site", default="demo", metavar="NAME", help="the site (default: demo)")
     parser.add_argument("--keys", metavar="DIR", help="keys of a viewer or an operator, where the site is protected")
-    parser.add_argument("--object", action="append", default=[], metavar="ID", help="send this object only; may be repeated")
+    parser.add_argument(
+        "--object", action="append", default=[], metavar="ID", help="send this object only; may be repeated"
+    )
     parser.add_argument("--duration", type=_seconds, metavar="S", help="end after so many seconds")
     return parser.parse_args(words)
 
