@@ -46,7 +46,8 @@ mkdir -p "$initramfs/modules" "$initramfs/bin" "$initramfs/dev" "$initramfs/root
 cp "$files/init" "$initramfs/"
 cp "$root/usr/bin/busybox" "$initramfs/bin/"
 number=10
-for module in crypto/crc32c_generic drivers/virtio/virtio_mmio drivers/block/virtio_blk lib/crc16 fs/mbcache fs/jbd2/jbd2 fs/ext4/ext4; do
+for module in crypto/crc32c_generic drivers/virtio/virtio_mmio drivers/block/virtio_blk lib/crc16 fs/mbcache \
+    fs/jbd2/jbd2 fs/ext4/ext4; do
     cp "$root/lib/modules/$version/kernel/$module.ko" "$initramfs/modules/$number-$(basename "$module").ko"
     number=$((number + 1))
 done

@@ -57,7 +57,8 @@ pub fn decode_picture(
         .map_err(|flaw| RecordingError::wrong(path, None, flaw.cause, flaw.remedy))
 }
 
-/// Endings of the names of pictures. A file so named that is none is reported as a fault, not a file of another purpose.
+/// Endings of the names of pictures. A file so named that is none is reported as a fault, not a file of another
+/// purpose.
 const ENDINGS: [&str; 12] = [
     "png", "jpg", "jpeg", "pgm", "ppm", "pnm", "webp", "tif", "tiff", "bmp", "gif", "heic",
 ];

@@ -1,10 +1,10 @@
 """Makes and checks the golden files of this folder with implementations of ROS 2's formats that share no code with
 Sextant.
 
-    python oracle.py make FOLDER writes the files python oracle.py check FOLDER compares them with the files there; and,
-    where ROS 2's own packages are installed, lets Fast CDR
-                                      read each file, write it again, and compares type hashes with those that the
-                                      packages ship
+    python oracle.py make FOLDER      writes the files
+    python oracle.py check FOLDER     compares them with the files there; and, where ROS 2's own packages are installed,
+                                      lets Fast CDR read each file, write it again, and compares type hashes with
+                                      those that the packages ship
 
 Files: *.cdr and hashes.txt by rosbags; graph.txt, with keys, liveliness tokens, GIDs and attachments, by zenoh-ros2-sdk
 and xxhash. All three are on PyPI. For the second part ros-rclpy, ros-geometry-msgs, ros-sensor-msgs,
@@ -52,8 +52,8 @@ string marker_name
 geometry_msgs/Point translation
 """,
     "mocap4r2_msgs/msg/RigidBody": "string rigid_body_name\nMarker[] markers\ngeometry_msgs/Pose pose\n",
-    "mocap4r2_msgs/msg/RigidBodies": "std_msgs/Header header\nuint32 frame_number\nmocap4r2_msgs/RigidBody[]
-    rigidbodies\n",
+    "mocap4r2_msgs/msg/RigidBodies": "std_msgs/Header header\nuint32 frame_number\n"
+    "mocap4r2_msgs/RigidBody[] rigidbodies\n",
 }
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
@@ -281,8 +281,8 @@ def check_by_ros(folder):
         if bytes(STORE.serialize_cdr(again, kind)) != (folder / f"{name}.cdr").read_bytes():
             wrong.append(f"{name}: Fast CDR reads something else")
         description = pathlib.Path(sys.prefix) / "share" / package / "msg" / f"{short}.json"
-        hashes = json.loads(description.read_text())["type_hashes"]
-        shipped = {entry["type_name"]: entry["hash_string"] for entry in hashes}
+        described = json.loads(description.read_text())["type_hashes"]
+        shipped = {entry["type_name"]: entry["hash_string"] for entry in described}
         if shipped[kind] != hashes[kind]:
             wrong.append(f"{kind}: {package} ships {shipped[kind]}")
         seen.append(kind)
