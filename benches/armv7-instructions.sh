@@ -1,7 +1,7 @@
 #!/bin/sh
-# Million instructions of one detection on 32-bit ARM with NEON (as on a Cortex-A9), for each kind of image. Needs qemu-arm of
-# qemu-user with plugins (Debian's has them), a C compiler, and arm-linux-gnueabihf-gcc.
-# Instructions are the difference between 1 + 9 and 1 detections, so that starting and the first image do not count.
+# Million instructions of one detection on 32-bit ARM with NEON (as on a Cortex-A9), for each kind of image. Needs
+# qemu-arm of qemu-user with plugins (Debian's has them), a C compiler, and arm-linux-gnueabihf-gcc. Instructions are
+# the difference between 1 + 9 and 1 detections, so that starting and the first image do not count.
 #
 #   benches/armv7-instructions.sh [sextant] [edges] [tracking]
 set -eu

@@ -1,9 +1,11 @@
-/* A plugin for qemu's user-mode emulation: how many instructions the emulated program executes, on standard error at its end.
+/* A plugin for qemu's user-mode emulation: how many instructions the emulated program executes, on standard error at
+ * its end.
  *
  *   cc -O2 -shared -fPIC -o count-instructions.so count-instructions.c
  *   qemu-arm -plugin ./count-instructions.so PROGRAM
  *
- * With BLOCKS=FILE in the environment, also a line for each block of code: its address, its instructions, how often it ran.
+ * With BLOCKS=FILE in the environment, also a line for each block of code: its address, its instructions, how often it
+ * ran.
  * What qemu provides (version 1 of its plugin interface) is declared here, as Debian has no package with its header. */
 
 #include <inttypes.h>

@@ -1,4 +1,5 @@
-"""Hand-eye calibration by OpenCV on the recording of sextant/tests/board-on-robot: held-out errors by method, as in BENCHMARKS.md ("Robots").
+"""Hand-eye calibration by OpenCV on the recording of sextant/tests/board-on-robot: held-out errors by method, as in
+BENCHMARKS.md ("Robots").
 
     pip install opencv-python-headless==4.10.0.84 && python benches/hand_eye.py
 """

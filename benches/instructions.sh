@@ -23,6 +23,7 @@ for detector in "$@"; do
         few=$(instructions "$detector" "$file" 1)
         more=$(instructions "$detector" "$file" 10)
         million=$(echo "$few $more" | awk '{ printf "%.2f", ($2 - $1) / 9e6 }')
-        printf '%-8s %-15s %8s M instructions  %s\n' "$detector" "$image" "$million" "$("$repeat" "$detector" "$file" 200)"
+        time="$("$repeat" "$detector" "$file" 200)"
+        printf '%-8s %-15s %8s M instructions  %s\n' "$detector" "$image" "$million" "$time"
     done
 done

@@ -3,14 +3,15 @@
 
   benches/robustness.py PROGRAM FOLDER [--family F]... [--each N] [--seed S] [--truth LINES] [--keep DIR]
 
-PROGRAM is `sextant`; FOLDER holds PNG files of any kind. What must be found in a changed picture is what `sextant detect --json`
-says of the picture as it is, or what the LINES of a file of that form say. A mirrored or inverted tag is no tag: of those nothing
-must be found (but for families with a white border on black ground, which an inverted picture may show). Each picture is changed
-N times (default 5) in every way, all but the first time after a random crop, too. A tag within a quarter of its edge of the
-changed picture's border need not be found. Pictures with false detections are kept in DIR. Needs numpy and OpenCV.
+PROGRAM is `sextant`; FOLDER holds PNG files of any kind. What must be found in a changed picture is what
+`sextant detect --json` says of the picture as it is, or what the LINES of a file of that form say. A mirrored or
+inverted tag is no tag: of those nothing must be found (but for families with a white border on black ground, which an
+inverted picture may show). Each picture is changed N times (default 5) in every way, all but the first time after a
+random crop, too. A tag within a quarter of its edge of the changed picture's border need not be found. Pictures with
+false detections are kept in DIR. Needs numpy and OpenCV.
 
-Says for every way: pictures, how often the program failed, tags found of those to be found, and false detections. The exit code is
-1 when the program failed or anything was detected falsely.
+Says for every way: pictures, how often the program failed, tags found of those to be found, and false detections. The
+exit code is 1 when the program failed or anything was detected falsely.
 """
 import argparse
 import json
@@ -161,8 +162,17 @@ def main():
                 wanted, hits, false = compare(said.get(name, []), expected, shape)
                 sums += [1, name not in said, wanted, hits, len(false)]
                 for d in false:
-                    print("  false:", os.path.basename(name), d["family"], d["id"], "hamming", d["hamming"], "margin %.1f" % d["margin"],
-                          "at %.0f %.0f" % tuple(np.mean(d["corners"], 0)), "edge %.1f" % edge_of(np.array(d["corners"])))
+                    print(
+                        "  false:",
+                        os.path.basename(name),
+                        d["family"],
+                        d["id"],
+                        "hamming",
+                        d["hamming"],
+                        "margin %.1f" % d["margin"],
+                        "at %.0f %.0f" % tuple(np.mean(d["corners"], 0)),
+                        "edge %.1f" % edge_of(np.array(d["corners"])),
+                    )
                 if false and chosen.keep:
                     os.makedirs(chosen.keep, exist_ok=True)
                     kept = f"{way[0].replace(' ', '-')}-{os.path.basename(name)}"

@@ -1,4 +1,5 @@
-//! Detection, image by image, on one thread, as a whole, by stages, and as a sequence of images; with the feature `peer` also AprilTag's own detector in C.
+//! Detection, image by image, on one thread, as a whole, by stages, and as a sequence of images; with the feature
+//! `peer` also AprilTag's own detector in C.
 
 use criterion::Criterion;
 use sextant_apriltag::{Detector, Image, Options, Refinement, Stage, Tracker};
@@ -81,7 +82,7 @@ fn bench_stages(criterion: &mut Criterion, pictures: &[Picture]) -> Result<(), B
                     for _ in 0..n {
                         let mut clock = StageClock::start();
                         detector.detect_observed(black_box(&image), &mut clock);
-                        time += clock.of(stage);
+                        time += clock.time(stage);
                     }
                     // A stage that an image does not need takes no time, which criterion can't draw.
                     time.max(Duration::from_nanos(n))

@@ -1,4 +1,5 @@
-//! AprilTag's own detector in C (Wang & Olson, AprilTag 2, IROS 2016; Krogius et al., IROS 2019), one thread, full resolution.
+//! AprilTag's own detector in C (Wang & Olson, AprilTag 2, IROS 2016; Krogius et al., IROS 2019), one thread, full
+//! resolution.
 
 use apriltag_sys::{
     apriltag_detections_destroy, apriltag_detector_add_family_bits, apriltag_detector_create,
@@ -14,14 +15,15 @@ pub struct Peer {
 }
 
 impl Peer {
-    /// Everything as AprilTag has it by default, but for `quad_decimate` = 1, the full resolution, and the given least difference
-    /// of black and white (`min_white_black_diff`, 5 by default).
+    /// Everything as AprilTag has it by default, but for `quad_decimate` = 1, the full resolution, and the given least
+    /// difference of black and white (`min_white_black_diff`, 5 by default).
     pub fn new(min_contrast: i32) -> Self {
         const CORRECTED_BITS: i32 = 2;
-        // SAFETY: both functions take nothing and return what only the matching destroy function frees; the library ends the
-        // process when memory runs out, so neither pointer is null.
+        // SAFETY: both functions take nothing and return what only the matching destroy function frees; the library
+        // ends the process when memory runs out, so neither pointer is null.
         let (detector, family) = unsafe { (apriltag_detector_create(), tag36h11_create()) };
-        // SAFETY: both pointers were just made and are used by nobody else; the family outlives the detector, see `drop`.
+        // SAFETY: both pointers were just made and are used by nobody else; the family outlives the detector, see
+        // `drop`.
         unsafe {
             apriltag_detector_add_family_bits(detector, family, CORRECTED_BITS);
             (*detector).nthreads = 1;
@@ -40,8 +42,8 @@ impl Peer {
             stride: width as i32,
             buf: pixels.as_ptr().cast_mut(),
         };
-        // SAFETY: the image describes `pixels`, which are only read at full resolution without blur, and outlives the call; the
-        // array of detections is valid until it is destroyed, and used by nobody after that.
+        // SAFETY: the image describes `pixels`, which are only read at full resolution without blur, and outlives the
+        // call; the array of detections is valid until it is destroyed, and used by nobody after that.
         unsafe {
             let found = apriltag_detector_detect(self.detector, &raw mut image);
             let count = (*found).size;

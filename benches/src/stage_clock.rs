@@ -20,7 +20,7 @@ impl StageClock {
     }
 
     /// Time of a stage.
-    pub fn of(&self, stage: Stage) -> Duration {
+    pub fn time(&self, stage: Stage) -> Duration {
         self.times[stage as usize]
     }
 }

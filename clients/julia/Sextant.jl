@@ -10,8 +10,8 @@ Reads a site's messages from its viewer bridge, over its WebSocket.
         end
     end
 
-Messages are dictionaries with the fields that `node-viewer-bridge/PROTOCOL.md` lists: lengths in metres, quaternions x, y, z, w, times in whole
-nanoseconds since 1970. Needs the package JSON.
+Messages are dictionaries with the fields that `node-viewer-bridge/PROTOCOL.md` lists: lengths in metres, quaternions
+x, y, z, w, times in whole nanoseconds since 1970. Needs the package JSON.
 """
 module Sextant
 
@@ -23,8 +23,8 @@ const KEY = "dGhlIHNhbXBsZSBub25jZQ=="
 """
     connect(host, port = 8600; max_hz = 100, token = nothing)
 
-Opens the stream: each object at most `max_hz` times a second, 1 to 1000, the newest pose each time. `token` is a viewer's, for sites whose page
-asks for one. Pages that are served by TLS are out of reach. `close` ends the stream.
+Opens the stream: each object at most `max_hz` times a second, 1 to 1000, the newest pose each time. `token` is a
+viewer's, for sites whose page asks for one. Pages that are served by TLS are out of reach. `close` ends the stream.
 
 Throws an `ErrorException` with the answer where the bridge refuses.
 """
@@ -49,7 +49,8 @@ end
 """
     receive(connection)
 
-Waits for the next message. Throws an `EOFError` where the bridge is gone, an `ErrorException` with the reason where it closed the stream.
+Waits for the next message. Throws an `EOFError` where the bridge is gone, an `ErrorException` with the reason where it
+closed the stream.
 """
 function receive(connection::IO)
     while true

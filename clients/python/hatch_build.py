@@ -1,4 +1,6 @@
-"""Puts the command line into the wheel, as `cargo xtask wheel` asks for: `SEXTANT_WHEEL_PROGRAM` is the program, `SEXTANT_WHEEL_PLATFORM` names the systems that run it."""
+"""Puts the command line into the wheel, as `cargo xtask wheel` asks for: `SEXTANT_WHEEL_PROGRAM` is the program,
+`SEXTANT_WHEEL_PLATFORM` names the systems that run it.
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-//! Fusion with any sequence of inputs: images of good and of damaged corners, clock steps, changed models, any order of times. Every output is
-//! finite, and every covariance has a diagonal that is none below zero.
+//! Fusion with any sequence of inputs: images of good and of damaged corners, clock steps, changed models, any order of
+//! times. Every output is finite, and every covariance has a diagonal that is none below zero.
 
 #![no_main]
 

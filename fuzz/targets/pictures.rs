@@ -1,4 +1,5 @@
-//! What cameras and the programs in their place deliver: pixels in every format of a small image, and JPEGs in a stream.
+//! What cameras and the programs in their place deliver: pixels in every format of a small image, and JPEGs in a
+//! stream.
 
 #![no_main]
 #![allow(dead_code, reason = "of the node's modules, these parts are driven")]

@@ -1,4 +1,5 @@
-//! What clients and servers of other tools send: requests of NatNet, answers of a broker of MQTT in pieces of any size, times of NetworkTables.
+//! What clients and servers of other tools send: requests of NatNet, answers of a broker of MQTT in pieces of any size,
+//! times of NetworkTables.
 
 #![no_main]
 

@@ -41,7 +41,7 @@ pub(crate) fn run(
         opened => opened.exit_with(Exit::Unavailable)?,
     };
     tracing::info!(camera = %config.camera, width, height, "capturing");
-    let files = SettingsFiles::of(config).exit_with(Exit::Input)?;
+    let files = SettingsFiles::new(config).exit_with(Exit::Input)?;
     let mut lender = SlotWriter {
         images,
         stream: now_ns(),
@@ -84,8 +84,8 @@ impl SlotWriter {
         Ok(())
     }
 
-    /// Fills one slot in shared memory and publishes it. A source without an image gets the same slot, with its contents, at the next
-    /// call.
+    /// Fills one slot in shared memory and publishes it. A source without an image gets the same slot, with its
+    /// contents, at the next call.
     fn lend_next(
         &mut self,
         source: &mut dyn ImageSource,

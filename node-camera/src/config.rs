@@ -72,8 +72,8 @@ pub enum SourceConfig {
         #[serde(default)]
         repeat: bool,
         /// Wire time at which the recording's first image (of any of its cameras) is played; time stamps are shifted
-        /// likewise. Give nodes of several hosts the same to play a recording together. Absent: time stamps as recorded; nodes of one host
-        /// play a folder together, whenever each is started.
+        /// likewise. Give nodes of several hosts the same to play a recording together. Absent: time stamps as
+        /// recorded; nodes of one host play a folder together, whenever each is started.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         start_ns: Option<u64>,
     },
@@ -110,8 +110,9 @@ pub struct V4l2Config {
     /// Gain in the driver's own units; absent: the camera's own choice.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gain: Option<u32>,
-    /// Microseconds from the first row to the last, of a shutter that rolls: `line_delay` of rig.toml times rows. Drivers
-    /// stamp the first row's beginning or the last one's end; the capture time is that of the middle row. Absent: 0.
+    /// Microseconds from the first row to the last, of a shutter that rolls: `line_delay` of rig.toml times rows.
+    /// Drivers stamp the first row's beginning or the last one's end; the capture time is that of the middle row.
+    /// Absent: 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub readout_us: Option<u32>,
     /// Further controls of the camera by name, such as `focus_automatic_continuous = 0`.
@@ -130,11 +131,12 @@ pub struct CommandConfig {
     /// Width and height in pixels; needed where the stream does not say: grey and yuv420.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resolution: Option<[u32; 2]>,
-    /// Bytes from one row to the next of grey and yuv420, where rows are padded; absent: as `rpicam-vid` pads them, the width of others.
+    /// Bytes from one row to the next of grey and yuv420, where rows are padded; absent: as `rpicam-vid` pads them, the
+    /// width of others.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub row_length: Option<u32>,
-    /// Milliseconds from the middle of an exposure to the image's arrival here, where they are known; absent: the time of
-    /// arrival is taken as it is, and said to be uncertain.
+    /// Milliseconds from the middle of an exposure to the image's arrival here, where they are known; absent: the time
+    /// of arrival is taken as it is, and said to be uncertain.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub latency_ms: Option<f64>,
 }
@@ -210,9 +212,9 @@ pub struct DetectionConfig {
     pub min_margin: f32,
     /// Whether tags are printed inverted, white for black (default false).
     pub inverted: bool,
-    /// Whether to track tags: each image is searched near earlier tags and, in turn, elsewhere, so that a new tag is found
-    /// within ten images (default false: search all of every image). It saves time where most of the image has no tags. A tag that
-    /// jumps may be missing for up to ten images. Predicted tags are never published.
+    /// Whether to track tags: each image is searched near earlier tags and, in turn, elsewhere, so that a new tag is
+    /// found within ten images (default false: search all of every image). It saves time where most of the image has no
+    /// tags. A tag that jumps may be missing for up to ten images. Predicted tags are never published.
     pub tracking: bool,
 }
 
@@ -348,7 +350,7 @@ impl CameraNodeConfig {
     /// The keys of those who hold this camera's name: what a camera of a protected site may ask for.
     pub(crate) fn holders(&self) -> anyhow::Result<String> {
         let node = NodeId::new(self.camera.as_str())?;
-        let holder = Keys::of(self.site.clone()).holder(NodeKind::Camera, &node);
+        let holder = Keys::for_site(self.site.clone()).holder(NodeKind::Camera, &node);
         Ok(format!("{holder}/*/*"))
     }
 
@@ -544,7 +546,7 @@ mod tests {
     }
 
     #[test]
-    fn mistakes_are_told_with_their_place() {
+    fn mistakes_are_reported_with_their_place() {
         for (rest, expected) in [
             (
                 "[source]\nkind = \"simulator\"\nscenery = \"x\"\n",
@@ -603,7 +605,11 @@ mod tests {
 
     #[test]
     fn the_circuits_of_an_rza2m_lie_beside_the_file() {
-        let config = read("[source]\nkind = \"rza2m\"\n[[source.drp]]\ncircuit = \"bayer2grayscale\"\ndata = \"b.dat\"\n").unwrap();
+        let config = read(
+            "[source]\nkind = \"rza2m\"\n[[source.drp]]\n\
+            circuit = \"bayer2grayscale\"\ndata = \"b.dat\"\n",
+        )
+        .unwrap();
         let SourceConfig::Rza2m(Rza2mConfig {
             resolution, drp, ..
         }) = config.source

@@ -1,4 +1,5 @@
-//! The detection part: borrows images, detects tags, solves their poses, publishes them, and publishes a status once a second.
+//! The detection part: borrows images, detects tags, solves their poses, publishes them, and publishes a status once a
+//! second.
 
 #[cfg(test)]
 mod allocation_tests;
@@ -23,7 +24,7 @@ use sextant_zenoh_bus::{Bus, BusError, ControlProbe, HeldName, Latest, Publisher
 
 use self::finder::Finder;
 use self::inspection::Inspection;
-use self::models::Models;
+use self::models::SubscribedModels;
 use self::observe::Draft;
 use self::outbound::Outbound;
 use self::statistics::Statistics;
@@ -93,7 +94,8 @@ fn detect_all(
     tracing::info!(camera = %config.camera, "detecting");
     while !shutdown.is_requested() {
         fail_point!("detect");
-        // Ends this process where the network is half dead: it is started again, and capture keeps the camera meanwhile.
+        // Ends this process where the network is half dead: it is started again, and capture keeps the camera
+        // meanwhile.
         probe
             .check(bus, Instant::now())
             .exit_with(Exit::Unavailable)?;
@@ -115,7 +117,7 @@ fn alive_token(
     config: &CameraNodeConfig,
     bus: &Bus,
 ) -> anyhow::Result<sextant_zenoh_bus::AliveToken> {
-    let key = Keys::of(config.site.clone())
+    let key = Keys::for_site(config.site.clone())
         .alive(NodeKind::Camera, &NodeId::new(config.camera.as_str())?);
     Ok(bus.alive(&key)?)
 }
@@ -127,7 +129,7 @@ fn hold_name(
     shutdown: &Shutdown,
 ) -> anyhow::Result<Option<HeldName>> {
     let id = NodeId::new(config.camera.as_str())?;
-    let key = Keys::of(config.site.clone()).holder(NodeKind::Camera, &id);
+    let key = Keys::for_site(config.site.clone()).holder(NodeKind::Camera, &id);
     bus.hold_name(&key, &host_name(), &|| shutdown.is_requested())
         .exit_with(Exit::Unavailable)
 }
@@ -136,7 +138,7 @@ struct DetectPart {
     finder: Finder,
     unread: UnreadTags,
     inspection: Inspection,
-    models: Models,
+    models: SubscribedModels,
     statistics: Statistics,
     draft: Draft,
     outbound: Outbound,
@@ -149,7 +151,7 @@ struct DetectPart {
 
 impl DetectPart {
     fn new(config: &CameraNodeConfig, bus: &Bus) -> anyhow::Result<Self> {
-        let keys = Keys::of(config.site.clone());
+        let keys = Keys::for_site(config.site.clone());
         let camera = &config.camera;
         Ok(Self {
             finder: Finder::new(&config.detection)
@@ -157,10 +159,10 @@ impl DetectPart {
                 .exit_with(Exit::Input)?,
             unread: UnreadTags::new(config.detection.options()),
             inspection: Inspection::new(),
-            models: Models::watch(bus, &keys, config, SettingsFiles::of(config)?)?,
+            models: SubscribedModels::watch(bus, &keys, config, SettingsFiles::new(config)?)?,
             statistics: Statistics::new(camera.clone()),
             draft: Draft::new(camera.clone()),
-            outbound: Outbound::of(&config.source, camera).exit_with(Exit::Input)?,
+            outbound: Outbound::for_source(&config.source, camera).exit_with(Exit::Input)?,
             observations: bus.publisher(&keys.observations(camera), Qos::Observation)?,
             inspections: bus.publisher(&keys.detection_report(camera), Qos::Status)?,
             status: bus.latest_publisher(&keys.camera_status(camera), Qos::Status)?,
@@ -217,7 +219,7 @@ impl DetectPart {
         let message = self.inspection.report(camera, header, report, searched);
         match self.inspections.put(&message) {
             Err(BusError::Message { cause, .. }) => self.statistics.refuse(&cause),
-            told => told?,
+            result => result?,
         }
         Ok(())
     }

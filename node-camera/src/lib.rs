@@ -1,9 +1,9 @@
 //! The camera node: a board's two processes.
 //!
-//! *Capture* owns the camera and lends each image in shared memory; it knows no network. *Detect* borrows the images, finds
-//! the tags, solves their poses and publishes; beside it, in a thread of low priority with a borrow of its own, runs the
-//! preview. The two are joined by shared memory only, so either may die and come back without the other. Without a part
-//! named, [`run`] starts both as children and supervises them.
+//! *Capture* owns the camera and lends each image in shared memory; it knows no network. *Detect* borrows the images,
+//! finds the tags, solves their poses and publishes; beside it, in a thread of low priority with a borrow of its own,
+//! runs the preview. The two are joined by shared memory only, so either may die and come back without the other.
+//! Without a part named, [`run`] starts both as children and supervises them.
 //!
 //! - [`CameraNodeConfig`] is `camera.toml`.
 //! - `source`: where images come from (V4L2, RZ/A2M, another program, a video, a recording, the simulator), one trait.

@@ -1,6 +1,6 @@
 //! Pictures for people: a thread of low priority with a borrow of its own, so that it can hold up neither capture nor
-//! detection. It encodes only while there is a subscriber, and only once the router has received the last picture: on a narrow link an
-//! observation waits for one picture at most.
+//! detection. It encodes only while there is a subscriber, and only once the router has received the last picture: on a
+//! narrow link an observation waits for one picture at most.
 
 mod jpeg;
 
@@ -63,7 +63,7 @@ fn keep_trying(
 }
 
 fn show(config: &CameraNodeConfig, bus: &Bus, shutdown: &Shutdown) -> anyhow::Result<()> {
-    let key = Keys::of(config.site.clone()).preview(&config.camera);
+    let key = Keys::for_site(config.site.clone()).preview(&config.camera);
     let publisher: Publisher<Preview> = bus.publisher(&key, Qos::Preview)?;
     let stop = || shutdown.is_requested();
     let (place, camera) = (&config.shared_memory, config.camera.as_str());

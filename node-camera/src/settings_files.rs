@@ -1,5 +1,5 @@
-//! The camera's settings between the detecting part, which has the network, and the capturing part, which has none: two small files
-//! beside the shared memory. They end with it; the site then sends its settings again.
+//! The camera's settings between the detecting part, which has the network, and the capturing part, which has none: two
+//! small files beside the shared memory. They end with it; the site then sends its settings again.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ impl SettingsFiles {
     ///
     /// # Errors
     /// Options of shared memory that cannot be had.
-    pub(crate) fn of(config: &CameraNodeConfig) -> Result<Self, ImagesError> {
+    pub(crate) fn new(config: &CameraNodeConfig) -> Result<Self, ImagesError> {
         let file = |name: &str| {
             companion_file(&config.shared_memory, &format!("{}.{name}", config.camera))
         };
@@ -114,7 +114,8 @@ impl SourceConfig {
             }
             Self::Command(_) => {
                 return Err(
-                    "its images come from a program; give exposure, gain and rate to the program, in `run` of [source] in its camera.toml",
+                    "its images come from a program; give exposure, gain and rate to the \
+                     program, in `run` of [source] in its camera.toml",
                 );
             }
             Self::Images { .. } | Self::Video(_) => {

@@ -1,7 +1,8 @@
-//! What a camera's node knows of its site: its lens and the sizes of all tags, and its settings, as the fusion node publishes them. Without them it
-//! publishes corners alone, which is all that fusion needs.
+//! What a camera's node knows of its site: its lens and the sizes of all tags, and its settings, as the fusion node
+//! publishes them. Without them it publishes corners alone, which is all that fusion needs.
 //!
-//! Sans-I/O: messages, tokens, the state of the link and the time are arguments. Times are ns by a clock that is never set.
+//! Sans-I/O: messages, tokens, the state of the link and the time are arguments. Times are ns by a clock that is never
+//! set.
 
 use sextant_geometry::Lens;
 use sextant_proto::{
@@ -16,8 +17,8 @@ const ASK_PERIOD_NS: u64 = 60_000_000_000;
 
 /// The models, kept up to date.
 ///
-/// Subscribe to [`keys`](Self::keys) and watch [`tokens`](Self::tokens) first, then ask whenever [`asks`](Self::asks) says so, so that nothing
-/// falls between.
+/// Subscribe to [`keys`](Self::keys) and watch [`tokens`](Self::tokens) first, then ask whenever [`asks`](Self::asks)
+/// says so, so that nothing falls between.
 #[derive(Debug)]
 pub struct SiteModels {
     keys: Keys,
@@ -82,8 +83,8 @@ impl SiteModels {
         }
     }
 
-    /// Whether to ask for the latest values of all keys now. Also now and then while there is no room: objects that nobody answers for are
-    /// forgotten then.
+    /// Whether to ask for the latest values of all keys now. Also now and then while there is no room: objects that
+    /// nobody answers for are forgotten then.
     pub fn asks(&mut self, now_ns: u64) -> bool {
         if self.is_short_of_room && now_ns.saturating_sub(self.asked_ns) >= ASK_PERIOD_NS {
             self.renewal.joined();
@@ -96,7 +97,8 @@ impl SiteModels {
         asks
     }
 
-    /// The answers. Where they are all, what is not among them does not exist, unless there is none at all, which says nothing.
+    /// The answers. Where they are all, what is not among them does not exist, unless there is none at all, which says
+    /// nothing.
     pub fn answered(&mut self, items: &[Item], are_all: bool, now_ns: u64) {
         if are_all && !items.is_empty() {
             self.mirror = SiteMirror::default();

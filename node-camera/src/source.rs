@@ -31,9 +31,9 @@ pub trait ImageSource {
     /// Width and height of every image, in pixels.
     fn resolution(&self) -> [u16; 2];
 
-    /// Waits for the next image and fills `pixels` (width x height bytes, row by row without gaps, 0 black) with it. Returns
-    /// within 200 ms with [`Next::Nothing`] when there is none, and as soon as `shutdown` is requested. Until an image was
-    /// handed over, each call gets the same pixels again, as the last call left them.
+    /// Waits for the next image and fills `pixels` (width x height bytes, row by row without gaps, 0 black) with it.
+    /// Returns within 200 ms with [`Next::Nothing`] when there is none, and as soon as `shutdown` is requested. Until
+    /// an image was handed over, each call gets the same pixels again, as the last call left them.
     ///
     /// # Errors
     /// What ends the source for good, with the exit code that it deserves.
@@ -44,7 +44,8 @@ pub trait ImageSource {
         0
     }
 
-    /// Exposure, gain and rate that the source has now, with what the site wants left out; none while it cannot be reached.
+    /// Exposure, gain and rate that the source has now, with what the site wants left out; none while it cannot be
+    /// reached.
     fn controls(&self) -> Option<CameraControls> {
         Some(CameraControls::default())
     }
@@ -117,7 +118,7 @@ impl SourceError {
 
 impl SourceError {
     /// The same, of a device.
-    pub(crate) fn of(self, device: &Path) -> Self {
+    pub(crate) fn for_device(self, device: &Path) -> Self {
         Self::new(self.exit, format!("{}: {}", device.display(), self.message))
     }
 

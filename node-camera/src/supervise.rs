@@ -42,7 +42,7 @@ fn look_after(parts: &mut [SupervisedPart; 2], shutdown: &Shutdown) -> anyhow::R
     while !shutdown.wait(LOOK_PERIOD) {
         watchdog::feed();
         for part in parts.iter_mut() {
-            if part.poll()? == Outcome::Finished {
+            if part.poll()? == ChildOutcome::Finished {
                 shutdown.wait(LAST_IMAGES);
                 return Ok(());
             }
@@ -52,7 +52,7 @@ fn look_after(parts: &mut [SupervisedPart; 2], shutdown: &Shutdown) -> anyhow::R
 }
 
 #[derive(Debug, PartialEq, Eq)]
-enum Outcome {
+enum ChildOutcome {
     GoesOn,
     Finished,
 }
@@ -97,25 +97,25 @@ impl SupervisedPart {
         Ok(())
     }
 
-    fn poll(&mut self) -> anyhow::Result<Outcome> {
+    fn poll(&mut self) -> anyhow::Result<ChildOutcome> {
         match &mut self.child {
             Some(child) => match child.try_wait()? {
                 Some(status) => self.ended(status),
-                None => Ok(Outcome::GoesOn),
+                None => Ok(ChildOutcome::GoesOn),
             },
             None if self.started.elapsed() >= self.delay => {
                 self.delay = (self.delay * 2).min(RESTART_DELAYS[1]);
                 self.spawn()?;
-                Ok(Outcome::GoesOn)
+                Ok(ChildOutcome::GoesOn)
             }
-            None => Ok(Outcome::GoesOn),
+            None => Ok(ChildOutcome::GoesOn),
         }
     }
 
-    fn ended(&mut self, status: ExitStatus) -> anyhow::Result<Outcome> {
+    fn ended(&mut self, status: ExitStatus) -> anyhow::Result<ChildOutcome> {
         self.child = None;
         if status.success() && self.part == Part::Capture {
-            return Ok(Outcome::Finished);
+            return Ok(ChildOutcome::Finished);
         }
         if let Some(exit) = unmendable(status) {
             // The part has said why, on the same stderr.
@@ -128,7 +128,7 @@ impl SupervisedPart {
         }
         self.started = Instant::now();
         tracing::warn!(part = self.part.name(), %status, again_in = ?self.delay, "ended; starting it again");
-        Ok(Outcome::GoesOn)
+        Ok(ChildOutcome::GoesOn)
     }
 }
 

@@ -1,9 +1,11 @@
 //! How much older than usual an observation is on arrival, as after a stall of the network or an overload.
 //!
-//! An age is the difference of two clocks, the camera's and this host's. Where both are disciplined the age itself is judged. Elsewhere a
-//! clock may be off by any amount, and an age is judged against the smallest recent age of the same camera.
+//! An age is the difference of two clocks, the camera's and this host's. Where both are disciplined the age itself is
+//! judged. Elsewhere a clock may be off by any amount, and an age is judged against the smallest recent age of the same
+//! camera.
 
-/// Ages are compared within this time and the one before it, ns: stalls are shorter, and a clock that jumps is accepted after it.
+/// Ages are compared within this time and the one before it, ns: stalls are shorter, and a clock that jumps is accepted
+/// after it.
 const SPAN_NS: u64 = 2_000_000_000;
 
 /// The ages of one camera's observations, ns.
@@ -15,8 +17,8 @@ pub struct Ages {
 }
 
 impl Ages {
-    /// By how many ns an observation of this age is too old if none may be older than the usual one. `monotonic_ns` is when it is
-    /// read; `clocks_ns` is by how much the two clocks may differ at most, where that is known.
+    /// By how many ns an observation of this age is too old if none may be older than the usual one. `monotonic_ns` is
+    /// when it is read; `clocks_ns` is by how much the two clocks may differ at most, where that is known.
     pub fn excess_ns(&mut self, age_ns: i64, monotonic_ns: u64, clocks_ns: Option<u64>) -> i64 {
         if monotonic_ns.saturating_sub(self.since_ns) >= SPAN_NS {
             self.since_ns = monotonic_ns;
@@ -75,7 +77,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_was_set_is_believed_after_some_seconds_unless_both_are_vouched_for() {
+    fn a_clock_that_was_set_is_accepted_after_some_seconds_unless_both_are_verified() {
         let jumps = |at_ns: u64| {
             if at_ns < 105 * SECOND {
                 0

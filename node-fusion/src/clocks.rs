@@ -1,8 +1,8 @@
 //! How the offsets of the cameras' clocks grow: the slope of what the estimator reports, over the last minute.
 //!
-//! Input: the estimator's offsets, about once a second. Output: the report with drifts. The slope is that of the least squares
-//! line; neighbouring offsets share most of their images and with them their errors, so that its sigma is taken from the
-//! ends alone: sqrt(2) sigma / span, twice for safety.
+//! Input: the estimator's offsets, about once a second. Output: the report with drifts. The slope is that of the least
+//! squares line; neighbouring offsets share most of their images and with them their errors, so that its sigma is taken
+//! from the ends alone: sqrt(2) sigma / span, twice for safety.
 
 use sextant_proto::{CameraClock, ClockReport, NodeId, limits};
 use sextant_site_model::CameraId;
@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn a_steady_drift_is_told_once_it_is_sure() {
+    fn a_steady_drift_is_reported_once_it_is_sure() {
         assert_eq!(after(3, 1e-4, 2e-5), None);
         assert_eq!(after(60, 1e-2, 2e-5), None);
         let drift = after(200, 1e-4, 2e-5).unwrap();

@@ -22,22 +22,26 @@ pub struct FusionConfig {
     /// The objects: object files.
     #[serde(default)]
     pub objects: Vec<PathBuf>,
-    /// Exposure, gain and rate of cameras, which `sextant config set camera` changes. Default `cameras.toml`; it may be missing.
+    /// Exposure, gain and rate of cameras, which `sextant config set camera` changes. Default `cameras.toml`; it may be
+    /// missing.
     #[serde(default = "default_cameras")]
     pub cameras: PathBuf,
-    /// Whether changes of rig, objects and camera settings that come over the network are written into these files, so that they outlive
-    /// this process. Default false: they hold until it ends. A new object goes into `objects/<object>.toml`; the former file
-    /// stays as `<name>.former`, older ones are numbered.
+    /// Whether changes of rig, objects and camera settings that come over the network are written into these files, so
+    /// that they outlive this process. Default false: they hold until it ends. A new object goes into
+    /// `objects/<object>.toml`; the former file stays as `<name>.former`, older ones are numbered.
     #[serde(default)]
     pub keep_changes: bool,
-    /// Seconds by which an observation may be older than usual when it is read; older ones are dropped and counted. Also the
-    /// longest wait of an observation in this process. Default 0.5, the estimator's window: what is older is no news; 0.05 to 60.
+    /// Seconds by which an observation may be older than usual when it is read; older ones are dropped and counted.
+    /// Also the longest wait of an observation in this process. Default 0.5, the estimator's window: what is older is
+    /// no news; 0.05 to 60.
     #[serde(default = "default_max_age_s")]
     pub max_age_s: f64,
-    /// Whether a refined calibration is proposed or applied that explains the images of ordinary use better. Default `propose`.
+    /// Whether a refined calibration is proposed or applied that explains the images of ordinary use better. Default
+    /// `propose`.
     #[serde(default)]
     pub refinement: Refinement,
-    /// Whether the fusion nodes of the site share its objects. Default: one publishes all poses and the others stand by.
+    /// Whether the fusion nodes of the site share its objects. Default: one publishes all poses and the others stand
+    /// by.
     #[serde(default)]
     pub sharding: ShardingConfig,
     /// How to reach the network; by default this node is the site's router on port 7447 of the loopback interface.

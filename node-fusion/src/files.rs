@@ -1,14 +1,14 @@
 //! The files that the models came from, and those that accepted changes go to.
 //!
 //! A file is replaced atomically, and only by another version of what is in it; former versions stay beside it as
-//! `<name>.former`, `<name>.former.2` and so on. A new object gets the file `objects/<object>.toml` beside `fusion.toml`, whose
-//! list of objects follows; everything else in `fusion.toml` stays as it is. `fusion.toml.version` says which version of the models the
-//! files hold: files that were edited since are of no version.
+//! `<name>.former`, `<name>.former.2` and so on. A new object gets the file `objects/<object>.toml` beside
+//! `fusion.toml`, whose list of objects follows; everything else in `fusion.toml` stays as it is. `fusion.toml.version`
+//! says which version of the models the files hold: files that were edited since are of no version.
 
 use crate::camera_settings;
 use crate::config::FusionConfig;
 use crate::formers::{Former, Formers};
-use crate::models::{Change, Models};
+use crate::models::{Change, ModelsInForce};
 use crate::replica::KeepJob;
 use serde::{Deserialize, Serialize};
 use sextant_process::{Exit, WithExit};
@@ -53,7 +53,10 @@ impl ModelFiles {
     ///
     /// # Errors
     /// [`Exit::Input`] for a file that is missing or wrong.
-    pub fn read(config_file: &Path, config: &FusionConfig) -> anyhow::Result<(Self, Models)> {
+    pub fn read(
+        config_file: &Path,
+        config: &FusionConfig,
+    ) -> anyhow::Result<(Self, ModelsInForce)> {
         let folder = config_file.parent().unwrap_or(Path::new(".")).to_owned();
         let files = config.objects.iter().chain([&config.rig]);
         for file in files.map(|file| folder.join(file)) {
@@ -80,7 +83,7 @@ impl ModelFiles {
         let settings = settings.exit_with(Exit::Input)?;
         Ok((
             files,
-            Models {
+            ModelsInForce {
                 rig,
                 objects,
                 settings,
@@ -241,7 +244,8 @@ mod tests {
     use sextant_site_files::{parse_object, parse_rig};
     use std::fs;
 
-    const RIG: &str = "[[camera]]\nid = \"north\"\nresolution = [640, 480]\nlens = { model = \"pinhole\", fx = 600.0, fy = 600.0, cx = 319.5, cy = 239.5 }\n";
+    const RIG: &str = "[[camera]]\nid = \"north\"\nresolution = [640, 480]\n\
+        lens = { model = \"pinhole\", fx = 600.0, fy = 600.0, cx = 319.5, cy = 239.5 }\n";
 
     fn object_text(id: &str, tag: u32) -> String {
         format!("# mine\nid = \"{id}\"\n[[tag]]\nfamily = \"tag36h11\"\nid = {tag}\nsize = 0.04\n")
@@ -251,12 +255,13 @@ mod tests {
         Change::Object(parse_object(Path::new("o"), &object_text(id, tag)).unwrap())
     }
 
-    struct Site(tempfile::TempDir);
+    struct SiteFolder(tempfile::TempDir);
 
-    impl Site {
+    impl SiteFolder {
         fn new() -> Self {
             let site = Self(tempfile::tempdir().unwrap());
-            let text = "# the lab\nsite = \"lab\"\nrig = \"rig.toml\"\nobjects = [\"things/cube.toml\"]\nkeep_changes = true\n";
+            let text = "# the lab\nsite = \"lab\"\nrig = \"rig.toml\"\n\
+                objects = [\"things/cube.toml\"]\nkeep_changes = true\n";
             fs::create_dir(site.path("things")).unwrap();
             for (name, text) in [
                 ("rig.toml", RIG),
@@ -272,14 +277,14 @@ mod tests {
             self.0.path().join(name)
         }
 
-        fn read(&self) -> (ModelFiles, Models) {
+        fn read(&self) -> (ModelFiles, ModelsInForce) {
             let file = self.path("fusion.toml");
             let config: FusionConfig = read_toml(&file).unwrap();
             ModelFiles::read(&file, &config).unwrap()
         }
 
         /// The models after a restart, and those that a change made.
-        fn kept(&self, change: &Change) -> (Models, Models) {
+        fn kept(&self, change: &Change) -> (ModelsInForce, ModelsInForce) {
             let (mut files, models) = self.read();
             let changed = models
                 .changed(std::slice::from_ref(change))
@@ -292,7 +297,7 @@ mod tests {
 
     #[test]
     fn what_is_kept_is_there_after_a_restart() {
-        let site = Site::new();
+        let site = SiteFolder::new();
         let two = RIG.to_owned() + &RIG.replace("north", "south");
         let rig = Change::Rig(parse_rig(Path::new("r"), &two).unwrap());
         let removal = Change::Removal(ObjectId::new("cube").unwrap());
@@ -311,7 +316,7 @@ mod tests {
 
     #[test]
     fn files_are_of_a_version_until_they_are_edited() {
-        let site = Site::new();
+        let site = SiteFolder::new();
         let (mut files, models) = site.read();
         assert_eq!(files.record(), None);
         let change = change("cube", 7);
@@ -325,7 +330,7 @@ mod tests {
                 t_ns: 1_800_000_000_000_000_000,
                 author: NodeId::new("spare").unwrap(),
             }),
-            fingerprint: Payloads::of(&after).fingerprint(),
+            fingerprint: Payloads::encode(&after).fingerprint(),
         };
         let job = |changes: Vec<Change>| KeepJob {
             undo: after.changes_to(&models),
@@ -335,10 +340,10 @@ mod tests {
         files.keep_all(&job(vec![change.clone()])).unwrap();
         let (files, read) = site.read();
         assert_eq!(files.record(), Some(record.clone()));
-        assert_eq!(Payloads::of(&read).fingerprint(), record.fingerprint);
+        assert_eq!(Payloads::encode(&read).fingerprint(), record.fingerprint);
         fs::write(site.path("rig.toml"), RIG.replace("600.0", "601.0")).unwrap();
         let (mut files, edited) = site.read();
-        assert_ne!(Payloads::of(&edited).fingerprint(), record.fingerprint);
+        assert_ne!(Payloads::encode(&edited).fingerprint(), record.fingerprint);
 
         // One of two files cannot be written: neither is changed.
         fs::write(site.path("fusion.toml.version"), "counter = 3\n").unwrap();
@@ -383,7 +388,7 @@ mod tests {
 
     #[test]
     fn the_former_files_are_kept() {
-        let site = Site::new();
+        let site = SiteFolder::new();
         site.kept(&change("cube", 7));
         let former = fs::read_to_string(site.path("things/cube.toml.former")).unwrap();
         assert_eq!(former, object_text("cube", 1));
@@ -396,7 +401,7 @@ mod tests {
     /// Objects are named freely over the network, also like the node's own files.
     #[test]
     fn an_object_of_any_name_leaves_all_other_files_alone() {
-        let site = Site::new();
+        let site = SiteFolder::new();
         let mut mine = Vec::new();
         for name in ["viewer.toml", "camera.toml", "rig.toml"] {
             if name != "rig.toml" {
@@ -421,7 +426,7 @@ mod tests {
 
     #[test]
     fn a_file_that_is_no_object_is_not_replaced() {
-        let site = Site::new();
+        let site = SiteFolder::new();
         let (mut files, _) = site.read();
         fs::create_dir(site.path("objects")).unwrap();
         for name in ["objects/ball.toml", "things/cube.toml"] {
@@ -441,7 +446,7 @@ mod tests {
 
     #[test]
     fn an_unwritable_file_is_a_refusal() {
-        let site = Site::new();
+        let site = SiteFolder::new();
         let (mut files, _) = site.read();
         fs::remove_dir_all(site.path("things")).unwrap();
         fs::write(site.path("things"), "a file").unwrap();

@@ -1,11 +1,12 @@
 //! The models before the last change of the rig and of each object, to revert it.
 
-use crate::models::{Change, Models};
+use crate::models::{Change, ModelsInForce};
 use sextant_proto::{EncodeError, ModelPayload, NodeId, ObjectConfig, Proposal, RigConfig, limits};
 use sextant_site_model::{ObjectId, ObjectModel, Rig};
 use std::collections::BTreeMap;
 
-/// Changes within this time of the last one, ns, are reverted together: people change several things one after the other.
+/// Changes within this time of the last one, ns, are reverted together: people change several things one after the
+/// other.
 const TOGETHER_NS: u64 = 10_000_000_000;
 
 /// A model and when it was replaced, ns since the Unix epoch.
@@ -28,7 +29,7 @@ pub struct Formers {
 
 impl Formers {
     /// Records the models before a change at `changed_ns`. Beyond the bound the oldest object gives way.
-    pub fn note(&mut self, change: &Change, before: &Models, changed_ns: u64) {
+    pub fn note(&mut self, change: &Change, before: &ModelsInForce, changed_ns: u64) {
         let id = match change {
             Change::Rig(_) => {
                 let model = before.rig.clone();
@@ -77,10 +78,10 @@ impl Formers {
         let is_last = |changed_ns: u64| last_ns - changed_ns <= TOGETHER_NS;
         let rig = self.rig.as_ref().filter(|one| is_last(one.changed_ns));
         let objects = self.objects.values().filter(|one| is_last(one.changed_ns));
-        let objects = objects.map(|one| ModelPayload::of(&ObjectConfig::from(&one.model)));
+        let objects = objects.map(|one| ModelPayload::encode(&ObjectConfig::from(&one.model)));
         Ok(Proposal {
             rig: rig
-                .map(|one| ModelPayload::of(&RigConfig::from(&one.model)))
+                .map(|one| ModelPayload::encode(&RigConfig::from(&one.model)))
                 .transpose()?,
             objects: objects.collect::<Result<_, _>>()?,
             ..Proposal::none(node.clone(), last_ns)
@@ -104,13 +105,14 @@ mod tests {
 
     fn rig(id: &str) -> Rig {
         let text = format!(
-            "[[camera]]\nid = \"{id}\"\nresolution = [640, 480]\nlens = {{ model = \"pinhole\", fx = 600.0, fy = 600.0, cx = 319.5, cy = 239.5 }}\n"
+            "[[camera]]\nid = \"{id}\"\nresolution = [640, 480]\n\
+             lens = {{ model = \"pinhole\", fx = 600.0, fy = 600.0, cx = 319.5, cy = 239.5 }}\n"
         );
         parse_rig(Path::new("r"), &text).unwrap()
     }
 
-    fn models() -> Models {
-        Models {
+    fn models() -> ModelsInForce {
+        ModelsInForce {
             rig: rig("north"),
             objects: vec![object("cube", 1), object("box", 2)],
             settings: Default::default(),
@@ -160,7 +162,7 @@ mod tests {
     fn a_flood_of_removed_objects_ends_at_the_bound() {
         let mut formers = Formers::default();
         for n in 0..3 * limits::MAX_OBJECTS as u64 {
-            let before = Models {
+            let before = ModelsInForce {
                 objects: vec![object(&format!("o{n}"), 1)],
                 ..models()
             };

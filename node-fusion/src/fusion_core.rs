@@ -1,13 +1,15 @@
-//! The fusion node without its network, files, threads and clock: messages in, poses and everything else that is to be published out.
+//! The fusion node without its network, files, threads and clock: messages in, poses and everything else that is to be
+//! published out.
 //!
-//! [`FusionCore::turn`] takes its inputs and has its actions carried out. Time is an input; the same inputs at the same times give the same outputs.
+//! [`FusionCore::turn`] takes its inputs and has its actions carried out. Time is an input; the same inputs at the same
+//! times give the same outputs.
 
 use crate::clocks::DriftEstimator;
 use crate::config::{FusionConfig, Refinement};
 use crate::formers::Formers;
 use crate::input_log::{self, InputLog};
 use crate::intake::{Arrival, Arrivals, Intake};
-use crate::models::{Change, Models, Payloads};
+use crate::models::{Change, ModelsInForce, Payloads};
 use crate::outbox::{Outbox, Publication};
 use crate::proposing;
 use crate::refusals::detail;
@@ -20,7 +22,9 @@ use sextant_estimator::{
     AdjustmentTask, Fusion, FusionOptions, Input, ModelError, Output, Proposal,
 };
 use sextant_process::ClockQuality;
-use sextant_proto::{Heartbeat, InputSource, KeyRef, Keys, ModelsState, NodeId, Notice, Outcome};
+use sextant_proto::{
+    ChangeOutcome, Heartbeat, InputSource, KeyRef, Keys, ModelsState, NodeId, Notice,
+};
 use sextant_site_model::{CameraId, Rig, posed_objects};
 use sextant_site_report::{ObjectEstimate, State};
 use sextant_zenoh_bus::{Item, Payload, Presence};
@@ -60,7 +64,7 @@ pub struct HostState {
 #[derive(Debug)]
 pub struct InitialState {
     /// Of the files.
-    pub models: Models,
+    pub models: ModelsInForce,
     /// Their former versions.
     pub formers: Formers,
     /// Which version of the models was written last.
@@ -137,7 +141,7 @@ impl FusionCore {
             others,
             clock,
         } = initial;
-        let (keys, node) = (Keys::of(config.site.clone()), config.node.clone());
+        let (keys, node) = (Keys::for_site(config.site.clone()), config.node.clone());
         let options = FusionOptions::default();
         let mut machine = Fusion::new(models.rig.clone(), models.objects.clone(), options)?;
         machine.adjust_apart();
@@ -189,7 +193,8 @@ impl FusionCore {
         publication.or_else(|| self.actions.pop_front())
     }
 
-    /// When the next [`Self::turn`] is due at the latest but for changes of the models, which are looked after every tenth of a second; ns by the monotonic clock.
+    /// When the next [`Self::turn`] is due at the latest but for changes of the models, which are looked after every
+    /// tenth of a second; ns by the monotonic clock.
     #[must_use]
     pub fn poll_timeout(&self, now: Moment) -> u64 {
         let of_machine = self.machine.poll_timeout().unwrap_or(u64::MAX);
@@ -201,7 +206,7 @@ impl FusionCore {
 
     /// What is in force.
     #[must_use]
-    pub fn models(&self) -> &Models {
+    pub fn models(&self) -> &ModelsInForce {
         self.replica.models()
     }
 
@@ -228,8 +233,8 @@ impl FusionCore {
         self.machine.adjustment().filter(|task| !task.is_solved())
     }
 
-    /// Whether the next message under a key of the configuration may be handed over. At most one change is made at a time, and none for a
-    /// while after it: images go first.
+    /// Whether the next message under a key of the configuration may be handed over. At most one change is made at a
+    /// time, and none for a while after it: images go first.
     #[must_use]
     pub(crate) fn takes_requests(&self, now: Moment) -> bool {
         !self.standby.leads() || (self.requested_ns.is_none() && self.replica.is_ready(now))
@@ -280,7 +285,8 @@ impl FusionCore {
         self.replica.follow(node, theirs, now);
     }
 
-    /// Publishes or stands by, as the other fusion nodes of the site leave it to this one. To be called before images are handed over.
+    /// Publishes or stands by, as the other fusion nodes of the site leave it to this one. To be called before images
+    /// are handed over.
     pub(crate) fn update_duty(&mut self, now: Moment) {
         let duty = self.standby.tick(self.replica.models(), now);
         let is_shared = self.standby.is_shared();
@@ -301,7 +307,8 @@ impl FusionCore {
         }
     }
 
-    /// Epoch of the poses that this node publishes now; none while it stands by. Where objects are shared, of the node that cares for the site.
+    /// Epoch of the poses that this node publishes now; none while it stands by. Where objects are shared, of the node
+    /// that cares for the site.
     fn epoch(&self, now: Moment) -> Option<u64> {
         let epoch = self.standby.epoch(now);
         epoch.filter(|_| self.replica.is_current())
@@ -398,12 +405,13 @@ impl FusionCore {
 
 /// The models of the site.
 impl FusionCore {
-    /// A message under a key of the configuration; what is no request, or is not for this node to decide on, is passed over.
+    /// A message under a key of the configuration; what is no request, or is not for this node to decide on, is passed
+    /// over.
     pub(crate) fn config(&mut self, item: &Item, now: Moment) {
         if !self.standby.leads() {
             return;
         }
-        if let Some(request) = requests::of(&self.keys, item) {
+        if let Some(request) = requests::parse(&self.keys, item) {
             self.handled_ns = now.monotonic_ns;
             self.requested_ns = Some(now.monotonic_ns);
             self.replica.request(request, now);
@@ -472,7 +480,7 @@ impl FusionCore {
             Origin::Request { about, sender } => (about, sender),
             Origin::Own => {
                 match outcome {
-                    Outcome::Refused(cause) => {
+                    ChangeOutcome::Refused(cause) => {
                         tracing::warn!("a refinement was refused: {cause}");
                         self.applies_from_ns = now.monotonic_ns + REFUSED_REST_NS;
                     }
@@ -484,12 +492,14 @@ impl FusionCore {
             }
         };
         match outcome {
-            Outcome::Refused(refusal) => {
+            ChangeOutcome::Refused(refusal) => {
                 let sender = sender.as_deref();
                 (self.status.refusals).add(key, sender, refusal, now.monotonic_ns);
                 self.outbox.announce_again(&about, self.replica.models());
             }
-            Outcome::Taken | Outcome::Kept | Outcome::Same => self.status.refusals.remove(key),
+            ChangeOutcome::Taken | ChangeOutcome::Kept | ChangeOutcome::Same => {
+                self.status.refusals.remove(key)
+            }
         }
         let (followers, behind) = (answer.followers.len(), answer.behind.len());
         tracing::info!(

@@ -2,7 +2,7 @@
 //!
 //! In: each input and the time given to the estimator with it. Out: numbered batches. Knows neither network nor clock.
 
-use crate::models::Models;
+use crate::models::ModelsInForce;
 use sextant_proto::{
     FusionInput, FusionInputs, InputSource, NodeId, ObjectConfig, RigConfig, encode, fingerprint,
 };
@@ -35,7 +35,7 @@ impl InputLog {
     }
 
     /// Adds an image; before the first, the models in force, with which the estimator has begun.
-    pub fn add_image(&mut self, now_ns: u64, image: InputSource, models: &Models) {
+    pub fn add_image(&mut self, now_ns: u64, image: InputSource, models: &ModelsInForce) {
         if !self.has_begun {
             self.has_begun = true;
             self.push(now_ns, source_of_rig(&models.rig));
@@ -96,14 +96,14 @@ pub fn source_of_objects(objects: &[ObjectModel]) -> InputSource {
 mod tests {
     use super::*;
 
-    fn log() -> (InputLog, Models) {
+    fn log() -> (InputLog, ModelsInForce) {
         let rig = Rig::new(Vec::new()).unwrap();
         let objects = Vec::new();
         let log = InputLog::new(NodeId::new("main").unwrap());
         let settings = Default::default();
         (
             log,
-            Models {
+            ModelsInForce {
                 rig,
                 objects,
                 settings,

@@ -1,7 +1,7 @@
 //! Decodes observations and counts, per camera, everything that is dropped.
 //!
-//! Input: key and payload as the network gave them. Output: the image's observation in the estimator's types, unless it is too old. Knows
-//! neither network nor clock.
+//! Input: key and payload as the network gave them. Output: the image's observation in the estimator's types, unless it
+//! is too old. Knows neither network nor clock.
 
 use crate::ages::Ages;
 use sextant_process::ClockQuality;
@@ -24,7 +24,8 @@ pub struct Intake {
     max_age_ns: u64,
 }
 
-/// How many messages have arrived on the key of each camera of the rig, also of those that this node drops unread. Network threads count.
+/// How many messages have arrived on the key of each camera of the rig, also of those that this node drops unread.
+/// Network threads count.
 #[derive(Debug, Clone, Default)]
 pub struct Arrivals(Arc<Mutex<BTreeMap<String, u64>>>);
 
@@ -37,7 +38,7 @@ impl Arrivals {
         }
     }
 
-    fn of(&self, key: &str) -> u64 {
+    fn counted(&self, key: &str) -> u64 {
         let counts = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         counts.get(key).copied().unwrap_or(0)
     }
@@ -81,7 +82,8 @@ impl Arrival {
         age.clamp(i64::MIN.into(), i64::MAX.into()) as i64
     }
 
-    /// Three standard deviations of the difference between this clock and a camera's; `None` where either is not disciplined.
+    /// Three standard deviations of the difference between this clock and a camera's; `None` where either is not
+    /// disciplined.
     fn clocks_ns(&self, camera: sextant_proto::ClockQuality) -> Option<u64> {
         let disciplined = matches!(camera.source, ClockSource::Ntp | ClockSource::Ptp);
         let sigma_ns = camera.error_ns.saturating_add(self.clock.error_ns);
@@ -239,7 +241,7 @@ impl Intake {
         self.cameras
             .iter_mut()
             .map(|(camera, counts)| {
-                counts.note_arrivals(arrivals.of(&keys.observations(camera)), elapsed_s);
+                counts.note_arrivals(arrivals.counted(&keys.observations(camera)), elapsed_s);
                 counts.status(camera, elapsed_s)
             })
             .collect()
@@ -415,10 +417,16 @@ mod tests {
         let stranger = key.replace("north", "south");
         (0..3).for_each(|_| arrivals.count(&key));
         (0..3).for_each(|_| arrivals.count(&stranger));
-        assert_eq!((arrivals.of(&key), arrivals.of(&stranger)), (3, 0));
+        assert_eq!(
+            (arrivals.counted(&key), arrivals.counted(&stranger)),
+            (3, 0)
+        );
         intake.take_rig(["north", "south"].map(|id| CameraId::new(id).unwrap()));
         arrivals.count(&stranger);
-        assert_eq!((arrivals.of(&key), arrivals.of(&stranger)), (3, 1));
+        assert_eq!(
+            (arrivals.counted(&key), arrivals.counted(&stranger)),
+            (3, 1)
+        );
     }
 
     #[test]

@@ -1,8 +1,10 @@
 //! The fusion node: a thin process around the estimator's machine.
 //!
-//! Input: observations of every camera of the site, as messages on the network. Output: a pose per object after each image, the
-//! models for late joiners, a status a second. Rig and objects may be changed over the network while it works; a refined calibration
-//! is proposed from ordinary use. Of several fusion nodes of a site one publishes poses and decides about changes, and the others stand by with the same models. The estimating itself is `sextant_estimator`'s; this is arguments, loop, adapters.
+//! Input: observations of every camera of the site, as messages on the network. Output: a pose per object after each
+//! image, the models for late joiners, a status a second. Rig and objects may be changed over the network while it
+//! works; a refined calibration is proposed from ordinary use. Of several fusion nodes of a site one publishes poses
+//! and decides about changes, and the others stand by with the same models. The estimating itself is
+//! `sextant_estimator`'s; this is arguments, loop, adapters.
 
 mod adjuster;
 mod ages;
@@ -35,7 +37,7 @@ pub use config::{FusionConfig, Refinement, ShardingConfig};
 pub use formers::Formers;
 pub use fusion_core::{Action, CoreState, FusionCore, HostState, InitialState};
 pub use intake::{AdmittedImage, Arrival, Arrivals, Counts, Intake};
-pub use models::{Change, Models, Payloads};
+pub use models::{Change, ModelsInForce, Payloads};
 pub use node::run;
 pub use outbox::{Publication, Put};
 pub use replica::KeepJob;

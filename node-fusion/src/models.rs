@@ -1,6 +1,7 @@
 //! The rig and the objects in force, and what a change would make of them: whole, or a refusal with its cause.
 //!
-//! Input: payloads under the site's `config/` keys. Output: the models after the change. Knows no network, no file and no clock.
+//! Input: payloads under the site's `config/` keys. Output: the models after the change. Knows no network, no file and
+//! no clock.
 
 use crate::camera_settings::SettingsOfCameras;
 use crate::refusals::{detail, invalid_camera, invalid_object, undecodable, unusable};
@@ -15,7 +16,7 @@ use std::collections::BTreeMap;
 
 /// What the machine works from.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Models {
+pub struct ModelsInForce {
     /// The cameras.
     pub rig: Rig,
     /// The objects, in the order of their coming.
@@ -34,7 +35,7 @@ pub struct Payloads {
 impl Payloads {
     /// Of models in force, which fit into messages.
     #[must_use]
-    pub fn of(models: &Models) -> Self {
+    pub fn encode(models: &ModelsInForce) -> Self {
         let rig = [(
             "config/rig".to_owned(),
             encode(&RigConfig::from(&models.rig)),
@@ -85,7 +86,7 @@ impl Payloads {
     ///
     /// # Errors
     /// What of them cannot be used.
-    pub fn models(&self, own: &Models) -> Result<Models, Refusal> {
+    pub fn models(&self, own: &ModelsInForce) -> Result<ModelsInForce, Refusal> {
         let (mut cameras, mut objects, mut settings) =
             (None, BTreeMap::new(), SettingsOfCameras::new());
         for (key, payload) in &self.by_key {
@@ -103,7 +104,7 @@ impl Payloads {
             .filter_map(|object| objects.remove(object.id()));
         let mut all: Vec<ObjectModel> = known.collect();
         all.extend(objects.into_values());
-        let models = Models {
+        let models = ModelsInForce {
             rig: cameras.ok_or(Refusal::NoCamera)?,
             objects: all,
             settings,
@@ -225,7 +226,7 @@ impl Change {
     }
 }
 
-impl Models {
+impl ModelsInForce {
     /// The models after these changes, all of them; none where nothing changes.
     ///
     /// # Errors
@@ -373,15 +374,15 @@ mod tests {
         Rig::new(ids.iter().map(camera).collect()).unwrap()
     }
 
-    fn models() -> Models {
-        Models {
+    fn models() -> ModelsInForce {
+        ModelsInForce {
             rig: cameras(&["north"]),
             objects: vec![model("cube", &[1, 2]), model("box", &[3])],
             settings: SettingsOfCameras::new(),
         }
     }
 
-    fn after(change: Change) -> Option<Models> {
+    fn after(change: Change) -> Option<ModelsInForce> {
         models().changed(&[change]).unwrap()
     }
 
@@ -417,7 +418,7 @@ mod tests {
 
     #[test]
     fn cameras_beyond_the_bound_get_no_settings() {
-        let set = |models: &Models, n: usize| {
+        let set = |models: &ModelsInForce, n: usize| {
             let id = CameraId::new(&format!("c{n}")).unwrap();
             let gain = Some(2.0);
             let none = CameraSettings::none(id);
@@ -459,7 +460,7 @@ mod tests {
         let detail = refused.to_string();
         assert!(matches!(refused, Refusal::Unpublishable { .. }));
         assert!(detail.contains("cameras[].world_from_camera"), "{detail}");
-        let models = Models {
+        let models = ModelsInForce {
             rig: far,
             ..models()
         };
@@ -477,7 +478,7 @@ mod tests {
             orientation_rad: 0.002,
         });
         tags[0].size_prior = Prior::Sigma(0.0003);
-        let in_force = Models {
+        let in_force = ModelsInForce {
             rig: Rig::new(cameras).unwrap(),
             objects: vec![ObjectModel::new(object.id().clone(), tags).unwrap()],
             ..models()

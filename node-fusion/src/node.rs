@@ -5,7 +5,7 @@ use crate::config::FusionConfig;
 use crate::files::ModelFiles;
 use crate::formers::Formers;
 use crate::fusion_core::{Action, FusionCore, HostState, InitialState};
-use crate::models::Models;
+use crate::models::ModelsInForce;
 use crate::ports::Ports;
 use crate::storer::Storer;
 use crate::turn::{Environment, MOST_REQUESTS};
@@ -18,7 +18,7 @@ use sextant_process::{
     watchdog,
 };
 use sextant_proto::limits::{MAX_PAYLOAD_BYTES, MAX_PEERS};
-use sextant_proto::{KeyRef, Keys, Kind, NodeId, NodeKind};
+use sextant_proto::{KeyRef, Keys, MessageKind, NodeId, NodeKind};
 use sextant_site_files::read_toml;
 use sextant_zenoh_bus::{
     AliveWatch, Bus, BusError, ControlProbe, DropRule, HeldName, Item, Presence, Question,
@@ -28,8 +28,8 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Most observations that wait, and their bytes: one second of 64 cameras at 30 images a second with 20 tags each. They wait for at most
-/// `max_age_s`.
+/// Most observations that wait, and their bytes: one second of 64 cameras at 30 images a second with 20 tags each. They
+/// wait for at most `max_age_s`.
 const QUEUE: usize = 2048;
 const QUEUE_BYTES: usize = 8 << 20;
 /// Most heartbeats that wait: three seconds of those of as many nodes as a site may have.
@@ -73,7 +73,7 @@ pub fn run(config_file: &Path, shutdown: &Shutdown) -> anyhow::Result<()> {
         Err(BusError::Abandoned { .. }) => return Ok(()),
         opened => opened.exit_with(Exit::Unavailable)?,
     };
-    let keys = Keys::of(config.site.clone());
+    let keys = Keys::for_site(config.site.clone());
     let holder = keys.holder(NodeKind::Fusion, &config.node);
     let held = bus.hold_name(&holder, &host_name(), &|| shutdown.is_requested());
     let Some(name) = held.exit_with(Exit::Unavailable)? else {
@@ -123,17 +123,17 @@ impl<'a> Process<'a> {
         bus: &'a Bus,
         config: &FusionConfig,
         files: ModelFiles,
-        models: Models,
+        models: ModelsInForce,
         name: HeldName,
     ) -> anyhow::Result<(Self, FusionCore)> {
-        let keys = Keys::of(config.site.clone());
+        let keys = Keys::for_site(config.site.clone());
         let clock = SteadyClock::new(Reading::take);
         let bounds = StreamBounds {
             items: QUEUE,
             bytes: QUEUE_BYTES,
             wait: Duration::from_secs_f64(config.max_age_s),
         };
-        let (beats, longest) = (keys.all_heartbeats(), Kind::Heartbeat.max_bytes());
+        let (beats, longest) = (keys.all_heartbeats(), MessageKind::Heartbeat.max_bytes());
         let heartbeats = bus.subscribe_stream(&beats, HEARTBEATS, longest)?;
         let alive = bus.alive_keys(&keys.all_fusion_alive())?;
         let others = alive.iter().filter_map(|key| match keys.parse(key)? {

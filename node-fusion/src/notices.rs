@@ -1,5 +1,5 @@
-//! What happened to the node itself in the last seconds. Each kind of notice is logged once when it begins, and shown until some seconds after
-//! it ended.
+//! What happened to the node itself in the last seconds. Each kind of notice is logged once when it begins, and shown
+//! until some seconds after it ended.
 
 use sextant_proto::Notice;
 

@@ -1,10 +1,10 @@
-//! What a fusion node publishes: poses, status, clocks, answers, proposals, its models for the other fusion nodes, and, while it publishes
-//! the poses, the models in force.
+//! What a fusion node publishes: poses, status, clocks, answers, proposals, its models for the other fusion nodes, and,
+//! while it publishes the poses, the models in force.
 //!
 //! Input: messages. Output: payloads under keys. Knows no network.
 
 use crate::formers::Formers;
-use crate::models::{Change, Models, Payloads};
+use crate::models::{Change, ModelsInForce, Payloads};
 use sextant_proto::{
     ANNOUNCED, CameraSettings, ClockReport, ConfigAnswer, FusionInputs, FusionStatus, Heartbeat,
     KeyRef, Keys, Message, NodeId, ObjectConfig, ObjectLinks, ObjectPose, Proposal, RigConfig,
@@ -223,7 +223,8 @@ impl Outbox {
     /// A pose that was held up in this node is not current any more: it is counted, and not published.
     pub fn count_held_up(&mut self, object: &ObjectId, held_s: f64) {
         self.unpublished.count(format!(
-            "a pose of object {object} was held up for {held_s:.1} s in this node: its machine stood still, or is too slow"
+            "a pose of object {object} was held up for {held_s:.1} s in this node: its machine \
+             stood still, or is too slow"
         ));
     }
 
@@ -246,7 +247,7 @@ impl Outbox {
 /// The models in force, which the node announces that publishes the poses.
 impl Outbox {
     /// Begins to announce these models and to reply to those who join late, or ends it.
-    pub fn announce(&mut self, models: Option<&Models>) {
+    pub fn announce(&mut self, models: Option<&ModelsInForce>) {
         let Some(models) = models else {
             let announced = self.announced.take().unwrap_or_default();
             self.queue
@@ -267,7 +268,7 @@ impl Outbox {
     }
 
     /// Announces changes that are in force.
-    pub fn announce_changes(&mut self, changes: &[Change], models: &Models) {
+    pub fn announce_changes(&mut self, changes: &[Change], models: &ModelsInForce) {
         if self.announced.is_none() {
             return;
         }
@@ -282,7 +283,7 @@ impl Outbox {
     }
 
     /// Announces again what is in force of something, for those who received a change that was refused.
-    pub fn announce_again(&mut self, about: &KeyRef, models: &Models) {
+    pub fn announce_again(&mut self, about: &KeyRef, models: &ModelsInForce) {
         if self.announced.is_none() {
             return;
         }
@@ -303,7 +304,7 @@ impl Outbox {
         }
     }
 
-    fn announce_rig(&mut self, models: &Models) {
+    fn announce_rig(&mut self, models: &ModelsInForce) {
         self.announced_kept(self.keys.config_rig(), &RigConfig::from(&models.rig));
     }
 

@@ -1,4 +1,5 @@
-//! Limits how often changes of the site are applied, so that a flood of them does not delay images. Times are ns by the monotonic clock.
+//! Limits how often changes of the site are applied, so that a flood of them does not delay images. Times are ns by the
+//! monotonic clock.
 
 /// Least pause between two changes.
 const LEAST_NS: u64 = 50_000_000;

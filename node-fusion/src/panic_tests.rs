@@ -27,7 +27,8 @@ fn start(folder: &Path, place: &str) -> ChildProcess {
     let config = folder.join("fusion.toml");
     let text = "site = \"lab\"\nrig = \"rig.toml\"\n[network]\nmode = \"router\"\nlisten = [\"tcp/127.0.0.1:0\"]\n";
     let rig = "[[camera]]\nid = \"north\"\nresolution = [640, 480]\n\
-               lens = { model = \"brown-conrady\", fx = 600, fy = 600, cx = 320, cy = 240, distortion = [0, 0, 0, 0, 0] }\n";
+               lens = \
+               { model = \"brown-conrady\", fx = 600, fy = 600, cx = 320, cy = 240, distortion = [0, 0, 0, 0, 0] }\n";
     std::fs::write(&config, text).unwrap();
     std::fs::write(folder.join("rig.toml"), rig).unwrap();
     let mut command = Command::new(std::env::current_exe().unwrap());

@@ -22,9 +22,9 @@ pub fn message(
     let rig = proposal.rig.as_ref().map(RigConfig::from);
     let objects = proposal.objects.iter().map(ObjectConfig::from);
     Ok(Message {
-        rig: rig.as_ref().map(ModelPayload::of).transpose()?,
+        rig: rig.as_ref().map(ModelPayload::encode).transpose()?,
         objects: objects
-            .map(|object| ModelPayload::of(&object))
+            .map(|object| ModelPayload::encode(&object))
             .collect::<Result<_, _>>()?,
         n_images: u32::try_from(proposal.held_back.n_images).unwrap_or(u32::MAX),
         before_px: proposal.held_back.before_px,

@@ -1,23 +1,24 @@
-//! This node's replica of the site's models. The node that publishes the poses decides about changes, the others follow it, and the newest version wins
-//! wherever it comes from.
+//! This node's replica of the site's models. The node that publishes the poses decides about changes, the others follow
+//! it, and the newest version wins wherever it comes from.
 //!
-//! Input: requests, heartbeats of other nodes, their models, and what became of writing files. Output: [`Effect`]s. Knows no network, no file and
-//! no clock.
+//! Input: requests, heartbeats of other nodes, their models, and what became of writing files. Output: [`Effect`]s.
+//! Knows no network, no file and no clock.
 
 use crate::formers::Formers;
-use crate::models::{Change, Models, Payloads};
+use crate::models::{Change, ModelsInForce, Payloads};
 use crate::pace::Pace;
 use crate::refusals::detail;
 use sextant_election::Moment;
 use sextant_proto::{
-    ConfigAnswer, KeyRef, ModelsState, ModelsVersion, NodeId, Outcome, Refusal, limits,
+    ChangeOutcome, ConfigAnswer, KeyRef, ModelsState, ModelsVersion, NodeId, Refusal, limits,
 };
 use std::collections::{BTreeMap, VecDeque};
 
 const MS: u64 = 1_000_000;
 /// A node counts as present for so long after its last heartbeat, ns.
 const PRESENT_NS: u64 = 1000 * MS;
-/// A node that has not told of its models is waited for so long after it has come or gone, ns: its process may stand still.
+/// A node that has not reported its models is waited for so long after it has come or gone, ns: its process may stand
+/// still.
 const PAUSE_NS: u64 = 5000 * MS;
 /// A node is forgotten after so long without a heartbeat, ns.
 const FORGOTTEN_NS: u64 = 5000 * MS;
@@ -108,7 +109,7 @@ enum Step {
     Keeping {
         request: Request,
         changes: Vec<Change>,
-        after: Models,
+        after: ModelsInForce,
         version: ModelsVersion,
     },
     /// The others are taking it over.
@@ -138,19 +139,19 @@ struct Backlog {
 #[derive(Debug)]
 pub struct Replica {
     node: NodeId,
-    models: Models,
+    models: ModelsInForce,
     formers: Formers,
     payloads: Payloads,
     /// Version and fingerprint of these.
     state: ModelsState,
     /// Greatest counter known, of former versions of this node's files too.
     counter: u64,
-    /// The newest version of which a heartbeat told, and whose.
+    /// The newest version that a heartbeat has reported, and whose.
     newest: Option<(ModelsVersion, NodeId)>,
     /// A version that this node cannot work from.
     unusable: Option<ModelsVersion>,
     peers: BTreeMap<NodeId, Peer>,
-    /// Nodes that have not told of their models yet, and when they came or left last, monotonic ns.
+    /// Nodes that have not reported their models yet, and when they came or left last, monotonic ns.
     unheard: BTreeMap<NodeId, u64>,
     /// Whether the models were compared with those of all other nodes since the start.
     is_compared: bool,
@@ -165,16 +166,17 @@ pub struct Replica {
 }
 
 impl Replica {
-    /// Of models that were read from files, whose record says which version they were of. With `keeps`, changes outlive the process.
+    /// Of models that were read from files, whose record says which version they were of. With `keeps`, changes outlive
+    /// the process.
     #[must_use]
     pub fn new(
         node: NodeId,
-        models: Models,
+        models: ModelsInForce,
         formers: Formers,
         record: Option<ModelsState>,
         keeps: bool,
     ) -> Self {
-        let payloads = Payloads::of(&models);
+        let payloads = Payloads::encode(&models);
         let record = record.unwrap_or_default();
         let counter = record.version.as_ref().map_or(0, |version| version.counter);
         // Files that were edited since are of no version.
@@ -205,7 +207,7 @@ impl Replica {
 
     /// What is in force.
     #[must_use]
-    pub fn models(&self) -> &Models {
+    pub fn models(&self) -> &ModelsInForce {
         &self.models
     }
 
@@ -232,7 +234,8 @@ impl Replica {
         self.effects.pop_front()
     }
 
-    /// Whether poses may be published: no newer models are known, and the files that this node was started with were compared with what other nodes have.
+    /// Whether poses may be published: no newer models are known, and the files that this node was started with were
+    /// compared with what other nodes have.
     #[must_use]
     pub fn is_current(&self) -> bool {
         self.newer().is_none() && (self.is_compared || self.unheard.is_empty())
@@ -328,7 +331,8 @@ impl Replica {
         }
     }
 
-    /// A restarted node may have older models than before. The newer ones are no longer waited for, unless another node has them.
+    /// A restarted node may have older models than before. The newer ones are no longer waited for, unless another node
+    /// has them.
     fn forget_what_is_lost(&mut self, node: &NodeId, theirs: &ModelsState) {
         let is_lost = |(version, holder): &(ModelsVersion, NodeId)| {
             holder == node && theirs.version.as_ref() < Some(version)
@@ -340,7 +344,8 @@ impl Replica {
         }
     }
 
-    /// The models of another node, as it answered: below its root, the key and the payload of each. What is of no newer version changes nothing.
+    /// The models of another node, as it answered: below its root, the key and the payload of each. What is of no newer
+    /// version changes nothing.
     pub fn follow(&mut self, node: &NodeId, theirs: Payloads, now: Moment) {
         let Some(peer) = self.peers.get(node) else {
             return;
@@ -357,7 +362,8 @@ impl Replica {
         let after = theirs.models(&self.models);
         match after {
             Ok(after) => {
-                tracing::info!(%node, counter = version.counter, "takes over the rig, the objects and the settings of another fusion node");
+                tracing::info!(%node, counter = version.counter, "takes over the rig, the \
+                    objects and the settings of another fusion node");
                 if let Some(Step::Spreading { mut answered, .. }) = self.step.take() {
                     answered.answer.outcome = overtaken();
                     self.effects.push_back(Effect::Answer(answered));
@@ -369,7 +375,8 @@ impl Replica {
                 self.adopt(version);
             }
             Err(refusal) => {
-                tracing::error!(%node, "the models of another fusion node are newer and cannot be used here: {refusal}");
+                tracing::error!(%node, "the models of another fusion node are newer and cannot \
+                    be used here: {refusal}");
                 self.unusable = Some(version);
             }
         }
@@ -428,8 +435,8 @@ impl Replica {
             .clone()
             .and_then(|changes| self.models.changed(&changes));
         match decided {
-            Err(refusal) => self.answer(&request, Outcome::Refused(refusal)),
-            Ok(None) => self.answer(&request, Outcome::Same),
+            Err(refusal) => self.answer(&request, ChangeOutcome::Refused(refusal)),
+            Ok(None) => self.answer(&request, ChangeOutcome::Same),
             Ok(Some(after)) => {
                 let version = self.next_version(now);
                 let changes = self.models.changes_to(&after);
@@ -450,13 +457,13 @@ impl Replica {
         &mut self,
         request: Request,
         changes: Vec<Change>,
-        after: Models,
+        after: ModelsInForce,
         version: ModelsVersion,
         now: Moment,
     ) {
         let Some(backlog) = &mut self.backlog else {
             self.take(changes, after, version, now);
-            self.spread(&request, Outcome::Taken, now);
+            self.spread(&request, ChangeOutcome::Taken, now);
             return;
         };
         let mut all = backlog.changes.clone();
@@ -467,7 +474,7 @@ impl Replica {
             undo: after.changes_to(&self.models),
             record: ModelsState {
                 version: Some(version.clone()),
-                fingerprint: Payloads::of(&after).fingerprint(),
+                fingerprint: Payloads::encode(&after).fingerprint(),
             },
         }));
         self.step = Some(Step::Keeping {
@@ -511,7 +518,10 @@ impl Replica {
         match outcome {
             Err(cause) => {
                 let detail = detail(&cause);
-                self.answer(&request, Outcome::Refused(Refusal::NotStored { detail }));
+                self.answer(
+                    &request,
+                    ChangeOutcome::Refused(Refusal::NotStored { detail }),
+                );
             }
             Ok(()) if self.knows_newer_than(&version) => {
                 self.wait_for_files(&after.changes_to(&self.models));
@@ -519,12 +529,13 @@ impl Replica {
             }
             Ok(()) => {
                 self.take(changes, after, version, now);
-                self.spread(&request, Outcome::Kept, now);
+                self.spread(&request, ChangeOutcome::Kept, now);
             }
         }
     }
 
-    /// Does what is due. A node that publishes and knows the models of all others gives its files a version, if they have none.
+    /// Does what is due. A node that publishes and knows the models of all others gives its files a version, if they
+    /// have none.
     pub fn tick(&mut self, publishes: bool, now: Moment) {
         let lasts = |since_ns: u64, ns: u64| now.monotonic_ns < since_ns + ns;
         self.unheard
@@ -580,7 +591,7 @@ impl Replica {
                 undo: Vec::new(),
                 record: ModelsState {
                     version: self.state.version.clone(),
-                    fingerprint: Payloads::of(&self.models).fingerprint(),
+                    fingerprint: Payloads::encode(&self.models).fingerprint(),
                 },
             }));
         }
@@ -600,7 +611,13 @@ impl Replica {
         backlog.changes.extend(changes.iter().cloned());
     }
 
-    fn take(&mut self, changes: Vec<Change>, after: Models, version: ModelsVersion, now: Moment) {
+    fn take(
+        &mut self,
+        changes: Vec<Change>,
+        after: ModelsInForce,
+        version: ModelsVersion,
+        now: Moment,
+    ) {
         let is_own = version.author == self.node;
         let known = self
             .state
@@ -614,13 +631,13 @@ impl Replica {
                 false => self.formers.forget(change),
             }
         }
-        self.set_payloads(Payloads::of(&after));
+        self.set_payloads(Payloads::encode(&after));
         self.models = after;
         self.set_version(version);
         self.effects.push_back(Effect::PutInForce(changes));
     }
 
-    fn spread(&mut self, request: &Request, outcome: Outcome, now: Moment) {
+    fn spread(&mut self, request: &Request, outcome: ChangeOutcome, now: Moment) {
         let others = self.peers.keys().filter(|node| self.is_present(node, now));
         self.step = Some(Step::Spreading {
             answered: self.answered(request, outcome),
@@ -629,12 +646,12 @@ impl Replica {
         });
     }
 
-    fn answer(&mut self, request: &Request, outcome: Outcome) {
+    fn answer(&mut self, request: &Request, outcome: ChangeOutcome) {
         let answered = self.answered(request, outcome);
         self.effects.push_back(Effect::Answer(answered));
     }
 
-    fn answered(&self, request: &Request, outcome: Outcome) -> Answered {
+    fn answered(&self, request: &Request, outcome: ChangeOutcome) -> Answered {
         Answered {
             answer: ConfigAnswer {
                 node: self.node.clone(),
@@ -671,9 +688,11 @@ impl Replica {
 }
 
 /// A change that was decided on while another node had newer models.
-fn overtaken() -> Outcome {
-    Outcome::Refused(Refusal::Other {
-        detail: "another fusion node has newer models, which are in force now: look at them (`sextant config get`) and try again".to_owned(),
+fn overtaken() -> ChangeOutcome {
+    ChangeOutcome::Refused(Refusal::Other {
+        detail: "another fusion node has newer models, which are in force now: look at them \
+            (`sextant config get`) and try again"
+            .to_owned(),
     })
 }
 

@@ -1,4 +1,4 @@
-//! Requests for changes of the site, told from what a fusion node announces to be in force.
+//! Requests for changes of the site, as opposed to what a fusion node announces to be in force.
 
 use crate::models::Change;
 use crate::refusals::undecodable;
@@ -7,7 +7,7 @@ use sextant_proto::{ANNOUNCED, DecodeError, Keys, fingerprint};
 use sextant_zenoh_bus::{Item, Payload};
 
 /// The request of a message; none where it is no request.
-pub fn of(keys: &Keys, item: &Item) -> Option<Request> {
+pub fn parse(keys: &Keys, item: &Item) -> Option<Request> {
     let about = keys.parse(&item.key)?;
     let is_announced = |sender: &str| sender.starts_with(ANNOUNCED);
     if !about.is_config() || item.sender.as_deref().is_some_and(is_announced) {
@@ -56,9 +56,9 @@ mod tests {
         let payload = encode(&cube()).unwrap();
         let announced = item("object/cube", payload.clone(), Some("fusion/other"));
         let elsewhere = item("else", payload.clone(), None);
-        assert_eq!(of(&keys(), &announced), None);
-        assert_eq!(of(&keys(), &elsewhere), None);
-        let request = of(&keys(), &item("object/cube", payload, Some("ann@desk"))).unwrap();
+        assert_eq!(parse(&keys(), &announced), None);
+        assert_eq!(parse(&keys(), &elsewhere), None);
+        let request = parse(&keys(), &item("object/cube", payload, Some("ann@desk"))).unwrap();
         assert_eq!(request.key, "config/object/cube");
         assert_eq!(request.changes.unwrap().len(), 1);
     }
@@ -69,21 +69,21 @@ mod tests {
         let removal = ObjectConfig::removal("box".parse().unwrap());
         proposal.objects = [removal, cube()]
             .iter()
-            .map(|one| ModelPayload::of(one).unwrap())
+            .map(|one| ModelPayload::encode(one).unwrap())
             .collect();
         let asked = item("models", encode(&proposal).unwrap(), None);
-        let changes = of(&keys(), &asked).unwrap().changes.unwrap();
+        let changes = parse(&keys(), &asked).unwrap().changes.unwrap();
         assert!(matches!(
             &changes[..],
             [Change::Removal(_), Change::Object(_)]
         ));
-        let garbage = of(&keys(), &item("rig", vec![1], None)).unwrap();
+        let garbage = parse(&keys(), &item("rig", vec![1], None)).unwrap();
         assert!(matches!(garbage.changes, Err(Refusal::Undecodable { .. })));
         let long = Item {
             payload: Payload::TooLong(1 << 20),
             ..asked
         };
-        let long = of(&keys(), &long).unwrap();
+        let long = parse(&keys(), &long).unwrap();
         assert!(matches!(long.changes, Err(Refusal::Undecodable { .. })));
     }
 }

@@ -1,9 +1,11 @@
-//! This node's part among the fusion nodes of its site: who publishes, and which objects, is decided by `sextant_election`.
+//! This node's part among the fusion nodes of its site: who publishes, and which objects, is decided by
+//! `sextant_election`.
 //!
-//! Input: heartbeats and liveliness of the other nodes. Output: heartbeats, and the epoch of the poses. Knows no network and no clock.
+//! Input: heartbeats and liveliness of the other nodes. Output: heartbeats, and the epoch of the poses. Knows no
+//! network and no clock.
 
 use crate::config::ShardingConfig;
-use crate::models::Models;
+use crate::models::ModelsInForce;
 use sextant_election::{Assignment, Company, Election, Input, Link, Moment, Sharding};
 use sextant_proto::{Heartbeat, ModelsState, NodeId};
 use sextant_site_model::{ObjectId, ObjectModel, TagId, posed_objects};
@@ -50,7 +52,7 @@ impl Standby {
     pub fn new(
         node: &NodeId,
         sharding: &ShardingConfig,
-        models: &Models,
+        models: &ModelsInForce,
         company: Company,
         now: Moment,
     ) -> Self {
@@ -82,7 +84,8 @@ impl Standby {
         if let Some(sharding) = &mut self.sharding
             && sharding.hear(beat)
         {
-            tracing::warn!(node = %beat.node, "a fusion node has another [sharding]: give all nodes of the site the same mode and standbys");
+            tracing::warn!(node = %beat.node, "a fusion node has another [sharding]: give all \
+                nodes of the site the same mode and standbys");
         }
     }
 
@@ -92,7 +95,7 @@ impl Standby {
     }
 
     /// Does what is due; a change of duty, if there is one.
-    pub fn tick(&mut self, models: &Models, now: Moment) -> Option<Duty> {
+    pub fn tick(&mut self, models: &ModelsInForce, now: Moment) -> Option<Duty> {
         self.election.handle(now, Input::Tick);
         if let Some(sharding) = &mut self.sharding
             && sharding.evaluate(now, &self.election)
@@ -122,7 +125,7 @@ impl Standby {
     }
 
     /// The site has these models now.
-    pub fn take_models(&mut self, models: &Models) {
+    pub fn take_models(&mut self, models: &ModelsInForce) {
         if let Some(sharding) = &mut self.sharding {
             let posed = posed_objects(&models.rig, &models.objects);
             sharding.set_objects(posed.iter());
@@ -131,7 +134,7 @@ impl Standby {
     }
 
     /// The tags of landmarks are needed wherever a carrier of cameras is tracked.
-    fn note_foreign_tags(&mut self, models: &Models) {
+    fn note_foreign_tags(&mut self, models: &ModelsInForce) {
         let others = models
             .objects
             .iter()
@@ -140,7 +143,8 @@ impl Standby {
         self.foreign_tags = tags.collect();
     }
 
-    /// Whether this node cares for what concerns the whole site, also while it waits for the others after an interruption.
+    /// Whether this node cares for what concerns the whole site, also while it waits for the others after an
+    /// interruption.
     #[must_use]
     pub fn leads(&self) -> bool {
         self.duty != Duty::StandBy

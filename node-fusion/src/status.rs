@@ -1,5 +1,5 @@
-//! The status that a fusion node publishes once a second: messages received and dropped, states of the objects, faults of the site, and
-//! what happened to the node itself.
+//! The status that a fusion node publishes once a second: messages received and dropped, states of the objects, faults
+//! of the site, and what happened to the node itself.
 
 use crate::intake::Intake;
 use crate::notices::Notices;

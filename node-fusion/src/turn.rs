@@ -1,5 +1,5 @@
-//! A turn of a fusion node: what its process hands over to [`FusionCore`], and in which order. The process takes its turns here, and so do simulations
-//! of it.
+//! A turn of a fusion node: what its process hands over to [`FusionCore`], and in which order. The process takes its
+//! turns here, and so do simulations of it.
 
 use crate::fusion_core::{Action, FusionCore, HostState};
 use sextant_election::{Link, Moment};

@@ -1,5 +1,5 @@
-//! Everything that a rig file or an object file can say survives the way over the network, digit for digit: file, model, message, bytes
-//! and back to the text of a file.
+//! Everything that a rig file or an object file can say survives the way over the network, digit for digit: file,
+//! model, message, bytes and back to the text of a file.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use proptest::option::of;

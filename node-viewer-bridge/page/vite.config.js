@@ -1,5 +1,5 @@
-// The bundle is committed and embedded into the bridge: two pages, a script each and what both use, one style sheet, fixed names,
-// nothing that differs from build to build. The bridge answers with ETags, so names need no hashes.
+// The bundle is committed and embedded into the bridge: two pages, a script each and what both use, one style sheet,
+// fixed names, nothing that differs from build to build. The bridge answers with ETags, so names need no hashes.
 import { defineConfig } from "vite";
 
 const bridge = process.env.SEXTANT_BRIDGE ?? "http://127.0.0.1:8600";

@@ -1,8 +1,8 @@
 //! Access to the page: free on its own machine, by token elsewhere.
 //!
 //! A token arrives as the cookie set by `POST /api/session`, which is hidden from scripts and from requests of other
-//! pages, or as `Authorization: Bearer TOKEN` from other programs. Tokens are compared in constant time, and an address with
-//! too many wrong tokens has to wait.
+//! pages, or as `Authorization: Bearer TOKEN` from other programs. Tokens are compared in constant time, and an address
+//! with too many wrong tokens has to wait.
 
 use std::collections::{BTreeMap, HashMap};
 use std::net::IpAddr;

@@ -9,10 +9,12 @@ use rust_embed::RustEmbed;
 struct Page;
 
 /// Everything comes from the bridge itself; pictures are made in the page.
-const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; media-src 'self' blob:; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'self'";
+const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; \
+    worker-src 'self'; media-src 'self' blob:; style-src 'self'; img-src 'self' data: blob:; \
+    connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'self'";
 
-/// The file of a path, `index.html` for the root. Files keep their names from version to version, so browsers ask each time
-/// and get them only when they changed.
+/// The file of a path, `index.html` for the root. Files keep their names from version to version, so browsers ask each
+/// time and get them only when they changed.
 pub(crate) async fn file(uri: Uri, headers: HeaderMap) -> Response<Body> {
     let name = match uri.path().trim_start_matches('/') {
         "" => "index.html",

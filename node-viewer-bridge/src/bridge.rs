@@ -79,7 +79,8 @@ fn remedy(cause: &std::io::Error, address: SocketAddr) -> String {
     let port = address.port();
     match cause.kind() {
         ErrorKind::AddrInUse => format!(
-            "the port is in use; choose another `listen` in viewer.toml, or end the program that holds it (`ss -ltnp 'sport = :{port}'` names it)"
+            "the port is in use; choose another `listen` in viewer.toml, or end the program that \
+             holds it (`ss -ltnp 'sport = :{port}'` names it)"
         ),
         ErrorKind::AddrNotAvailable => {
             "this machine has no such address; `ip address` lists those it has".to_owned()

@@ -1,5 +1,5 @@
-//! Names, liveliness and messages of browsers' cameras on the site's network, by a thread of its own: an observation waits for no other work
-//! of the bridge.
+//! Names, liveliness and messages of browsers' cameras on the site's network, by a thread of its own: an observation
+//! waits for no other work of the bridge.
 
 use crate::shared::Shared;
 use crate::web_camera::registry::{JoinState, Outgoing, WebCameras, taken};
@@ -30,7 +30,7 @@ pub(crate) fn run(shared: &Shared, bus: &Bus, is_over: &dyn Fn() -> bool) -> Res
     let mut network = Network {
         shared,
         bus,
-        keys: Keys::of(shared.config.site.clone()),
+        keys: Keys::for_site(shared.config.site.clone()),
         cameras: BTreeMap::new(),
     };
     let mut look_due = Instant::now();

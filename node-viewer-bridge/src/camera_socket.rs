@@ -31,7 +31,8 @@ const MAX_KEY_BYTES: usize = 64;
 /// Longest reason in a close frame, by RFC 6455.
 const MAX_REASON_BYTES: usize = 120;
 
-/// `GET /ws/camera`. Browsers do not show scripts why an upgrade is refused, so that most refusals are reasons of a close.
+/// `GET /ws/camera`. Browsers do not show scripts why an upgrade is refused, so that most refusals are reasons of a
+/// close.
 pub(crate) async fn upgrade(
     State(context): State<Context>,
     Extension(Peer(from)): Extension<Peer>,
@@ -42,7 +43,8 @@ pub(crate) async fn upgrade(
     let Some((camera, key)) = asked(&uri) else {
         return assets::plain(
             StatusCode::BAD_REQUEST,
-            "say ?name=NAME&key=KEY: a camera's name has letters a-z, digits, - and _, at most 32; a key of at most 64 letters and digits is chosen by the browser\n",
+            "say ?name=NAME&key=KEY: a camera's name has letters a-z, digits, - and _, at most \
+             32; a key of at most 64 letters and digits is chosen by the browser\n",
         );
     };
     let shared = Arc::clone(&context.shared);

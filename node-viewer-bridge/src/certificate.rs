@@ -1,4 +1,5 @@
-//! A certificate that this bridge makes for itself, for pages without keys of a site: browsers warn of it once, and give cameras to such pages.
+//! A certificate that this bridge makes for itself, for pages without keys of a site: browsers warn of it once, and
+//! give cameras to such pages.
 
 use anyhow::{Context, anyhow};
 use rcgen::{CertifiedKey, KeyPair, generate_simple_self_signed};
@@ -23,8 +24,8 @@ pub(crate) struct Certificate {
     pub(crate) key: String,
 }
 
-/// The certificate kept in a folder, made where there is none that has these names; without a folder a new one, which browsers warn of after each
-/// start.
+/// The certificate kept in a folder, made where there is none that has these names; without a folder a new one, which
+/// browsers warn of after each start.
 ///
 /// # Errors
 /// A folder that cannot be read or written, or names that no certificate can have.
@@ -54,8 +55,8 @@ pub(crate) fn own(folder: Option<&Path>, names: &[String]) -> anyhow::Result<Cer
     Ok(made)
 }
 
-/// The first of these names that a certificate in PEM does not have; all are missing from one that cannot be read. What is no name of a server is
-/// in no certificate.
+/// The first of these names that a certificate in PEM does not have; all are missing from one that cannot be read. What
+/// is no name of a server is in no certificate.
 pub(crate) fn first_missing<'a>(certificate: &str, names: &'a [String]) -> Option<&'a String> {
     let der = CertificateDer::from_pem_slice(certificate.as_bytes()).ok();
     let parsed = der.as_ref().map(ParsedCertificate::try_from);

@@ -27,13 +27,15 @@ pub struct ViewerConfig {
     /// under other names are refused, so that no foreign web page can read the site through a visitor's browser.
     #[serde(default)]
     pub host_names: Vec<String>,
-    /// Whether the page of a site without keys is served by TLS, with a certificate that the bridge makes for itself and keeps in
-    /// `folder`. Browsers warn of it once; phones can be cameras then. Pages of a site with keys are served by TLS in any case.
+    /// Whether the page of a site without keys is served by TLS, with a certificate that the bridge makes for itself
+    /// and keeps in `folder`. Browsers warn of it once; phones can be cameras then. Pages of a site with keys are
+    /// served by TLS in any case.
     #[serde(default)]
     pub https: bool,
-    /// Where the wizards keep what they found, beside this file or absolute: `rig.toml`, and `objects/<object>.toml` for each
-    /// learned object; what was there is kept as `FILE.former`, older versions are numbered. Without it they keep results on the running site only.
-    /// Zones are kept there as `zones.toml`; without it they last as long as the bridge.
+    /// Where the wizards keep what they found, beside this file or absolute: `rig.toml`, and `objects/<object>.toml`
+    /// for each learned object; what was there is kept as `FILE.former`, older versions are numbered. Without it they
+    /// keep results on the running site only. Zones are kept there as `zones.toml`; without it they last as long as the
+    /// bridge.
     #[serde(default)]
     pub folder: Option<PathBuf>,
     /// Where events of zones are sent besides the network.

@@ -1,9 +1,9 @@
 //! TCP connections: so many at a time, and each only as long as it does something.
 //!
-//! Drop rules: while all places are taken, new connections wait in the system's queue. A connection that sends no whole header
-//! within [`HEADER_TIMEOUT`], be it the first or a further one, is closed, and so is one that is not done within [`LIFETIME`],
-//! whether it sends or reads slowly. A WebSocket gives its place back: the hub counts those, and they have time limits of their
-//! own.
+//! Drop rules: while all places are taken, new connections wait in the system's queue. A connection that sends no whole
+//! header within [`HEADER_TIMEOUT`], be it the first or a further one, is closed, and so is one that is not done within
+//! [`LIFETIME`], whether it sends or reads slowly. A WebSocket gives its place back: the hub counts those, and they
+//! have time limits of their own.
 
 use axum::Router;
 use axum::extract::Request;

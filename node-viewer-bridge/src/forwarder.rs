@@ -1,9 +1,10 @@
-//! Payloads of the site's keys into the mirror of the site and the hub. Runs on the network's threads: decodes, writes JSON, never waits.
+//! Payloads of the site's keys into the mirror of the site and the hub. Runs on the network's threads: decodes, writes
+//! JSON, never waits.
 
 use crate::frame::{Frame, frame_of};
 use crate::hub::Slot;
 use crate::link_frames::Part;
-use crate::message::{Message, Models};
+use crate::message::{Message, OfferedModels};
 use crate::metrics::Moment;
 use crate::shared::Shared;
 use crate::wizard::Offer;
@@ -19,7 +20,8 @@ use sextant_zenoh_bus::{Item, Presence};
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Hands messages to the mirror of the site, and what they bring to the hub and the wizards; counts those that it cannot show.
+/// Hands messages to the mirror of the site, and what they bring to the hub and the wizards; counts those that it
+/// cannot show.
 pub(crate) struct Forwarder {
     keys: Keys,
     shared: Arc<Shared>,
@@ -176,7 +178,8 @@ impl Forwarder {
                 KeyRef::Proposal(_) => self.take_offer(Offer::Refinement, proposal),
                 _ => self.take_offer(Offer::Former, proposal),
             },
-            // The page reverts by the proposal under `former`, and the camera's status says what became of its settings.
+            // The page reverts by the proposal under `former`, and the camera's status says what became of its
+            // settings.
             AnyMessage::RigConfig(_)
             | AnyMessage::ObjectConfig(_)
             | AnyMessage::CameraSettings(_)
@@ -188,7 +191,7 @@ impl Forwarder {
     /// What a fusion node offers to be put in force.
     fn take_offer(&self, offer: Offer, proposal: Proposal) -> Result<(), Rejection> {
         let objects = proposal.object_configs()?;
-        let models = Models {
+        let models = OfferedModels {
             node: &proposal.node,
             t_ns: proposal.t_ns,
             rig: proposal.rig.is_some(),
@@ -330,7 +333,8 @@ pub(crate) mod tests {
         }
     }
 
-    /// Texts for clients besides the bridge's own, and counts of rejections, after these payloads under keys of site `demo`.
+    /// Texts for clients besides the bridge's own, and counts of rejections, after these payloads under keys of site
+    /// `demo`.
     fn after(payloads: &[(&str, Payload)]) -> (Vec<String>, serde_json::Value) {
         let shared = Arc::new(Shared::for_tests());
         let forwarder = Forwarder::new(Keys::new("demo").unwrap(), Arc::clone(&shared));

@@ -1,7 +1,7 @@
 //! Who may read the site through a browser: requests that name this bridge as their host and come from its own page.
 //!
-//! A web page elsewhere can make a visitor's browser connect to loopback or lab addresses, by DNS rebinding even under a
-//! name of its own. Such requests carry that name as `Host`, or the page's address as `Origin`; both give it away.
+//! A web page elsewhere can make a visitor's browser connect to loopback or lab addresses, by DNS rebinding even under
+//! a name of its own. Such requests carry that name as `Host`, or the page's address as `Origin`; both give it away.
 
 use std::net::{IpAddr, SocketAddr};
 

@@ -1,7 +1,7 @@
 //! The newest frame of each slot, and the outboxes of the connected clients.
 //!
-//! Each kind of slot has room for so many ids, and all frames together for so many bytes. Drop rule: what finds no room is
-//! refused and counted; a slot without news for [`FORGOTTEN_NS`] is forgotten.
+//! Each kind of slot has room for so many ids, and all frames together for so many bytes. Drop rule: what finds no room
+//! is refused and counted; a slot without news for [`FORGOTTEN_NS`] is forgotten.
 
 use crate::frame::{Frame, length};
 use axum::extract::ws::Utf8Bytes;
@@ -12,8 +12,8 @@ use sextant_site_mirror::{BoundedMap, Full};
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// What waits for one client: the newest frame of each slot. For a client that has fallen behind for good everything is dropped and the
-/// connection is to be closed; a page then connects anew and gets the newest of everything.
+/// What waits for one client: the newest frame of each slot. For a client that has fallen behind for good everything is
+/// dropped and the connection is to be closed; a page then connects anew and gets the newest of everything.
 pub(crate) type Outbox = Queue<Frame, Slot>;
 
 /// What waits for a client at most: the newest of everything that the hub keeps, and some farewells.
@@ -100,11 +100,11 @@ impl Slot {
 /// Everything newest, for new clients, and the outboxes of the present ones.
 #[derive(Debug, Default)]
 pub(crate) struct Hub {
-    state: Mutex<State>,
+    state: Mutex<HubState>,
 }
 
 #[derive(Debug)]
-struct State {
+struct HubState {
     /// By kind.
     newest: [BoundedMap<Slot, Frame>; ROOM.len()],
     bytes: usize,
@@ -112,7 +112,7 @@ struct State {
     replaced_before: u64,
 }
 
-impl Default for State {
+impl Default for HubState {
     fn default() -> Self {
         Self {
             newest: ROOM.map(|room| BoundedMap::new(room, FORGOTTEN_NS)),
@@ -175,7 +175,8 @@ impl Hub {
         std::iter::once(object.to_owned()).chain(links).collect()
     }
 
-    /// Forgets an object: connected clients receive this frame last, later ones nothing. An object that no client knows is passed over.
+    /// Forgets an object: connected clients receive this frame last, later ones nothing. An object that no client knows
+    /// is passed over.
     pub(crate) fn forget_object(&self, id: &str, farewell: &Frame) {
         let slots =
             [Slot::Object, Slot::Pose, Slot::Joints, Slot::Truth].map(|slot| slot(id.to_owned()));
@@ -230,13 +231,13 @@ impl Hub {
         (state.clients.len(), state.replaced_before + replaced)
     }
 
-    fn lock(&self) -> MutexGuard<'_, State> {
+    fn lock(&self) -> MutexGuard<'_, HubState> {
         // Nothing under the lock panics half way, so a poisoned state is a whole one.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl State {
+impl HubState {
     fn newest(&self) -> impl Iterator<Item = (&Slot, &Frame)> {
         self.newest.iter().flat_map(BoundedMap::iter)
     }

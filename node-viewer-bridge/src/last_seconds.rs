@@ -26,11 +26,11 @@ const MOST_MODEL_BYTES: usize = 8 << 20;
 /// The messages, newest last.
 #[derive(Debug, Default)]
 pub(crate) struct LastSeconds {
-    state: Mutex<State>,
+    state: Mutex<KeptState>,
 }
 
 #[derive(Debug, Default)]
-struct State {
+struct KeptState {
     messages: VecDeque<KeptMessage>,
     bytes: usize,
     /// Rig and objects in force before the first of the messages, by key.
@@ -92,12 +92,12 @@ impl LastSeconds {
         writer.finish()
     }
 
-    fn lock(&self) -> MutexGuard<'_, State> {
+    fn lock(&self) -> MutexGuard<'_, KeptState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl State {
+impl KeptState {
     /// The messages since a time, after the models that were in force then.
     fn since(&self, since_ns: u64) -> Vec<KeptMessage> {
         let mut models = self.models.clone();

@@ -1,11 +1,12 @@
 //! The viewer bridge: what happens on a site's network, as a web page and as JSON on a WebSocket (`PROTOCOL.md`).
 //!
-//! Input: everything under the site's keys. Output: HTTP on one address, and events of zones on the network and to a webhook. It
-//! changes the site only where a person keeps what a wizard found (`wizard`).
+//! Input: everything under the site's keys. Output: HTTP on one address, and events of zones on the network and to a
+//! webhook. It changes the site only where a person keeps what a wizard found (`wizard`).
 //!
 //! Invariant: no client holds up another one or the network: each has one slot per message type and id, newest wins.
 //! Invariant: nothing listens beyond the configured address, and no page but the bridge's own may read it.
-//! Invariant: where other machines reach it, every answer about the site needs a token (`access`), unless the profile is open.
+//! Invariant: where other machines reach it, every answer about the site needs a token (`access`), unless the profile
+//! is open.
 
 mod access;
 mod assets;

@@ -1,5 +1,5 @@
-//! Objects that have links, as clients see them: each link as an object of its own, named `<object>.<link>`, and the joints.
-//! So a page that knows of no links draws them all the same.
+//! Objects that have links, as clients see them: each link as an object of its own, named `<object>.<link>`, and the
+//! joints. So a page that knows of no links draws them all the same.
 
 use crate::message::{Joint, Pose};
 use crate::models::{ObjectTag, object_tag};

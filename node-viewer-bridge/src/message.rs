@@ -71,9 +71,9 @@ pub(crate) enum Message<'a> {
     FusionStatus(&'a FusionStatus),
     Clocks(&'a ClockReport),
     /// A refined calibration that may be put in force.
-    Proposal(Models<'a>),
+    Proposal(OfferedModels<'a>),
     /// What was in force before the last change.
-    Former(Models<'a>),
+    Former(OfferedModels<'a>),
     Alive {
         kind: &'a str,
         id: &'a NodeId,
@@ -106,7 +106,7 @@ impl<'a> Message<'a> {
 
 /// Models that may be put in force; none of both where there is nothing.
 #[derive(Debug, Serialize)]
-pub(crate) struct Models<'a> {
+pub(crate) struct OfferedModels<'a> {
     pub(crate) node: &'a NodeId,
     pub(crate) t_ns: u64,
     /// Whether the rig is among them.

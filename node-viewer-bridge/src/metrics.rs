@@ -1,5 +1,5 @@
-//! What an operator watches: counts, rates, latencies and states of the whole site, from the mirror of the site and what is counted here;
-//! as metrics of Prometheus ([`text`]) and as a verdict on the site's health ([`health`]).
+//! What an operator watches: counts, rates, latencies and states of the whole site, from the mirror of the site and
+//! what is counted here; as metrics of Prometheus ([`text`]) and as a verdict on the site's health ([`health`]).
 
 mod figures;
 mod health;
@@ -32,7 +32,8 @@ pub(crate) struct Metrics {
     figures: Mutex<Figures>,
 }
 
-/// What is counted of cameras and objects. There are only those that the mirror keeps, or kept until [`Metrics::keep_known`].
+/// What is counted of cameras and objects. There are only those that the mirror keeps, or kept until
+/// [`Metrics::keep_known`].
 #[derive(Debug, Default)]
 struct Figures {
     cameras: BTreeMap<CameraId, CameraFigures>,
@@ -40,7 +41,7 @@ struct Figures {
 }
 
 /// Everything that metrics are made of.
-struct View<'a> {
+struct MetricsView<'a> {
     site: &'a SiteMirror,
     figures: &'a Figures,
 }
@@ -70,13 +71,13 @@ impl Metrics {
     /// What keeps the site from working; nothing if it works.
     pub(crate) fn ailments(&self, site: &SiteMirror, now_ns: u64) -> Vec<Ailment> {
         let figures = &self.lock();
-        View { site, figures }.ailments(now_ns)
+        MetricsView { site, figures }.ailments(now_ns)
     }
 
     /// All metrics, in the text format of Prometheus.
     pub(crate) fn text(&self, site: &SiteMirror, bridge: &BridgeFigures, now_ns: u64) -> String {
         let figures = &self.lock();
-        View { site, figures }.text(bridge, now_ns)
+        MetricsView { site, figures }.text(bridge, now_ns)
     }
 
     fn lock(&self) -> MutexGuard<'_, Figures> {

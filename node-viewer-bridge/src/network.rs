@@ -1,5 +1,6 @@
-//! The bridge's network session: subscribes to the site, queries kept messages, watches which nodes are alive. Previews and detection
-//! reports are subscribed to only while a client is connected, because cameras make them only for subscribers.
+//! The bridge's network session: subscribes to the site, queries kept messages, watches which nodes are alive. Previews
+//! and detection reports are subscribed to only while a client is connected, because cameras make them only for
+//! subscribers.
 
 use crate::camera_network;
 use crate::forwarder::Forwarder;
@@ -25,8 +26,8 @@ const PICTURES_KEPT: Duration = Duration::from_secs(10);
 /// Between two checks of the connection.
 const CHECK_PERIOD: Duration = Duration::from_secs(1);
 
-/// Fills the hub from the network until `shutdown`. A client waits for its router for as long as it takes. A session in which nothing is
-/// answered any more is replaced by a new one; clients of the page notice nothing of it.
+/// Fills the hub from the network until `shutdown`. A client waits for its router for as long as it takes. A session in
+/// which nothing is answered any more is replaced by a new one; clients of the page notice nothing of it.
 pub(crate) fn run(shared: &Arc<Shared>, shutdown: &Shutdown) -> anyhow::Result<()> {
     while let Err(error) = run_session(shared, shutdown) {
         match error.downcast_ref::<BusError>() {
@@ -47,7 +48,7 @@ fn run_session(shared: &Arc<Shared>, shutdown: &Shutdown) -> anyhow::Result<()> 
         Err(BusError::Abandoned { .. }) => return Ok(()),
         opened => opened.exit_with(Exit::Unavailable)?,
     };
-    let keys = Keys::of(shared.config.site.clone());
+    let keys = Keys::for_site(shared.config.site.clone());
     let forwarder = Arc::new(Forwarder::new(keys.clone(), Arc::clone(shared)));
     let streams = [
         keys.all_config(),

@@ -1,4 +1,5 @@
-//! Every thread of this node panics, each in a process of its own: the process ends and says so. Only a wizard's solve is contained.
+//! Every thread of this node panics, each in a process of its own: the process ends and says so. Only a wizard's solve
+//! is contained.
 
 use crate::run;
 use sextant_process::children::ChildProcess;
@@ -44,7 +45,8 @@ impl Site {
         );
         std::fs::write(&config, text).unwrap();
         let rig = "[[camera]]\nid = \"a\"\nresolution = [640, 480]\n\
-                   lens = { model = \"brown-conrady\", fx = 600, fy = 600, cx = 320, cy = 240, distortion = [0, 0, 0, 0, 0] }\n";
+                   lens = { model = \"brown-conrady\", fx = 600, fy = 600, cx = 320, cy = 240, \
+                   distortion = [0, 0, 0, 0, 0] }\n";
         std::fs::write(folder.path().join("rig.toml"), rig).unwrap();
         let mut command = Command::new(std::env::current_exe().unwrap());
         command
@@ -92,7 +94,8 @@ fn request(address: &str, head: &str, body: &str) -> String {
     let length = body.len();
     write!(
         stream,
-        "{head} HTTP/1.1\r\nHost: {address}\r\nContent-Type: application/json\r\nContent-Length: {length}\r\nConnection: close\r\n\r\n{body}"
+        "{head} HTTP/1.1\r\nHost: {address}\r\nContent-Type: application/json\r\nContent-Length: \
+         {length}\r\nConnection: close\r\n\r\n{body}"
     )
     .unwrap();
     let mut answer = String::new();

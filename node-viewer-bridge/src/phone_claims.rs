@@ -1,7 +1,7 @@
 //! The device that each phone's link belongs to: the first that became a camera by it.
 //!
-//! Kept as `phone-claims.toml` in the bridge's folder, without secrets: digests of the link's token and of the device's key. A phone whose key of the
-//! site is renewed has another token, and its new link is free.
+//! Kept as `phone-claims.toml` in the bridge's folder, without secrets: digests of the link's token and of the device's
+//! key. A phone whose key of the site is renewed has another token, and its new link is free.
 
 use serde::{Deserialize, Serialize};
 use sextant_site_files::{FileError, read_toml, write_toml};
@@ -22,7 +22,7 @@ struct Claim {
 }
 
 impl Claim {
-    fn of(token: &str, key: &str) -> Self {
+    fn from_token(token: &str, key: &str) -> Self {
         Self {
             link: digest(&[token]),
             device: digest(&[token, key]),
@@ -60,15 +60,16 @@ impl PhoneClaims {
 
     /// Whether the link with this token belongs to the device whose browser shows this key.
     pub(crate) fn knows(&self, camera: &CameraId, token: &str, key: &str) -> bool {
-        self.claims().get(camera) == Some(&Claim::of(token, key))
+        self.claims().get(camera) == Some(&Claim::from_token(token, key))
     }
 
-    /// Lets a device be a camera by a link with this token. `key` is what its browser shows each time. Waits for the disk.
+    /// Lets a device be a camera by a link with this token. `key` is what its browser shows each time. Waits for the
+    /// disk.
     ///
     /// # Errors
     /// Why not, in words for the person who holds it.
     pub(crate) fn claim(&self, camera: &CameraId, token: &str, key: &str) -> Result<(), String> {
-        let claim = Claim::of(token, key);
+        let claim = Claim::from_token(token, key);
         let _writing = self.writing();
         let claims = self.claims().clone();
         match claims.get(camera) {

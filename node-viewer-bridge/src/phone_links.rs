@@ -64,8 +64,15 @@ pub fn phone_links(config_file: &Path) -> anyhow::Result<PhoneLinks> {
     let (config, admission) = load(config_file)?;
     let kept = kept_folder(&config, config_file);
     let claims = PhoneClaims::open(kept.as_deref()).exit_with(Exit::Input)?;
-    let page = (&admission.access, admission.is_secure);
-    Ok(links(&config, config.listen, page, None, &claims))
+    let (access, is_secure) = (&admission.access, admission.is_secure);
+    Ok(links(
+        &config,
+        config.listen,
+        access,
+        is_secure,
+        None,
+        &claims,
+    ))
 }
 
 /// What a page is to phones.
@@ -99,9 +106,17 @@ pub fn phone_page(config_file: &Path) -> anyhow::Result<PhonePage> {
     let name = place.rsplit_once(':').map_or(&*place, |(name, _)| name);
     let names = [name.trim_matches(['[', ']']).to_owned()];
     let missing = certificate.and_then(|it| certificate::first_missing(&it, &names).cloned());
-    let page = (&admission.access, admission.is_secure);
+    let (access, is_secure) = (&admission.access, admission.is_secure);
     Ok(PhonePage {
-        caution: links(&config, config.listen, page, None, &PhoneClaims::default()).caution,
+        caution: links(
+            &config,
+            config.listen,
+            access,
+            is_secure,
+            None,
+            &PhoneClaims::default(),
+        )
+        .caution,
         is_local: config.listen.ip().to_canonical().is_loopback(),
         is_self_signed: admission.is_secure && keys.is_none(),
         missing_name: missing,
@@ -122,11 +137,13 @@ fn kept_folder(config: &ViewerConfig, config_file: &Path) -> Option<PathBuf> {
     config.folder.as_ref().map(|kept| beside.join(kept))
 }
 
-/// Links to a bridge that listens on `address`, with its access rule and whether it uses TLS; `host` is the one that a browser asked for.
+/// Links to a bridge that listens on `address`, with its access rule and whether it uses TLS; `host` is the one that a
+/// browser asked for.
 pub(crate) fn links(
     config: &ViewerConfig,
     address: SocketAddr,
-    (access, is_secure): (&PageAccess, bool),
+    access: &PageAccess,
+    is_secure: bool,
     host: Option<&str>,
     claims: &PhoneClaims,
 ) -> PhoneLinks {
@@ -150,11 +167,13 @@ pub(crate) fn links(
     let is_local = address.ip().to_canonical().is_loopback();
     let caution = if links.is_empty() {
         Some(
-            "No phone has keys yet: run `sextant keys add DIR NAME --role phone`, copy the keys of this page again and restart it.",
+            "No phone has keys yet: run `sextant keys add DIR NAME --role phone`, copy the keys \
+             of this page again and restart it.",
         )
     } else if is_local {
         Some(
-            "Only this machine reaches this page. For phones, in viewer.toml: listen = \"0.0.0.0:8600\", https = true and [security] profile = \"open\"; or keys of the site (docs/phones.md).",
+            "Only this machine reaches this page. For phones, in viewer.toml: listen = \
+             \"0.0.0.0:8600\", https = true and [security] profile = \"open\"; or keys of the site (docs/phones.md).",
         )
     } else if !is_secure {
         Some("Browsers give cameras to secure pages only: set https = true in viewer.toml.")
@@ -202,7 +221,8 @@ impl PhoneLink {
         }
     }
 
-    /// The QR code for a terminal, with its quiet zone: two modules a character, light ones drawn, as terminals are dark.
+    /// The QR code for a terminal, with its quiet zone: two modules a character, light ones drawn, as terminals are
+    /// dark.
     #[must_use]
     pub fn qr_text(&self) -> String {
         const QUIET: usize = 2;
@@ -236,9 +256,9 @@ mod tests {
         let file = Path::new("viewer.toml");
         let config: ViewerConfig = sextant_site_files::parse_toml(file, text, |_| Ok(())).unwrap();
         let admission = Admission::load(&config, Path::new("")).unwrap();
-        let page = (&admission.access, admission.is_secure);
+        let (access, is_secure) = (&admission.access, admission.is_secure);
         let claims = PhoneClaims::default();
-        links(&config, config.listen, page, host, &claims)
+        links(&config, config.listen, access, is_secure, host, &claims)
     }
 
     #[test]

@@ -1,5 +1,5 @@
-//! Protection of the page according to the node's `[security]`: tokens once a profile protects an address, TLS once other machines
-//! reach one.
+//! Protection of the page according to the node's `[security]`: tokens once a profile protects an address, TLS once
+//! other machines reach one.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -71,7 +71,10 @@ impl Admission {
                 (PageAccess::open(), config.https)
             }
             None => bail!(
-                "listen = \"{}\": other machines reach the page there, and with [security] profile \"demo\" everybody may change the site: choose profile = \"site\" or \"lab\" with keys (docs/security-setup.md), an address of 127.0.0.1, or profile = \"open\" to let everybody in knowingly",
+                "listen = \"{}\": other machines reach the page there, and with [security] \
+                 profile \"demo\" everybody may change the site: choose profile = \"site\" or \
+                 \"lab\" with keys (docs/security-setup.md), an address of 127.0.0.1, or profile \
+                 = \"open\" to let everybody in knowingly",
                 config.listen
             ),
         };

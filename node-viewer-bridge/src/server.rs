@@ -132,7 +132,8 @@ async fn guard(State(context): State<Context>, request: Request, next: Next) -> 
     if !admitted(&context.shared, request.headers()) {
         return assets::plain(
             StatusCode::FORBIDDEN,
-            "This bridge is not known under that name, or another page asked. Use its address, or add the name to `host_names` in viewer.toml.\n",
+            "This bridge is not known under that name, or another page asked. Use its address, \
+             or add the name to `host_names` in viewer.toml.\n",
         );
     }
     let mut response = next.run(request).await;
@@ -169,8 +170,8 @@ fn admitted(shared: &Shared, headers: &HeaderMap) -> bool {
     shared.hosts.admits(host, origin)
 }
 
-/// The newest of everything. The texts are those that clients share: they are handed to the connection one by one, as fast as it
-/// takes them, and not copied before.
+/// The newest of everything. The texts are those that clients share: they are handed to the connection one by one, as
+/// fast as it takes them, and not copied before.
 async fn state(
     State(context): State<Context>,
     Extension(role): Extension<PageRole>,
@@ -191,7 +192,8 @@ async fn state(
     response
 }
 
-/// The last half minute as a recording; `?seconds=N` asks for less. Made by the threads of commands, so that few are made at a time.
+/// The last half minute as a recording; `?seconds=N` asks for less. Made by the threads of commands, so that few are
+/// made at a time.
 async fn last_seconds(State(context): State<Context>, uri: Uri) -> Response<Body> {
     let shared = context.shared;
     let seconds = uri.query().and_then(|query| query.strip_prefix("seconds="));
@@ -312,8 +314,8 @@ async fn phones(
         ..
     } = &*context.shared;
     let host = headers.get(header::HOST).and_then(|it| it.to_str().ok());
-    let page = (&protection.access, protection.tls.is_some());
-    let links = phone_links::links(config, *address, page, host, phone_claims);
+    let (access, is_secure) = (&protection.access, protection.tls.is_some());
+    let links = phone_links::links(config, *address, access, is_secure, host, phone_claims);
     let json = serde_json::to_string(&links).unwrap_or_default();
     as_json(StatusCode::OK, format!("{json}\n").into())
 }

@@ -23,7 +23,8 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-/// The network's thread has hung when it needs longer than this for one iteration; it may wait for answers and for the end of a session.
+/// The network's thread has hung when it needs longer than this for one iteration; it may wait for answers and for the
+/// end of a session.
 const LONGEST_TURN_MS: u64 = 10_000;
 
 /// What server and network share.

@@ -1,5 +1,5 @@
-//! One client's WebSocket: greets, then writes what its outbox holds, as fast as the client takes it and no faster than it
-//! asked for.
+//! One client's WebSocket: greets, then writes what its outbox holds, as fast as the client takes it and no faster than
+//! it asked for.
 
 use crate::access::PageRole;
 use crate::assets;

@@ -1,7 +1,7 @@
 //! Events to a program that speaks HTTP: each is POSTed as JSON to one address, in order.
 //!
-//! Drop rule: [`WAITING`] events wait at most, newer ones are dropped; one that is not taken in [`TRIES`] tries is given up. Both
-//! are counted.
+//! Drop rule: [`WAITING`] events wait at most, newer ones are dropped; one that is not taken in [`TRIES`] tries is
+//! given up. Both are counted.
 
 use crate::config::WebhookOptions;
 use crate::http_client;

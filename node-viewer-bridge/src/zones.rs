@@ -1,7 +1,8 @@
 //! Zones of the world and what happens in them: which object entered or left a zone, and which fell.
 //!
-//! In: poses from the network and the operators' commands. Out: the messages `zones` and `events` for the page, and events for the
-//! network and the webhook. The judgement (`judge`, `fall`) has no clock and no network: time is that of the images.
+//! In: poses from the network and the operators' commands. Out: the messages `zones` and `events` for the page, and
+//! events for the network and the webhook. The judgement (`judge`, `fall`) has no clock and no network: time is that of
+//! the images.
 
 mod command;
 mod event;

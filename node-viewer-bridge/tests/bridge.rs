@@ -174,9 +174,9 @@ impl Site {
             .raw_latest(&self.keys.config_rig(), Qos::Config)
             .unwrap();
         publisher.put(&encode(&rig).unwrap()).unwrap();
-        let told = hear(socket, |m| m["type"] == "rig");
-        assert_eq!(told["cameras"][0]["mount"], Value::Null);
-        let mount = &told["cameras"][1]["mount"];
+        let message = hear(socket, |m| m["type"] == "rig");
+        assert_eq!(message["cameras"][0]["mount"], Value::Null);
+        let mount = &message["cameras"][1]["mount"];
         assert_eq!(mount["carrier"], cube().as_str());
         assert_eq!(mount["carrier_from_camera"]["position"][0], 0.1);
         publisher
@@ -284,7 +284,7 @@ fn the_last_seconds_are_saved_as_a_recording() {
 }
 
 #[test]
-fn a_client_is_greeted_then_told_what_is_known_then_what_happens() {
+fn a_client_gets_a_greeting_then_what_is_known_then_what_happens() {
     let mut site = Site::open();
     let mut socket = site.socket();
     assert_eq!(hear(&mut socket, |_| true)["type"], "hello");
@@ -415,14 +415,14 @@ fn events_of_zones_reach_clients_the_network_and_the_webhook() {
         pose.position = [if sequence < 10 { 2.0 } else { 0.1 }, 0.0, 0.0];
         poses.put(&encode(&pose).unwrap()).unwrap();
     }
-    // The zones are told before the events.
+    // The zones are sent before the events.
     hear(&mut socket, |m| {
         m["type"] == "zones" && m["zones"][0]["inside"][0] == "cube"
     });
-    let told = hear(&mut socket, |m| {
+    let message = hear(&mut socket, |m| {
         m["type"] == "events" && m["events"][0] != Value::Null
     });
-    let event = &told["events"][0];
+    let event = &message["events"][0];
     assert_eq!(
         (&event["event"], &event["zone"]),
         (&"entered".into(), &"dock".into())
@@ -440,7 +440,7 @@ fn events_of_zones_reach_clients_the_network_and_the_webhook() {
 }
 
 #[test]
-fn scripts_are_told_figures_and_what_ails_the_site() {
+fn scripts_get_figures_and_what_ails_the_site() {
     let mut site = Site::open();
     site.put_pose(1);
     eventually(|| {
@@ -538,9 +538,9 @@ fn one_wizard_is_seen_by_every_client_and_by_those_who_come_late() {
     assert_eq!(hear(&mut first, |m| m["type"] == "wizard")["stage"], "idle");
     let _rig = site.announce_rig(&mut first);
     assert_eq!(site.command(LEARN).0, 202);
-    let told = hear(&mut first, |m| m["stage"] == "collecting");
+    let message = hear(&mut first, |m| m["stage"] == "collecting");
     assert_eq!(
-        (&told["wizard"], &told["subject"]),
+        (&message["wizard"], &message["subject"]),
         (&"learn".into(), &"cube".into())
     );
     let late = hear(&mut site.socket(), |m| m["type"] == "wizard");
@@ -551,8 +551,8 @@ fn one_wizard_is_seen_by_every_client_and_by_those_who_come_late() {
         "{status} {said}"
     );
     assert_eq!(site.command("{\"do\":\"solve\"}").0, 202);
-    let told = hear(&mut first, |m| m["cause"].is_string());
-    assert_eq!(told["stage"], "collecting", "{told}");
+    let message = hear(&mut first, |m| m["cause"].is_string());
+    assert_eq!(message["stage"], "collecting", "{message}");
     assert_eq!(site.command("{\"do\":\"keep\"}").0, 409);
     assert_eq!(site.command("{\"do\":\"discard\"}").0, 202);
     assert_eq!(
@@ -562,8 +562,8 @@ fn one_wizard_is_seen_by_every_client_and_by_those_who_come_late() {
     site.stop();
 }
 
-/// 200 connections that say nothing or half a header, one that asks for everything and does not read, a WebSocket that does not
-/// read: every image arrives, the page is served, and those that say nothing are shown out.
+/// 200 connections that say nothing or half a header, one that asks for everything and does not read, a WebSocket that
+/// does not read: every image arrives, the page is served, and those that say nothing are shown out.
 #[test]
 fn idle_connections_and_slow_readers_hold_nobody_up() {
     let mut site = Site::open();

@@ -1,5 +1,5 @@
-//! Ten times as many forged cameras and nodes as the bridge keeps: its memory stays where it was at the bound. The bound of each
-//! kind by itself is tested beside the code.
+//! Ten times as many forged cameras and nodes as the bridge keeps: its memory stays where it was at the bound. The
+//! bound of each kind by itself is tested beside the code.
 
 #![allow(
     clippy::unwrap_used,
@@ -37,7 +37,7 @@ impl Flood {
         publisher.put(payload).unwrap();
     }
 
-    fn of(&self, ids: Range<usize>) {
+    fn send(&self, ids: Range<usize>) {
         for n in ids {
             let name = format!("x{n}");
             let (camera, keys) = (CameraId::new(&name).unwrap(), &self.keys);
@@ -142,9 +142,9 @@ fn memory_stays_flat_when_ten_times_the_bounds_are_forged() {
         keys,
         sequence: 0,
     };
-    flood.of(0..BOUND);
+    flood.send(0..BOUND);
     let at_the_bound = flood.settle(&mut reader);
-    flood.of(BOUND..10 * BOUND);
+    flood.send(BOUND..10 * BOUND);
     let after = flood.settle(&mut reader);
     assert!(
         after < at_the_bound + SLACK_BYTES,

@@ -93,20 +93,20 @@ struct Browser(WebSocket<TcpStream>);
 
 impl Browser {
     /// The next text of a kind; answers round trips meanwhile.
-    fn told(&mut self, kind: &str) -> Value {
+    fn message(&mut self, kind: &str) -> Value {
         loop {
             let message = self.0.read().unwrap();
             let Message::Text(text) = message else {
                 panic!("{message:?}");
             };
-            let told: Value = serde_json::from_str(&text).unwrap();
-            if told["type"] == "ping" {
+            let message: Value = serde_json::from_str(&text).unwrap();
+            if message["type"] == "ping" {
                 let now_us = (now_ns() + AHEAD_NS) / 1000;
-                let pong = json!({ "type": "pong", "n": told["n"], "received_us": now_us, "sent_us": now_us });
+                let pong = json!({ "type": "pong", "n": message["n"], "received_us": now_us, "sent_us": now_us });
                 self.0.send(pong.to_string().into()).unwrap();
             }
-            if told["type"] == kind {
-                return told;
+            if message["type"] == kind {
+                return message;
             }
         }
     }
@@ -157,9 +157,9 @@ fn a_browser_is_published_as_a_camera_while_it_is_connected() {
         .subscribe(&key, 64, DropRule::Oldest, 100_000)
         .unwrap();
     let mut browser = site.browser("pocket", "a");
-    assert_eq!(browser.told("joined")["camera"], "pocket");
+    assert_eq!(browser.message("joined")["camera"], "pocket");
     eventually(|| site.is_alive("pocket"));
-    while browser.told("report")["clock_error_ms"].is_null() {}
+    while browser.message("report")["clock_error_ms"].is_null() {}
     let taken_ns = now_ns();
     browser.send("north", taken_ns + AHEAD_NS);
     browser.send("pocket", taken_ns);
@@ -171,7 +171,7 @@ fn a_browser_is_published_as_a_camera_while_it_is_connected() {
     );
     assert!(message.clock.error_ns > 0);
     let report = loop {
-        let report = browser.told("report");
+        let report = browser.message("report");
         if report["refused"] == 2 {
             break report;
         }
@@ -194,10 +194,10 @@ fn a_name_belongs_to_one_camera_of_the_site() {
     assert!(reason.reason.contains("choose another name"), "{reason:?}");
     drop(node);
     let mut first = site.browser("pocket", "a");
-    first.told("joined");
+    first.message("joined");
     assert!(site.browser("pocket", "b").end().reason.contains("pocket"));
     let mut again = site.browser("pocket", "a");
-    again.told("joined");
+    again.message("joined");
     assert!(first.end().reason.contains("connected again"));
     eventually(|| site.is_alive("pocket"));
 }

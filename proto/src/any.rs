@@ -1,6 +1,6 @@
 //! Decodes a payload of any kind, for tools that subscribe to everything.
 
-use crate::envelope::{DecodeError, Kind, decode, open};
+use crate::envelope::{DecodeError, MessageKind, decode, open};
 use crate::limits::MAX_PAYLOAD_BYTES;
 use crate::messages::camera_settings::CameraSettings;
 use crate::messages::camera_status::CameraStatus;
@@ -52,54 +52,57 @@ impl AnyMessage {
             return Err(DecodeError::TooLong(payload.len()));
         }
         let (kind, _) = open(payload)?;
-        Self::decode_as(Kind::from_byte(kind).ok_or(DecodeError::Damaged)?, payload)
+        Self::decode_as(
+            MessageKind::from_byte(kind).ok_or(DecodeError::Damaged)?,
+            payload,
+        )
     }
 
     /// The message of a payload of this kind.
     ///
     /// # Errors
     /// As [`decode`].
-    pub fn decode_as(kind: Kind, payload: &[u8]) -> Result<Self, DecodeError> {
+    pub fn decode_as(kind: MessageKind, payload: &[u8]) -> Result<Self, DecodeError> {
         Ok(match kind {
-            Kind::Observations => Self::Observations(decode(payload)?),
-            Kind::Preview => Self::Preview(decode(payload)?),
-            Kind::CameraStatus => Self::CameraStatus(decode(payload)?),
-            Kind::ObjectPose => Self::ObjectPose(Box::new(decode(payload)?)),
-            Kind::ObjectTruth => Self::ObjectTruth(decode(payload)?),
-            Kind::FusionStatus => Self::FusionStatus(decode(payload)?),
-            Kind::RigConfig => Self::RigConfig(decode(payload)?),
-            Kind::ObjectConfig => Self::ObjectConfig(decode(payload)?),
-            Kind::ObjectLinks => Self::ObjectLinks(decode(payload)?),
-            Kind::ClockReport => Self::ClockReport(decode(payload)?),
-            Kind::ConfigAnswer => Self::ConfigAnswer(decode(payload)?),
-            Kind::DetectionReport => Self::DetectionReport(decode(payload)?),
-            Kind::Proposal => Self::Proposal(decode(payload)?),
-            Kind::FusionInputs => Self::FusionInputs(decode(payload)?),
-            Kind::CameraSettings => Self::CameraSettings(decode(payload)?),
-            Kind::Heartbeat => Self::Heartbeat(decode(payload)?),
+            MessageKind::Observations => Self::Observations(decode(payload)?),
+            MessageKind::Preview => Self::Preview(decode(payload)?),
+            MessageKind::CameraStatus => Self::CameraStatus(decode(payload)?),
+            MessageKind::ObjectPose => Self::ObjectPose(Box::new(decode(payload)?)),
+            MessageKind::ObjectTruth => Self::ObjectTruth(decode(payload)?),
+            MessageKind::FusionStatus => Self::FusionStatus(decode(payload)?),
+            MessageKind::RigConfig => Self::RigConfig(decode(payload)?),
+            MessageKind::ObjectConfig => Self::ObjectConfig(decode(payload)?),
+            MessageKind::ObjectLinks => Self::ObjectLinks(decode(payload)?),
+            MessageKind::ClockReport => Self::ClockReport(decode(payload)?),
+            MessageKind::ConfigAnswer => Self::ConfigAnswer(decode(payload)?),
+            MessageKind::DetectionReport => Self::DetectionReport(decode(payload)?),
+            MessageKind::Proposal => Self::Proposal(decode(payload)?),
+            MessageKind::FusionInputs => Self::FusionInputs(decode(payload)?),
+            MessageKind::CameraSettings => Self::CameraSettings(decode(payload)?),
+            MessageKind::Heartbeat => Self::Heartbeat(decode(payload)?),
         })
     }
 
     /// Its kind.
     #[must_use]
-    pub fn kind(&self) -> Kind {
+    pub fn kind(&self) -> MessageKind {
         match self {
-            Self::Observations(_) => Kind::Observations,
-            Self::Preview(_) => Kind::Preview,
-            Self::CameraStatus(_) => Kind::CameraStatus,
-            Self::ObjectPose(_) => Kind::ObjectPose,
-            Self::ObjectTruth(_) => Kind::ObjectTruth,
-            Self::FusionStatus(_) => Kind::FusionStatus,
-            Self::RigConfig(_) => Kind::RigConfig,
-            Self::ObjectConfig(_) => Kind::ObjectConfig,
-            Self::ObjectLinks(_) => Kind::ObjectLinks,
-            Self::ClockReport(_) => Kind::ClockReport,
-            Self::ConfigAnswer(_) => Kind::ConfigAnswer,
-            Self::DetectionReport(_) => Kind::DetectionReport,
-            Self::Proposal(_) => Kind::Proposal,
-            Self::FusionInputs(_) => Kind::FusionInputs,
-            Self::CameraSettings(_) => Kind::CameraSettings,
-            Self::Heartbeat(_) => Kind::Heartbeat,
+            Self::Observations(_) => MessageKind::Observations,
+            Self::Preview(_) => MessageKind::Preview,
+            Self::CameraStatus(_) => MessageKind::CameraStatus,
+            Self::ObjectPose(_) => MessageKind::ObjectPose,
+            Self::ObjectTruth(_) => MessageKind::ObjectTruth,
+            Self::FusionStatus(_) => MessageKind::FusionStatus,
+            Self::RigConfig(_) => MessageKind::RigConfig,
+            Self::ObjectConfig(_) => MessageKind::ObjectConfig,
+            Self::ObjectLinks(_) => MessageKind::ObjectLinks,
+            Self::ClockReport(_) => MessageKind::ClockReport,
+            Self::ConfigAnswer(_) => MessageKind::ConfigAnswer,
+            Self::DetectionReport(_) => MessageKind::DetectionReport,
+            Self::Proposal(_) => MessageKind::Proposal,
+            Self::FusionInputs(_) => MessageKind::FusionInputs,
+            Self::CameraSettings(_) => MessageKind::CameraSettings,
+            Self::Heartbeat(_) => MessageKind::Heartbeat,
         }
     }
 }

@@ -15,7 +15,7 @@ pub const HEADER_BYTES: usize = 4;
 /// What a payload holds: its third byte.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(u8)]
-pub enum Kind {
+pub enum MessageKind {
     /// [`crate::Observations`]
     Observations = 1,
     /// [`crate::Preview`]
@@ -50,7 +50,7 @@ pub enum Kind {
     Heartbeat = 16,
 }
 
-impl Kind {
+impl MessageKind {
     /// Every kind, by number.
     pub const ALL: [Self; 16] = [
         Self::Observations,
@@ -99,7 +99,7 @@ impl Kind {
 /// A message of the contract.
 pub trait Message: Serialize + DeserializeOwned {
     /// The kind in the header.
-    const KIND: Kind;
+    const KIND: MessageKind;
 
     /// Whether every value lies in its documented range.
     ///
@@ -118,10 +118,10 @@ pub enum EncodeError {
     #[error("{bytes} bytes are more than the {max} that a {kind:?} may have")]
     TooLong {
         /// The kind.
-        kind: Kind,
+        kind: MessageKind,
         /// Its length, header included.
         bytes: usize,
-        /// What [`Kind::max_bytes`] allows.
+        /// What [`MessageKind::max_bytes`] allows.
         max: usize,
     },
     /// The serialiser refused.
@@ -148,7 +148,7 @@ pub enum DecodeError {
     #[error("kind {found} where {expected:?} was expected")]
     WrongKind {
         /// What the key promises.
-        expected: Kind,
+        expected: MessageKind,
         /// The header's third byte.
         found: u8,
     },

@@ -4,8 +4,8 @@ use crate::limits::MAX_OBJECTS;
 use sextant_site_model::ObjectId;
 use std::collections::BTreeMap;
 
-/// An epoch without a pose for so long, ns, no longer keeps older ones out: its node may be in the other half of a divided network, or
-/// its clock may have been set back before it was restarted.
+/// An epoch without a pose for so long, ns, no longer keeps older ones out: its node may be in the other half of a
+/// divided network, or its clock may have been set back before it was restarted.
 const MEMORY_NS: u64 = 2_000_000_000;
 /// Most objects: those of four fusion nodes. Poses of further ones are dropped.
 const MOST: usize = 4 * MAX_OBJECTS;

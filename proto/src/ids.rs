@@ -1,4 +1,5 @@
-//! Names of sites and nodes: `[a-z0-9_-]`, 1 to 32 characters, so that they fit into keys, file names and shells unquoted.
+//! Names of sites and nodes: `[a-z0-9_-]`, 1 to 32 characters, so that they fit into keys, file names and shells
+//! unquoted.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;

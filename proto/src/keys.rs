@@ -1,10 +1,11 @@
 //! Keys: where each message lives. `sextant/v1/<site>/...`, no wildcard character and no `@` in any of them.
 
-use crate::envelope::Kind;
+use crate::envelope::MessageKind;
 use crate::ids::{IdError, NodeId, SiteId};
 use sextant_site_model::{CameraId, ObjectId};
 
-/// How the sender of what a fusion node announces under `config/` begins; its name follows. Other senders ask for changes.
+/// How the sender of what a fusion node announces under `config/` begins; its name follows. Other senders ask for
+/// changes.
 pub const ANNOUNCED: &str = "fusion/";
 
 /// The keys of one site.
@@ -79,26 +80,26 @@ impl KeyRef {
 
     /// The kind of message under such a key; none for liveliness, which has no payload.
     #[must_use]
-    pub fn kind(&self) -> Option<Kind> {
+    pub fn kind(&self) -> Option<MessageKind> {
         Some(match self {
-            Self::Observations(_) => Kind::Observations,
-            Self::Preview(_) => Kind::Preview,
-            Self::DetectionReport(_) => Kind::DetectionReport,
-            Self::CameraStatus(_) => Kind::CameraStatus,
-            Self::Pose(_) => Kind::ObjectPose,
-            Self::Truth(_) => Kind::ObjectTruth,
-            Self::FusionStatus(_) => Kind::FusionStatus,
-            Self::Clocks(_) => Kind::ClockReport,
-            Self::Inputs(_) => Kind::FusionInputs,
-            Self::Heartbeat(_) => Kind::Heartbeat,
-            Self::ConfigAnswer(_) => Kind::ConfigAnswer,
-            Self::Proposal(_) | Self::Former(_) | Self::ConfigModels => Kind::Proposal,
-            Self::FormerRig(_) => Kind::RigConfig,
-            Self::FormerObject(..) => Kind::ObjectConfig,
-            Self::ConfigRig => Kind::RigConfig,
-            Self::ConfigObject(_) => Kind::ObjectConfig,
-            Self::ConfigCamera(_) => Kind::CameraSettings,
-            Self::Links(_) => Kind::ObjectLinks,
+            Self::Observations(_) => MessageKind::Observations,
+            Self::Preview(_) => MessageKind::Preview,
+            Self::DetectionReport(_) => MessageKind::DetectionReport,
+            Self::CameraStatus(_) => MessageKind::CameraStatus,
+            Self::Pose(_) => MessageKind::ObjectPose,
+            Self::Truth(_) => MessageKind::ObjectTruth,
+            Self::FusionStatus(_) => MessageKind::FusionStatus,
+            Self::Clocks(_) => MessageKind::ClockReport,
+            Self::Inputs(_) => MessageKind::FusionInputs,
+            Self::Heartbeat(_) => MessageKind::Heartbeat,
+            Self::ConfigAnswer(_) => MessageKind::ConfigAnswer,
+            Self::Proposal(_) | Self::Former(_) | Self::ConfigModels => MessageKind::Proposal,
+            Self::FormerRig(_) => MessageKind::RigConfig,
+            Self::FormerObject(..) => MessageKind::ObjectConfig,
+            Self::ConfigRig => MessageKind::RigConfig,
+            Self::ConfigObject(_) => MessageKind::ObjectConfig,
+            Self::ConfigCamera(_) => MessageKind::CameraSettings,
+            Self::Links(_) => MessageKind::ObjectLinks,
             Self::Alive(..) => return None,
         })
     }
@@ -110,12 +111,12 @@ impl Keys {
     /// # Errors
     /// A site's name is an id.
     pub fn new(site: &str) -> Result<Self, IdError> {
-        Ok(Self::of(SiteId::new(site)?))
+        Ok(Self::for_site(SiteId::new(site)?))
     }
 
     /// The keys of a site whose name was read already.
     #[must_use]
-    pub fn of(site: SiteId) -> Self {
+    pub fn for_site(site: SiteId) -> Self {
         let root = format!("sextant/v1/{site}");
         Self { site, root }
     }

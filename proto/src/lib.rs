@@ -1,18 +1,20 @@
 //! The wire contract: messages, keys, versions and limits. No transport lives here.
 //!
-//! **Payload.** Every payload is a four-byte header (magic `0x53`, version `1`, [`Kind`], flags `0`) followed by the message
-//! in [postcard](https://postcard.jamesmunns.com/wire-format): fields in order, integers as varints, floats as little-endian
-//! IEEE 754, strings and lists with a length in front, an enum as the index of its variant. Postcard has no schema evolution,
-//! so a changed message is a new [`Kind`]; the files in `golden/` hold one payload of each kind beside its JSON form, and a
-//! test compares them byte for byte. `CONTRACT.md` describes the contract for clients in other languages.
+//! **Payload.** Every payload is a four-byte header (magic `0x53`, version `1`, [`MessageKind`], flags `0`) followed by
+//! the message in [postcard](https://postcard.jamesmunns.com/wire-format): fields in order, integers as varints, floats
+//! as little-endian IEEE 754, strings and lists with a length in front, an enum as the index of its variant. Postcard
+//! has no schema evolution, so a changed message is a new [`MessageKind`]; the files in `golden/` hold one payload of
+//! each kind beside its JSON form, and a test compares them byte for byte. `CONTRACT.md` describes the contract for
+//! clients in other languages.
 //!
-//! **Trust.** [`decode`] takes any bytes: it never panics, never allocates more than [`limits::MAX_DECODED_BYTES`], and hands
-//! out only messages whose floats are finite and whose values lie in the ranges that their docs state. [`encode`] holds the
-//! sender to the same ranges. Every way to be wrong has its own [`DecodeError`], so that a receiver can count and report it.
+//! **Trust.** [`decode`] takes any bytes: it never panics, never allocates more than [`limits::MAX_DECODED_BYTES`], and
+//! hands out only messages whose floats are finite and whose values lie in the ranges that their docs state. [`encode`]
+//! holds the sender to the same ranges. Every way to be wrong has its own [`DecodeError`], so that a receiver can count
+//! and report it.
 //!
-//! **Conventions.** Metres, radians, seconds; `u64` nanoseconds since the Unix epoch, capture time being the middle of the
-//! exposure; pixels with (0, 0) at the centre of the top-left one; tag corners from the top left clockwise as seen; quaternions
-//! x, y, z, w; `a_from_b` maps points of b into a.
+//! **Conventions.** Metres, radians, seconds; `u64` nanoseconds since the Unix epoch, capture time being the middle of
+//! the exposure; pixels with (0, 0) at the centre of the top-left one; tag corners from the top left clockwise as seen;
+//! quaternions x, y, z, w; `a_from_b` maps points of b into a.
 //!
 //! Keys are made and read by [`Keys`]. Conversions between messages and the types of `sextant_site_model` and
 //! `sextant_site_report` live here as well, because the nodes and the replay both need them.
@@ -33,7 +35,7 @@ pub use any::AnyMessage;
 pub use check::OutOfRange;
 pub use convert::RigConfigError;
 pub use envelope::{
-    DecodeError, EncodeError, HEADER_BYTES, Kind, MAGIC, Message, VERSION, decode, encode,
+    DecodeError, EncodeError, HEADER_BYTES, MAGIC, Message, MessageKind, VERSION, decode, encode,
     encode_into,
 };
 pub use epoch_filter::EpochFilter;
@@ -44,7 +46,7 @@ pub use messages::camera_notice::CameraNotice;
 pub use messages::camera_settings::{CameraControls, CameraSettings, Control, SettingsOutcome};
 pub use messages::camera_status::{CameraStatus, ClockQuality, ClockSource};
 pub use messages::clock_report::{CameraClock, ClockReport};
-pub use messages::config_answer::{ConfigAnswer, Outcome, fingerprint, models_fingerprint};
+pub use messages::config_answer::{ChangeOutcome, ConfigAnswer, fingerprint, models_fingerprint};
 pub use messages::detection_report::{
     DetectionReport, RejectedCandidate, RejectionCause, RejectionCounts, StageTimes,
 };

@@ -34,7 +34,7 @@ pub const MAX_DETAIL_BYTES: usize = 240;
 pub const MAX_NAME_BYTES: usize = 64;
 /// Bytes of a preview's JPEG.
 pub const MAX_JPEG_BYTES: usize = 100_000;
-/// Bytes of any payload, header included; [`crate::Kind::max_bytes`] is narrower for most kinds.
+/// Bytes of any payload, header included; [`crate::MessageKind::max_bytes`] is narrower for most kinds.
 pub const MAX_PAYLOAD_BYTES: usize = 128 * 1024;
 /// Memory that decoding one payload may hold at any moment, for any bytes.
 pub const MAX_DECODED_BYTES: usize = 256 * 1024;
@@ -44,8 +44,8 @@ pub const MAX_TIME_NS: u64 = i64::MAX as u64;
 pub const MAX_PIXEL: f32 = 65_536.0;
 /// Positions of objects and links lie within this distance of the world's origin along each axis, metres.
 pub const MAX_DISTANCE_M: f64 = 1.0e6;
-/// Positions in rigs and objects (cameras, tags, joints) lie within this distance of their frame's origin along each axis, metres: a
-/// tenth of [`MAX_DISTANCE_M`], so that what an accepted camera sees can be published.
+/// Positions in rigs and objects (cameras, tags, joints) lie within this distance of their frame's origin along each
+/// axis, metres: a tenth of [`MAX_DISTANCE_M`], so that what an accepted camera sees can be published.
 pub const MAX_PLACEMENT_M: f64 = 1.0e5;
 /// A quaternion's length differs from 1 by at most this.
 pub const QUATERNION_TOLERANCE: f64 = 1.0e-3;

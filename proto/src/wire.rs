@@ -1,4 +1,5 @@
-//! Serde forms of bounded lists, bytes and long arrays: what is too long is refused before any memory is set aside for it.
+//! Serde forms of bounded lists, bytes and long arrays: what is too long is refused before any memory is set aside for
+//! it.
 
 pub(crate) mod list {
     //! A list of at most `N` elements: its length is checked before memory is reserved.

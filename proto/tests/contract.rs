@@ -1,4 +1,5 @@
-//! `CONTRACT.md` says what the code does: keys, kinds, lengths, and the type of every message down to its last field and variant.
+//! `CONTRACT.md` says what the code does: keys, kinds, lengths, and the type of every message down to its last field
+//! and variant.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod traced;
@@ -9,7 +10,8 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use traced::trace;
 
-/// Each enum takes variant `round` modulo its number of variants: so many rounds reach every variant, nested ones included.
+/// Each enum takes variant `round` modulo its number of variants: so many rounds reach every variant, nested ones
+/// included.
 const ROUNDS: usize = 400;
 
 fn contract() -> Contract {
@@ -32,12 +34,12 @@ fn every_key_of_the_contract_holds_the_message_that_the_code_expects() {
         assert_eq!(row.message, expected, "{key}");
         kinds.extend(kind);
     }
-    assert_eq!(kinds, BTreeSet::from(Kind::ALL));
+    assert_eq!(kinds, BTreeSet::from(MessageKind::ALL));
 }
 
 #[test]
 fn every_kind_of_the_contract_is_as_long_as_the_code_allows() {
-    let rows = Kind::ALL.map(|kind| KindRow {
+    let rows = MessageKind::ALL.map(|kind| KindRow {
         number: kind as u8,
         message: format!("{kind:?}"),
         max_bytes: kind.max_bytes(),
@@ -48,24 +50,24 @@ fn every_kind_of_the_contract_is_as_long_as_the_code_allows() {
 #[test]
 fn every_message_of_the_contract_has_the_fields_and_variants_of_the_code() {
     let contract = contract();
-    for kind in Kind::ALL {
+    for kind in MessageKind::ALL {
         let trace = match kind {
-            Kind::Observations => trace::<Observations>,
-            Kind::Preview => trace::<Preview>,
-            Kind::DetectionReport => trace::<DetectionReport>,
-            Kind::CameraStatus => trace::<CameraStatus>,
-            Kind::ObjectPose => trace::<ObjectPose>,
-            Kind::ObjectLinks => trace::<ObjectLinks>,
-            Kind::ObjectTruth => trace::<ObjectTruth>,
-            Kind::FusionStatus => trace::<FusionStatus>,
-            Kind::ClockReport => trace::<ClockReport>,
-            Kind::ConfigAnswer => trace::<ConfigAnswer>,
-            Kind::Proposal => trace::<Proposal>,
-            Kind::RigConfig => trace::<RigConfig>,
-            Kind::ObjectConfig => trace::<ObjectConfig>,
-            Kind::FusionInputs => trace::<FusionInputs>,
-            Kind::CameraSettings => trace::<CameraSettings>,
-            Kind::Heartbeat => trace::<Heartbeat>,
+            MessageKind::Observations => trace::<Observations>,
+            MessageKind::Preview => trace::<Preview>,
+            MessageKind::DetectionReport => trace::<DetectionReport>,
+            MessageKind::CameraStatus => trace::<CameraStatus>,
+            MessageKind::ObjectPose => trace::<ObjectPose>,
+            MessageKind::ObjectLinks => trace::<ObjectLinks>,
+            MessageKind::ObjectTruth => trace::<ObjectTruth>,
+            MessageKind::FusionStatus => trace::<FusionStatus>,
+            MessageKind::ClockReport => trace::<ClockReport>,
+            MessageKind::ConfigAnswer => trace::<ConfigAnswer>,
+            MessageKind::Proposal => trace::<Proposal>,
+            MessageKind::RigConfig => trace::<RigConfig>,
+            MessageKind::ObjectConfig => trace::<ObjectConfig>,
+            MessageKind::FusionInputs => trace::<FusionInputs>,
+            MessageKind::CameraSettings => trace::<CameraSettings>,
+            MessageKind::Heartbeat => trace::<Heartbeat>,
         };
         for round in 0..ROUNDS {
             trace(&contract, &format!("{kind:?}"), round);

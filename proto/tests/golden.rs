@@ -1,6 +1,7 @@
 //! The bytes of the contract, kept: `golden/<message>.bin` is what crosses the network, `.json` what it means.
 //!
-//! A change here is a change of the contract: the message needs a new kind. `SEXTANT_WRITE_GOLDEN=1` writes the files anew.
+//! A change here is a change of the contract: the message needs a new kind. `SEXTANT_WRITE_GOLDEN=1` writes the files
+//! anew.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod samples;

@@ -1,5 +1,6 @@
-//! Any bytes may arrive: decoding them never panics, never takes more memory than the limits say, and never lets a number
-//! through that is not finite. Random bytes, random bodies behind a good header, mutated and cut messages, huge lengths.
+//! Any bytes may arrive: decoding them never panics, never takes more memory than the limits say, and never lets a
+//! number through that is not finite. Random bytes, random bodies behind a good header, mutated and cut messages, huge
+//! lengths.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod samples;
@@ -131,7 +132,7 @@ proptest! {
 
     #[test]
     fn mutated_messages(
-        which in 0..Kind::ALL.len(),
+        which in 0..MessageKind::ALL.len(),
         cut in 0.0_f64..1.5,
         mutations in proptest::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..6),
     ) {
@@ -176,15 +177,16 @@ fn every_cut_is_damage() {
 
 #[test]
 fn a_huge_length_reserves_nothing() {
-    for kind in Kind::ALL {
+    for kind in MessageKind::ALL {
         let mut payload = vec![MAGIC, VERSION, kind as u8, 0];
         payload.extend([0xff, 0xff, 0xff, 0xff, 0x0f]);
         payload.resize(200, 0xff);
         every_kind_takes_safely(&payload);
     }
     // A rig of more cameras than fit: refused at its length, before the first camera.
-    let (decoded, memory) =
-        memory_of(|| decode::<RigConfig>(&[MAGIC, VERSION, Kind::RigConfig as u8, 0, 0x81, 0x02]));
+    let (decoded, memory) = memory_of(|| {
+        decode::<RigConfig>(&[MAGIC, VERSION, MessageKind::RigConfig as u8, 0, 0x81, 0x02])
+    });
     assert_eq!(decoded, Err(DecodeError::Damaged));
     assert_eq!(memory, 0);
 }

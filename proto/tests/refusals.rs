@@ -20,7 +20,7 @@ fn each_part_of_the_header_has_its_own_error() {
     assert_eq!(with(0, 0x54), DecodeError::BadMagic);
     assert_eq!(with(1, 2), DecodeError::ForeignVersion(2));
     let other = DecodeError::WrongKind {
-        expected: Kind::Observations,
+        expected: MessageKind::Observations,
         found: 5,
     };
     assert_eq!(with(2, 5), other);
@@ -37,11 +37,12 @@ fn bytes_behind_the_message_are_refused() {
     );
 }
 
-/// The message with one value changed, put into bytes without the sender's check, as a careless or hostile sender would.
+/// The message with one value changed, put into bytes without the sender's check, as a careless or hostile sender
+/// would.
 fn unchecked(change: impl FnOnce(&mut Observations)) -> Result<Observations, DecodeError> {
     let mut message = samples::observations();
     change(&mut message);
-    let header = vec![MAGIC, VERSION, Kind::Observations as u8, 0];
+    let header = vec![MAGIC, VERSION, MessageKind::Observations as u8, 0];
     decode(&postcard::to_extend(&message, header).unwrap())
 }
 
@@ -366,8 +367,8 @@ fn what_a_proposal_carries_is_read_as_what_it_is_or_not_at_all() {
     };
     assert_eq!(mixed.rig_config(), Err(DecodeError::BadMagic));
     let wrong = DecodeError::WrongKind {
-        expected: Kind::ObjectConfig,
-        found: Kind::RigConfig as u8,
+        expected: MessageKind::ObjectConfig,
+        found: MessageKind::RigConfig as u8,
     };
     assert_eq!(mixed.object_configs(), Err(wrong));
 }

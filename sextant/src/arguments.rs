@@ -85,7 +85,8 @@ enum Command {
     Ros2(ros2::Ros2Arguments),
     /// Print boards, tags and cubes as PDF in true size, with their object files.
     Print(print::PrintArguments),
-    /// Convert lenses and camera poses from and to ROS, Kalibr and OpenCV, recordings from and to MCAP, and to bags of ROS 2 and animations.
+    /// Convert lenses and camera poses from and to ROS, Kalibr and OpenCV, recordings from and to MCAP, and to bags of
+    /// ROS 2 and animations.
     Convert(convert::ConvertArguments),
     /// Print documented configuration files; get and change the rig and the objects of a running site.
     Config(config::ConfigArguments),

@@ -23,7 +23,8 @@ enum What {
     Rig(rig::RigArguments),
     /// Find where a robot's base is and what its hand carries, from its poses and images.
     Robot(robot::RobotArguments),
-    /// Find lenses, camera poses, objects and clocks at once, from tagged things carried about; nothing but sizes is known before.
+    /// Find lenses, camera poses, objects and clocks at once, from tagged things carried about; nothing but sizes is
+    /// known before.
     Site(site::SiteArguments),
 }
 

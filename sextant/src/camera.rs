@@ -14,8 +14,8 @@ use std::path::{Path, PathBuf};
 #[command(
     after_help = "For example: sextant camera --probe --write camera.toml && sextant camera --config camera.toml
 With --probe --json, a line a camera: {\"device\",\"card\",\"driver\",\"bus\",\"formats\":[{\"format\",\"is_readable\",
-\"sizes\":[{\"resolution\",\"rates_hz\"}]}],\"controls\":[{\"name\",\"range\",\"step\",\"default\",\"value\",\"menu\"}]};
-of a device that cannot be asked {\"device\",\"cause\"}."
+\"sizes\":[{\"resolution\",\"rates_hz\"}]}],\"controls\":[{\"name\",\"range\",\"step\",\"default\",\"value\",
+\"menu\"}]}; of a device that cannot be asked {\"device\",\"cause\"}."
 )]
 pub struct CameraCommand {
     /// The node's configuration (`sextant config camera` prints one).
@@ -62,7 +62,8 @@ fn look(command: &CameraCommand, format: Format) -> anyhow::Result<()> {
     }
     if found.is_empty() && format == Format::Text {
         print_line(
-            "no camera: no device /dev/video* that captures. A Raspberry Pi's own camera and network cameras are taken through a program (docs/cameras.md)",
+            "no camera: no device /dev/video* that captures. A Raspberry Pi's own camera and \
+             network cameras are taken through a program (docs/cameras.md)",
         )?;
     }
     match &command.write {

@@ -16,9 +16,10 @@ use std::path::{Path, PathBuf};
 /// Arguments of `sextant check`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "The kind of a file is recognised by its contents; --kind sets it for all files. Rigs, objects and recordings
-are also checked against each other: tags in two objects, cameras missing from the rig, images of another size.
-With --json, one line per file: {\"file\",\"kind\",\"ok\",\"summary\"} or {\"file\",\"ok\",\"error\"}. The exit code is 3 if anything is wrong."
+    after_help = "The kind of a file is recognised by its contents; --kind sets it for all files. Rigs, objects and
+recordings are also checked against each other: tags in two objects, cameras missing from the rig, images of another
+size. With --json, one line per file: {\"file\",\"kind\",\"ok\",\"summary\"} or {\"file\",\"ok\",\"error\"}. The exit
+code is 3 if anything is wrong."
 )]
 pub struct CheckArguments {
     /// Rigs, objects, calibrations and boards of other tools, configurations of nodes, and recordings.

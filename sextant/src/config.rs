@@ -23,11 +23,12 @@ use std::path::PathBuf;
              sextant config set camera north --exposure 4ms --rate 30; sextant config set camera north --exposure file
              sextant config apply-refinement --dry-run; sextant config apply-refinement; sextant config revert
 With --json, one line per value: a file {\"kind\",\"toml\"}; the changes of apply-refinement and revert
-{\"node\",\"held_back\":{\"n_images\",\"before_px\",\"after_px\"},\"changes\":[{\"what\",\"by\":{\"position_m\",\"orientation_rad\"},
-\"ratio\":{\"of\",\"value\"}}],\"added\"}, or an answer {\"node\",\"key\",\"outcome\",\"words\",\"refusal\"} with outcome
-taken (until the fusion node ends), kept (also in its files), same (nothing changed) or refused (exit code 1); of a camera
-{\"camera\",\"controls\":{\"exposure_us\":{\"wanted\",\"value\",\"range\"},\"gain\",\"rate_hz\",\"outcome\"},\"brightness\",\"rate_hz\"} with outcome none, applied,
-adjusted or refused (exit code 1).")]
+{\"node\",\"held_back\":{\"n_images\",\"before_px\",\"after_px\"},\"changes\":[{\"what\",\"by\":{\"position_m\",
+\"orientation_rad\"},\"ratio\":{\"of\",\"value\"}}],\"added\"}, or an answer
+{\"node\",\"key\",\"outcome\",\"words\",\"refusal\"} with outcome taken (until the fusion node ends), kept (also in its
+files), same (nothing changed) or refused (exit code 1); of a camera {\"camera\",
+\"controls\":{\"exposure_us\":{\"wanted\",\"value\",\"range\"},\"gain\",\"rate_hz\",\"outcome\"},\"brightness\",
+\"rate_hz\"} with outcome none, applied, adjusted or refused (exit code 1).")]
 pub struct ConfigArguments {
     #[command(subcommand)]
     command: Command,
@@ -153,7 +154,8 @@ pub struct RevertArguments {
     last: LastArguments,
 }
 
-/// Arguments of `sextant config revert`, by default for the rig and all objects that changed within ten seconds of the last change.
+/// Arguments of `sextant config revert`, by default for the rig and all objects that changed within ten seconds of the
+/// last change.
 #[derive(Args, Debug)]
 pub struct LastArguments {
     /// Show the changes without applying them.

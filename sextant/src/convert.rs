@@ -1,5 +1,5 @@
-//! `sextant convert`: lenses and poses to and from ROS, Kalibr and OpenCV, their calibration boards, and recordings, also to bags of ROS 2 and to
-//! animations.
+//! `sextant convert`: lenses and poses to and from ROS, Kalibr and OpenCV, their calibration boards, and recordings,
+//! also to bags of ROS 2 and to animations.
 
 mod animation;
 mod recording;
@@ -26,30 +26,36 @@ use std::path::{Path, PathBuf};
 /// Arguments of `sextant convert`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "FROM is a rig.toml, or a calibration of ROS (camera_info), Kalibr (camchain), OpenCV (YAML, JSON, XML), PhotonVision, WPILib, anipose,
-caliscope, MATLAB (JSON), nerfstudio, EuRoC, ORB-SLAM, stella_vslam, Basalt, RealSense, ZED or Metashape; the format is recognised by its contents. Or it
-describes a board: a Kalibr target.yaml, a ChArUco board with squaresX, squaresY, squareLength, markerLength and dictionary, or a grid of
-markers with markersX, markersY, markerLength, markerSeparation and dictionary; then the object file of the board is written. Such a file is also accepted wherever an object file is expected.
-With --to wpilib, an object whose frame is a field becomes a field layout of WPILib, with the size of the field from --field.
-Cameras are merged into an existing rig.toml: one with the same id gets the new lens and keeps its pose if FROM has none.
-The previous file is kept as rig.toml.former.
+    after_help = "FROM is a rig.toml, or a calibration of ROS (camera_info), Kalibr (camchain), OpenCV (YAML, JSON,
+XML), PhotonVision, WPILib, anipose, caliscope, MATLAB (JSON), nerfstudio, EuRoC, ORB-SLAM, stella_vslam, Basalt,
+RealSense, ZED or Metashape; the format is recognised by its contents. Or it describes a board: a Kalibr target.yaml, a
+ChArUco board with squaresX, squaresY, squareLength, markerLength and dictionary, or a grid of markers with markersX,
+markersY, markerLength, markerSeparation and dictionary; then the object file of the board is written. Such a file is
+also accepted wherever an object file is expected. With --to wpilib, an object whose frame is a field becomes a field
+layout of WPILib, with the size of the field from --field. Cameras are merged into an existing rig.toml: one with the
+same id gets the new lens and keeps its pose if FROM has none. The previous file is kept as rig.toml.former.
 
-All these formats have pixel (0, 0) at the centre of the top left pixel, as Sextant has. Calibrations from corners with (0, 0) at its
-edge (AprilTag's C library) are larger by half a pixel: use --pixel-origin edge.
+All these formats have pixel (0, 0) at the centre of the top left pixel, as Sextant has. Calibrations from corners with
+(0, 0) at its edge (AprilTag's C library) are larger by half a pixel: use --pixel-origin edge.
 
-A recording is converted from a folder in EuRoC's layout to an MCAP file, or back; images and detections come back byte for byte. From a folder,
---rig and --object put the models into the file, so that it can be replayed; detections need the rig. To a folder, rig.toml, OBJECT.toml,
-CAMERA/data.csv with CAMERA/data/*.png, and CAMERA/detections.jsonl are written; replay takes the detections where there are both.
+A recording is converted from a folder in EuRoC's layout to an MCAP file, or back; images and detections come back byte
+for byte. From a folder, --rig and --object put the models into the file, so that it can be replayed; detections need
+the rig. To a folder, rig.toml, OBJECT.toml, CAMERA/data.csv with CAMERA/data/*.png, and CAMERA/detections.jsonl are
+written; replay takes the detections where there are both.
 
-With --ros2, a recording in an MCAP file becomes a bag of ROS 2, a new folder for `ros2 bag`, PlotJuggler and Rerun: the topics of `sextant ros2`
-and, where images were recorded, /sextant/camera/ID/image/compressed with .../camera_info at their times. See docs/ros2.md.
+With --ros2, a recording in an MCAP file becomes a bag of ROS 2, a new folder for `ros2 bag`, PlotJuggler and Rerun: the
+topics of `sextant ros2` and, where images were recorded, /sextant/camera/ID/image/compressed with .../camera_info at
+their times. See docs/ros2.md.
 
-To a name that ends with .usda or .glb, the poses of a recording in an MCAP file are written as an animation in USD (text) or binary glTF: objects
-with their tags, and cameras with lenses. Objects are invisible while they are lost; in glTF they are scaled to zero. See docs/outputs.md.
+To a name that ends with .usda or .glb, the poses of a recording in an MCAP file are written as an animation in USD
+(text) or binary glTF: objects with their tags, and cameras with lenses. Objects are invisible while they are lost; in
+glTF they are scaled to zero. See docs/outputs.md.
 
-With --json and a recording: {\"to\",\"images\",\"detections\"}; with --ros2: {\"to\",\"messages\",\"topics\":{NAME:messages},
-\"left_out\":{CAUSE:messages}}; to .usda or .glb: {\"to\",\"cameras\",\"objects\",\"seconds\",\"left_out\":{\"cameras\":[ID],\"objects\":[ID],\"tags\"}}.
-With --json and --out: {\"file\",\"cameras\",\"assumed\"} or {\"file\",\"object\",\"tags\",\"assumed\"}; assumed: what FROM leaves open, such as a unit.
+With --json and a recording: {\"to\",\"images\",\"detections\"}; with --ros2: {\"to\",\"messages\",
+\"topics\":{NAME:messages},\"left_out\":{CAUSE:messages}}; to .usda or .glb: {\"to\",\"cameras\",\"objects\",
+\"seconds\",\"left_out\":{\"cameras\":[ID],\"objects\":[ID],\"tags\"}}. With --json and --out:
+{\"file\",\"cameras\",\"assumed\"} or {\"file\",\"object\",\"tags\",\"assumed\"}; assumed: what FROM leaves open, such
+as a unit.
 
 For example: sextant convert ost.yaml --camera north --out rig.toml
              sextant convert camchain.yaml --out rig.toml
@@ -65,7 +71,8 @@ For example: sextant convert ost.yaml --camera north --out rig.toml
 pub struct ConvertArguments {
     /// File to read, or a recording: a folder or an MCAP file.
     from: PathBuf,
-    /// Recording to write: an MCAP file or a new folder; with --ros2 a bag, a new folder. Or an animation: FILE.usda, FILE.glb.
+    /// Recording to write: an MCAP file or a new folder; with --ros2 a bag, a new folder. Or an animation: FILE.usda,
+    /// FILE.glb.
     #[arg(value_name = "RECORDING", conflicts_with = "out")]
     recording: Option<PathBuf>,
     /// Rig to put into an MCAP file.
@@ -383,7 +390,8 @@ mod tests {
     use super::*;
     use sextant_geometry::Pose;
 
-    const CAMERA_INFO: &str = "image_width: 640\nimage_height: 480\ncamera_name: left\ncamera_matrix: {rows: 3, cols: 3, \
+    const CAMERA_INFO: &str = "image_width: 640\nimage_height: 480\ncamera_name: left\n\
+        camera_matrix: {rows: 3, cols: 3, \
         data: [600.0, 0.0, 320.0, 0.0, 601.0, 240.0, 0.0, 0.0, 1.0]}\ndistortion_model: plumb_bob\n\
         distortion_coefficients: {rows: 1, cols: 5, data: [0.1, 0.0, 0.0, 0.0, 0.0]}\n";
 
@@ -454,7 +462,8 @@ mod tests {
     fn a_field_layout_comes_back_and_wrong_options_say_what_to_do() {
         let folder = tempfile::tempdir().unwrap();
         let [object, layout] = ["field.toml", "field.json"].map(|name| folder.path().join(name));
-        let text = "id = \"field\"\n[[tag]]\nfamily = \"tag36h11\"\nid = 7\nsize = 0.1651\nobject_from_tag = { position = [15.0, 1.0, 1.5], orientation = [0.0, 0.0, 0.0, 1.0] }\n";
+        let text = "id = \"field\"\n[[tag]]\nfamily = \"tag36h11\"\nid = 7\nsize = 0.1651\n\
+            object_from_tag = { position = [15.0, 1.0, 1.5], orientation = [0.0, 0.0, 0.0, 1.0] }\n";
         std::fs::write(&object, text).unwrap();
         let there = |field| ConvertArguments {
             to: Target::Wpilib,

@@ -119,7 +119,7 @@ pub fn run(arguments: &DemoArguments, format: crate::output::Format) -> anyhow::
     if arguments.foxglove {
         processes.start_foxglove(&arguments.site_arguments(&router))?;
     }
-    let keys = Keys::of(arguments.name.clone());
+    let keys = Keys::for_site(arguments.name.clone());
     let terminal = terminal::Terminal::new(format);
 
     readiness::wait(&bus, &keys, folder.cameras(), &mut processes, &shutdown)?;

@@ -9,7 +9,8 @@ use anyhow::{anyhow, bail, ensure};
 use clap::Args;
 use progress::Progress;
 use sextant_fleet::{
-    Deployment, Desired, Health, HostJob, Outcome, PackageFolder, Report, Sources, Ssh, Target,
+    DeployOutcome, Deployment, Desired, Health, HostJob, PackageFolder, Report, Sources, Ssh,
+    Target,
 };
 use sextant_gateways::site::SiteSession;
 use sextant_process::{Exit, Failure, Shutdown, WithExit};
@@ -23,17 +24,20 @@ const PACKAGES: [&str; 2] = ["target/package", "packages"];
 /// Arguments of `sextant deploy`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "For example: sextant deploy pi@north.lab pi@10.0.0.7=south --authority site-keys --connect quic/fusion.lab:7447 --keys site-keys/ada
-With --json, a line a host: {\"host\",\"camera\",\"outcome\",\"from\",\"to\",\"changes\":[],\"cause\",\"log\":[],\"notices\":[]} with outcome
-new, unchanged, planned (--dry-run), rolled-back (as before again), untouched (nothing was changed), unreachable, interrupted or broken.
-Exit codes: 0 every host has what it shall have; 1 a host failed; 2 wrong usage; 3 a file, a key or the packages are wrong, no host was asked;
-4 a host or the site could not be reached, all others are well; 130 interrupted, every host is as it was or new. docs/fleet.md has the rest."
+    after_help = "For example: sextant deploy pi@north.lab pi@10.0.0.7=south --authority site-keys --connect
+quic/fusion.lab:7447 --keys site-keys/ada With --json, a line a host: {\"host\",\"camera\",\"outcome\",\"from\",\"to\",
+\"changes\":[],\"cause\",\"log\":[],\"notices\":[]} with outcome new, unchanged, planned (--dry-run), rolled-back (as
+before again), untouched (nothing was changed), unreachable, interrupted or broken. Exit codes: 0 every host has what it
+shall have; 1 a host failed; 2 wrong usage; 3 a file, a key or the packages are wrong, no host was asked; 4 a host or
+the site could not be reached, all others are well; 130 interrupted, every host is as it was or new. docs/fleet.md has
+the rest."
 )]
 pub struct DeployArguments {
     /// Hosts with a camera each. Without =CAMERA it is the first part of the host's name.
     #[arg(required = true, value_name = "[USER@]HOST[=CAMERA]")]
     targets: Vec<Target>,
-    /// Folder with a camera-CAMERA.toml for each camera. Where a file is missing a minimal one is written: name, router and keys.
+    /// Folder with a camera-CAMERA.toml for each camera. Where a file is missing a minimal one is written: name, router
+    /// and keys.
     #[arg(long, value_name = "DIR", default_value = ".")]
     config: PathBuf,
     /// Folder of `sextant keys`; each host gets the keys in DIR/CAMERA.
@@ -131,8 +135,8 @@ fn deploy(
     shutdown: &Shutdown,
 ) -> anyhow::Result<Vec<Report>> {
     let targets = &arguments.targets;
-    let health = Health::of(targets.iter().map(|target| target.camera.clone()).collect());
-    let progress = Progress::of(targets.iter().map(|target| target.host.clone()));
+    let health = Health::new(targets.iter().map(|target| target.camera.clone()).collect());
+    let progress = Progress::new(targets.iter().map(|target| target.host.clone()));
     let on_step = |host: usize, step: &str| progress.say(host, step);
     let deployment = Deployment {
         packages,
@@ -157,11 +161,11 @@ fn deploy(
             },
         })
         .collect();
-    let watched = (site, &health);
     Ok(sextant_fleet::deploy(
         &deployment,
         &jobs,
-        watched,
+        site,
+        &health,
         arguments.parallel,
     )?)
 }
@@ -188,7 +192,7 @@ fn say(report: &Report, format: Format) -> anyhow::Result<()> {
 }
 
 fn verdict(reports: &[Report]) -> anyhow::Result<()> {
-    let with = |wanted: &[Outcome]| {
+    let with = |wanted: &[DeployOutcome]| {
         let hosts = reports
             .iter()
             .filter(|report| wanted.contains(&report.outcome));
@@ -197,9 +201,13 @@ fn verdict(reports: &[Report]) -> anyhow::Result<()> {
             .collect::<Vec<_>>()
             .join(", ")
     };
-    let failed = with(&[Outcome::RolledBack, Outcome::Untouched, Outcome::Broken]);
-    let unreachable = with(&[Outcome::Unreachable]);
-    let interrupted = with(&[Outcome::Interrupted]);
+    let failed = with(&[
+        DeployOutcome::RolledBack,
+        DeployOutcome::Untouched,
+        DeployOutcome::Broken,
+    ]);
+    let unreachable = with(&[DeployOutcome::Unreachable]);
+    let interrupted = with(&[DeployOutcome::Interrupted]);
     let is_interrupted = !interrupted.is_empty()
         || reports
             .iter()

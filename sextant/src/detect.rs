@@ -25,12 +25,14 @@ use std::path::{Path, PathBuf};
 #[derive(Args, Debug)]
 #[command(group = ArgGroup::new("written").args(["dataset", "explain"]))]
 #[command(after_help = "With --json, one line per image:
-  {\"file\",\"ms\",\"detections\":[{\"family\",\"id\",\"hamming\",\"margin\",\"corners\":[[x,y]x4],\"corner_covariance\":[[xx,xy,yy]x4],\"corner_cross_covariance\":[[xx,xy,yx,yy]x6]}]}
-Corners are clockwise from the top left, in pixels with (0, 0) at the centre of the top left pixel; covariances are in square pixels. `ms` is the
-duration of the detection without reading the file: of one run or, with --reps N, the median of N runs after a warm-up.
-With --tracking a line also has \"tracking\":{\"areas\",\"share\",\"followed\",\"discovered\",\"awaited\"}: the number of areas
-searched, their share of the pixels, the tags decoded near their prediction and elsewhere, and those not decoded
-but present in one of the three images before, which are not among the detections.
+  {\"file\",\"ms\",\"detections\":[{\"family\",\"id\",\"hamming\",\"margin\",\"corners\":[[x,\
+  y]x4],\"corner_covariance\":[[xx,xy,yy]x4],\"corner_cross_covariance\":[[xx,xy,yx,yy]x6]}]}
+Corners are clockwise from the top left, in pixels with (0, 0) at the centre of the top left pixel; covariances are in
+square pixels. `ms` is the duration of the detection without reading the file: of one run or, with --reps N, the median
+of N runs after a warm-up. With --tracking a line also has \"tracking\":{\"areas\",\"share\",\"followed\",
+\"discovered\",\"awaited\"}: the number of areas searched, their share of the pixels, the tags decoded near their
+prediction and elsewhere, and those not decoded but present in one of the three images before, which are not among the
+detections.
 
 An image that cannot be read is reported on standard error; the other images are processed, and the exit code is 3.
 
@@ -48,18 +50,19 @@ pub struct DetectArguments {
     /// Repetitions of the detection, for timing.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     reps: u32,
-    /// Tag family to detect; may be repeated. `all` is for tags of an unknown family: it takes more time, and leaves out families of
-    /// 16 bits (tag16h5, aruco4x4) and ChArUco boards, whose markers are found as ArUco tags.
+    /// Tag family to detect; may be repeated. `all` is for tags of an unknown family: it takes more time, and leaves
+    /// out families of 16 bits (tag16h5, aruco4x4) and ChArUco boards, whose markers are found as ArUco tags.
     #[arg(long = "family", value_name = "FAMILY", default_value = "tag36h11")]
     families: Vec<Sought>,
     /// Detect tags that are printed inverted, white for black.
     #[arg(long)]
     inverted: bool,
-    /// Track tags through the images of one camera: each image is searched near earlier tags and, in turn, elsewhere, so that a
-    /// new tag is found within ten images.
+    /// Track tags through the images of one camera: each image is searched near earlier tags and, in turn, elsewhere,
+    /// so that a new tag is found within ten images.
     #[arg(long, conflicts_with_all = ["threads", "reps", "written"])]
     tracking: bool,
-    /// Rig file with the lens of --camera, which is used to fit tags with distorted edges. Corners remain pixels of the image.
+    /// Rig file with the lens of --camera, which is used to fit tags with distorted edges. Corners remain pixels of the
+    /// image.
     #[arg(
         long,
         value_name = "FILE",
@@ -70,7 +73,8 @@ pub struct DetectArguments {
     /// Camera of the rig that took the images.
     #[arg(long, value_name = "ID", requires = "rig")]
     camera: Option<CameraId>,
-    /// Process a recording (DIR/CAMERA/data.csv, or an MCAP file with images) and write OUT/CAMERA/detections.jsonl for `replay`.
+    /// Process a recording (DIR/CAMERA/data.csv, or an MCAP file with images) and write OUT/CAMERA/detections.jsonl for
+    /// `replay`.
     #[arg(
         long,
         value_name = "DIR|FILE.mcap",
@@ -108,7 +112,7 @@ pub fn run(arguments: &DetectArguments, format: Format) -> anyhow::Result<()> {
     match (&arguments.dataset, &arguments.explain, &arguments.out) {
         (Some(dataset), _, Some(out)) => dataset::write_detections(dataset, out, threads, &options),
         (_, Some(picture), Some(out)) => {
-            let explanation = Explanation::of(picture, &options, arguments.reps);
+            let explanation = Explanation::explain(picture, &options, arguments.reps);
             let explanation = explanation.exit_with(Exit::Input)?;
             explanation.write(out).exit_with(Exit::Input)?;
             let sight = DetectedImage {
@@ -117,7 +121,7 @@ pub fn run(arguments: &DetectArguments, format: Format) -> anyhow::Result<()> {
                 detections: explanation.detections().to_vec(),
                 tracking: None,
             };
-            Ok(print_line(&print::of(&sight, format))?)
+            Ok(print_line(&print::line(&sight, format))?)
         }
         _ => detect_each(arguments, threads, &options, format),
     }
@@ -136,7 +140,7 @@ fn detect_each(
         match sight {
             Ok(sight) => {
                 nothing.add(&sight.path, sight.detections.len());
-                print_line(&print::of(&sight, format))?;
+                print_line(&print::line(&sight, format))?;
             }
             Err(error) => {
                 failed += 1;

@@ -20,8 +20,8 @@ use std::path::PathBuf;
 #[derive(Args, Debug)]
 #[command(
     after_help = "For example, on a board: sextant doctor camera.toml --connect tcp/fusion.lab:7447
-With --json, one line per finding: {\"about\",\"verdict\",\"words\",\"remedy\"}, where verdict is ok, warning or fault, and remedy is null if
-none is needed. The exit code is 1 if there is a fault."
+With --json, one line per finding: {\"about\",\"verdict\",\"words\",\"remedy\"}, where verdict is ok, warning or fault,
+and remedy is null if none is needed. The exit code is 1 if there is a fault."
 )]
 pub struct DoctorArguments {
     /// Configuration, rig and object files, checked together as by `sextant check`.

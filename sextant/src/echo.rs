@@ -11,7 +11,7 @@ use anyhow::{anyhow, bail};
 use clap::Args;
 use pose_text::PoseFormat;
 use serde::Serialize;
-use sextant_gateways::site::RouterWatch;
+use sextant_gateways::site::{RouterWatch, SiteSession};
 use sextant_process::shutdown::SHUTDOWN_POLL;
 use sextant_process::{Exit, Failure, now_ns};
 use sextant_proto::{AnyMessage, limits};
@@ -30,13 +30,13 @@ const ANSWER: Duration = Duration::from_millis(500);
 /// Arguments of `sextant echo`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "With --json, one line per message: {\"key\",\"received_ns\",\"message\"}, or {\"key\",\"received_ns\",\"error\"} for a payload
-that is not a message. With --format, a line per pose of the named objects: JSON lines and TUM as `sextant replay` writes them, or CSV.
-Stop with Ctrl-C."
+    after_help = "With --json, one line per message: {\"key\",\"received_ns\",\"message\"}, or
+{\"key\",\"received_ns\",\"error\"} for a payload that is not a message. With --format, a line per pose of the named
+objects: JSON lines and TUM as `sextant replay` writes them, or CSV. Stop with Ctrl-C."
 )]
 pub struct EchoArguments {
-    /// A camera, an object, a node, or a key (`camera/north/preview`, `config/**`); the poses of all objects when absent.
-    /// With --format, any number of objects.
+    /// A camera, an object, a node, or a key (`camera/north/preview`, `config/**`); the poses of all objects when
+    /// absent. With --format, any number of objects.
     #[arg(value_name = "NAME|KEY")]
     names: Vec<String>,
     /// Print poses only, as text for other programs.
@@ -66,17 +66,13 @@ pub fn run(arguments: &EchoArguments, format: Format) -> anyhow::Result<()> {
     if let Some(format) = arguments.format {
         return pose_text::run(arguments, format);
     }
-    let name = match arguments.names.as_slice() {
-        [] => None,
-        [name] => Some(name),
-        _ => {
-            let cause =
-                anyhow!("name one camera, object, node or key; several objects are for --format");
-            bail!(Failure::new(Exit::Usage, cause))
-        }
-    };
+    if arguments.names.len() > 1 {
+        let cause =
+            anyhow!("name one camera, object, node or key; several objects are for --format");
+        bail!(Failure::new(Exit::Usage, cause))
+    }
     let site = arguments.feed.site.open()?;
-    let expression = match name {
+    let expression = match arguments.names.first() {
         Some(name) => expression(&site.keys, name),
         None => site.keys.all_poses(),
     };
@@ -118,20 +114,22 @@ pub fn run(arguments: &EchoArguments, format: Format) -> anyhow::Result<()> {
         report_router(&mut router, &site.bus);
         if hint_due.is_some_and(|due| Instant::now() >= due) {
             if site.bus.is_connected() {
-                let silence = match heard {
-                    true => format!("for {} s", SILENCE.as_secs()),
-                    false => "so far".to_owned(),
-                };
-                let objects = site.objects_in_words();
-                eprintln!(
-                    "nothing on {expression} {silence}; {objects} (`sextant list` shows more)"
-                );
+                report_silence(&site, &expression, heard);
             }
             hint_due = None;
         }
     }
     site.bus.close();
     Ok(())
+}
+
+fn report_silence(site: &SiteSession, expression: &str, heard: bool) {
+    let silence = match heard {
+        true => format!("for {} s", SILENCE.as_secs()),
+        false => "so far".to_owned(),
+    };
+    let objects = site.objects_in_words();
+    eprintln!("nothing on {expression} {silence}; {objects} (`sextant list` shows more)");
 }
 
 #[derive(Serialize)]

@@ -15,10 +15,13 @@ use std::io::{self, Read};
 /// Arguments of `sextant foxglove`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "In Foxglove or Lichtblick: Open connection, Foxglove WebSocket, ws://127.0.0.1:8765. A layout for this site:
+    after_help = "In Foxglove or Lichtblick: Open connection, Foxglove WebSocket, ws://127.0.0.1:8765. A layout for this
+site:
   sextant foxglove --print-layout > sextant.json
-and import it there. Topics are those of recordings; docs/foxglove.md lists them. Whoever reaches the address can watch the site, web pages in
-a browser of this machine included. Of a protected site (--keys) a token is part of the address, which is printed. With --json, one line at the end: {\"clients\",\"sent\",\"dropped\",\"invalid\",\"turned_away\"}. Stop with Ctrl-C."
+and import it there. Topics are those of recordings; docs/foxglove.md lists them. Whoever reaches the address can watch
+the site, web pages in a browser of this machine included. Of a protected site (--keys) a token is part of the address,
+which is printed. With --json, one line at the end: {\"clients\",\"sent\",\"dropped\",\"invalid\",\"turned_away\"}. Stop
+with Ctrl-C."
 )]
 pub struct FoxgloveArguments {
     /// Address of the server.

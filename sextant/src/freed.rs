@@ -10,10 +10,11 @@ use sextant_site_model::ObjectId;
 /// Arguments of `sextant freed`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "Sends message D1 (29 bytes) of each pose that is tracked or coasting: pan, tilt, roll, x, y, height. The object's x axis is the optical axis, y is
-left, z up. Pan 0 looks along the world's x axis, which is Free-D's y; Free-D's x is to the right. Unreal (Live Link Free-D), Vizrt, Aximmetry,
-Pixotope and Disguise read it; they ask for a port. docs/outputs.md has more. With --json, one line at the end:
-{\"poses\",\"refused\",\"superseded\",\"dropped\",\"sent\",\"unsent\",\"unheard\",\"skipped\"}"
+    after_help = "Sends message D1 (29 bytes) of each pose that is tracked or coasting: pan, tilt, roll, x, y, height.
+The object's x axis is the optical axis, y is left, z up. Pan 0 looks along the world's x axis, which is Free-D's y;
+Free-D's x is to the right. Unreal (Live Link Free-D), Vizrt, Aximmetry, Pixotope and Disguise read it; they ask for a
+port. docs/outputs.md has more. With --json, one line at the end: {\"poses\",\"refused\",\"superseded\",\"dropped\",
+\"sent\",\"unsent\",\"unheard\",\"skipped\"}"
 )]
 pub struct FreeDArguments {
     /// The receiver.

@@ -22,9 +22,9 @@ const MAX_KEYS: usize = 4096;
 /// Arguments of `sextant hz`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "With --json, one line per report: {\"seconds\",\"keys\":[{\"key\",\"messages\",\"rate_hz\",\"bytes_per_s\",\"latency_ms\":{\"p50\",\"p99\"},\"refused\"}]}.
-Latency is the time from capture to this command, by the clocks of both machines; null if a message has no capture time.
-Stop with Ctrl-C."
+    after_help = "With --json, one line per report: {\"seconds\",\"keys\":[{\"key\",\"messages\",\"rate_hz\",
+\"bytes_per_s\",\"latency_ms\":{\"p50\",\"p99\"},\"refused\"}]}. Latency is the time from capture to this command, by
+the clocks of both machines; null if a message has no capture time. Stop with Ctrl-C."
 )]
 pub struct HzArguments {
     /// A camera, an object, a node, or a key (`object/*/pose`); everything when absent.

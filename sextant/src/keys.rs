@@ -19,9 +19,9 @@ use time::OffsetDateTime;
   sextant keys add site-keys north --role camera
   sextant keys add site-keys pocket --role phone
 then copy site-keys/north to the board and name it in camera.toml: [security] profile = \"site\", keys = \"north\".
-After add, renew and revoke copy the folders of fusion nodes and routers again and restart those nodes: they enforce the list of members.
-With --json, a line a member: {\"name\",\"role\",\"common_name\",\"valid_until\",\"state\"}, state being valid, expired or revoked.
-Exit code 3 when something is refused. docs/security-setup.md goes the whole way.")]
+After add, renew and revoke copy the folders of fusion nodes and routers again and restart those nodes: they enforce the
+list of members. With --json, a line a member: {\"name\",\"role\",\"common_name\",\"valid_until\",\"state\"}, state
+being valid, expired or revoked. Exit code 3 when something is refused. docs/security-setup.md goes the whole way.")]
 pub struct KeysArguments {
     #[command(subcommand)]
     command: Command,
@@ -77,8 +77,9 @@ struct Validity {
     /// Validity of the certificate in days, at most that of the authority, which is 20 years.
     #[arg(long, default_value_t = 730, value_parser = clap::value_parser!(u32).range(1..=7300))]
     days: u32,
-    /// For a fusion node or a router: a name or address under which nodes connect to it. For a viewer or an operator: one under which browsers
-    /// reach its page. This machine's name, localhost and 127.0.0.1 are always included. May be repeated.
+    /// For a fusion node or a router: a name or address under which nodes connect to it. For a viewer or an operator:
+    /// one under which browsers reach its page. This machine's name, localhost and 127.0.0.1 are always included. May
+    /// be repeated.
     #[arg(long = "host", value_name = "NAME|ADDRESS")]
     hosts: Vec<String>,
 }
@@ -129,7 +130,8 @@ fn obey(command: &Command, format: Format) -> anyhow::Result<()> {
             match format {
                 Format::Json => print_line(&json!({"folder": folder, "site": site}).to_string())?,
                 Format::Text => print_line(&format!(
-                    "{folder} is the authority of site {site}. Keep it on one safe machine: anyone who can read authority.key can create members."
+                    "{folder} is the authority of site {site}. Keep it on one safe machine: \
+                     anyone who can read authority.key can create members."
                 ))?,
             }
         }
@@ -140,7 +142,7 @@ fn obey(command: &Command, format: Format) -> anyhow::Result<()> {
             validity,
         } => {
             let mut authority = Authority::open(dir)?;
-            let member = authority.add(name, Role::from(*role), &validity.wish(now_s))?;
+            let member = authority.add(name, Role::from(*role), &validity.request(now_s))?;
             say(&authority, &member, now_s, format)?;
         }
         Command::Renew {
@@ -149,7 +151,7 @@ fn obey(command: &Command, format: Format) -> anyhow::Result<()> {
             validity,
         } => {
             let mut authority = Authority::open(dir)?;
-            let member = authority.renew(name, &validity.wish(now_s))?;
+            let member = authority.renew(name, &validity.request(now_s))?;
             say(&authority, &member, now_s, format)?;
         }
         Command::Revoke { dir, name } => {
@@ -170,7 +172,7 @@ fn obey(command: &Command, format: Format) -> anyhow::Result<()> {
 }
 
 impl Validity {
-    fn wish(&self, now_s: u64) -> CertificateRequest<'_> {
+    fn request(&self, now_s: u64) -> CertificateRequest<'_> {
         CertificateRequest {
             now_s,
             days: self.days,
@@ -189,7 +191,8 @@ fn say(authority: &Authority, member: &Member, now_s: u64, format: Format) -> an
     print_line(&format!("keys in {}", folder.folder().display()))?;
     if member.role == Role::Phone {
         print_line(
-            "copy the folders of viewers and operators again, restart those nodes, and run `sextant phone --config viewer.toml` there: it shows the phone's link",
+            "copy the folders of viewers and operators again, restart those nodes, and run \
+             `sextant phone --config viewer.toml` there: it shows the phone's link",
         )?;
     }
     if member.role.has_page() {

@@ -6,7 +6,7 @@ use crate::procedure::{ImageArguments, ImageSelection, wrong};
 use crate::words;
 use anyhow::bail;
 use clap::Args;
-use sextant_calibrator::procedure::{Outcome, Plan, Procedure, Product, Report};
+use sextant_calibrator::procedure::{Plan, Procedure, ProcedureOutcome, Product, Report};
 use sextant_calibrator::{DiscoveredTags, DiscoveryPlan, Gauge, LearnPlan, LearnReport};
 use sextant_geometry::Pose;
 use sextant_process::{Exit, WithExit};
@@ -18,19 +18,22 @@ use std::path::PathBuf;
 /// Arguments of `sextant learn`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "Turn the object slowly in front of a camera, so that every tag is visible and neighbouring tags are visible together. Without
---tags, the tags that move as one body are those of the object; the camera must stand still, since tags that stand still are left out. Tags that
-cannot be placed are left out and named, with the rotation that would connect them; the exit code is then 4, and with --strict nothing is
-written. Tag sizes and the lens are adjusted within their sigmas; the lens in the rig file stays as it is. The previous file is kept as
-FILE.former.
+    after_help = "Turn the object slowly in front of a camera, so that every tag is visible and neighbouring tags are
+visible together. Without --tags, the tags that move as one body are those of the object; the camera must stand still,
+since tags that stand still are left out. Tags that cannot be placed are left out and named, with the rotation that
+would connect them; the exit code is then 4, and with --strict nothing is written. Tag sizes and the lens are adjusted
+within their sigmas; the lens in the rig file stays as it is. The previous file is kept as FILE.former.
 
 With --live the images come from the running site: turn the object as instructed until there are enough images, or press
-Ctrl-C; then it is solved. With --json, progress is one line per second at most: {\"kind\",\"images\",\"fraction\",\"is_enough\",\"hint\",
-\"details\":{\"joining\",\"tags\":[{\"tag\",\"images\",\"directions\",\"group\"}],\"sketch\":[{\"tag\",\"size_m\",\"position\",\"orientation\"}]}}.
+Ctrl-C; then it is solved. With --json, progress is one line per second at most: {\"kind\",\"images\",\"fraction\",
+\"is_enough\",\"hint\",\"details\":{\"joining\",\"tags\":[{\"tag\",\"images\",\"directions\",\"group\"}],
+\"sketch\":[{\"tag\",\"size_m\",\"position\",\"orientation\"}]}}.
 
-With --json, the result is one line on standard output: {\"object\",\"images\",\"images_used\",\"rms_px\",\"noise_ratio\",\"tags\":[{\"tag\",\"images\",\"left_out\",
-\"elsewhere\",\"sigma_mm\",\"sigma_deg\",\"sigma_axes_mm\":[3],\"sigma_axes_deg\":[3],\"rms_px\",\"size_ratio\",\"size_ratio_sigma\"}],\"kept\",\"weak\",\"unsolved\",
-\"solved_sizes\":[[\"tag\",metres]],\"found\":{\"object\",\"others\",\"loose\",\"still\"},\"verdict\":{\"grade\",\"because\"}}"
+With --json, the result is one line on standard output: {\"object\",\"images\",\"images_used\",\"rms_px\",
+\"noise_ratio\",\"tags\":[{\"tag\",\"images\",\"left_out\",\"elsewhere\",\"sigma_mm\",\"sigma_deg\",
+\"sigma_axes_mm\":[3],\"sigma_axes_deg\":[3],\"rms_px\",\"size_ratio\",\"size_ratio_sigma\"}],\"kept\",\"weak\",
+\"unsolved\",\"solved_sizes\":[[\"tag\",metres]],\"found\":{\"object\",\"others\",\"loose\",\"still\"},
+\"verdict\":{\"grade\",\"because\"}}"
 )]
 pub struct LearnArguments {
     #[command(flatten)]
@@ -41,12 +44,12 @@ pub struct LearnArguments {
     /// Camera to use; may be repeated. By default all.
     #[arg(long = "camera", value_name = "ID")]
     cameras: Vec<CameraId>,
-    /// Tags to place: numbers, or NUMBER:SIZE for a different size, separated by commas. By default the tags of --from or, without
-    /// it, the tags that move as one body.
+    /// Tags to place: numbers, or NUMBER:SIZE for a different size, separated by commas. By default the tags of --from
+    /// or, without it, the tags that move as one body.
     #[arg(long, value_name = "IDS", value_delimiter = ',', value_parser = tag_and_size)]
     tags: Vec<(u32, Option<f64>)>,
-    /// Edge of the black squares of the tags, metres. Without --tags also NUMBER:METRES for one measured tag; the other sizes follow
-    /// from it.
+    /// Edge of the black squares of the tags, metres. Without --tags also NUMBER:METRES for one measured tag; the other
+    /// sizes follow from it.
     #[arg(long, value_name = "METRES", value_parser = tag_or_all)]
     size: Option<SizeScope>,
     /// Number of a tag of the object, if several things move and --tags is not given.
@@ -103,7 +106,7 @@ enum SizeScope {
 }
 
 impl SizeScope {
-    fn of(self, tag: u32) -> Option<f64> {
+    fn size_m(self, tag: u32) -> Option<f64> {
         match self {
             Self::All(size_m) => Some(size_m),
             Self::One(id, size_m) => (id == tag).then_some(size_m),
@@ -135,8 +138,8 @@ fn tag_and_size(text: &str) -> Result<(u32, Option<f64>), String> {
 /// Runs `sextant learn`.
 ///
 /// # Errors
-/// [`Exit::Input`] for files that cannot be used and images that place no tags; then nothing is written. [`Exit::Unavailable`] after a
-/// partial result.
+/// [`Exit::Input`] for files that cannot be used and images that place no tags; then nothing is written.
+/// [`Exit::Unavailable`] after a partial result.
 pub fn run(arguments: &LearnArguments, format: Format) -> anyhow::Result<()> {
     let rig = read_rig(&arguments.rig).exit_with(Exit::Input)?;
     let plan = if arguments.tags.is_empty() && arguments.from.is_none() {
@@ -156,7 +159,11 @@ pub fn run(arguments: &LearnArguments, format: Format) -> anyhow::Result<()> {
 }
 
 /// Writes the object and prints the report.
-fn finish(outcome: &Outcome, arguments: &LearnArguments, format: Format) -> anyhow::Result<()> {
+fn finish(
+    outcome: &ProcedureOutcome,
+    arguments: &LearnArguments,
+    format: Format,
+) -> anyhow::Result<()> {
     let (Product::Object(object), Report::Learn(report)) = (&outcome.product, &outcome.report)
     else {
         bail!("learning gave no object");
@@ -198,7 +205,7 @@ fn plan(arguments: &LearnArguments) -> anyhow::Result<LearnPlan> {
             .iter()
             .flat_map(ObjectModel::tags)
             .find(|t| t.tag == tag);
-        let stated = own.or(arguments.size.and_then(|size| size.of(id)));
+        let stated = own.or(arguments.size.and_then(|size| size.size_m(id)));
         let Some(size) = stated.or(known.map(|t| t.size_m)) else {
             wrong(format!(
                 "the size of tag {id} is unknown; give --size, or write {id}:METRES"
@@ -215,7 +222,7 @@ fn plan(arguments: &LearnArguments) -> anyhow::Result<LearnPlan> {
                     t.tag,
                     arguments
                         .size
-                        .and_then(|size| size.of(t.tag.id))
+                        .and_then(|size| size.size_m(t.tag.id))
                         .unwrap_or(t.size_m),
                 )
             })

@@ -12,8 +12,9 @@ use sextant_site_model::ObjectId;
 /// Arguments of `sextant list`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "With --json, one line: {\"site\",\"nodes\":[{\"kind\",\"id\"}],\"cameras\":[status],\"fusion\":[status],\"objects\":[{\"id\",\"tags\"}],
-\"skew\":[{\"kind\",\"id\",\"version\",\"expected\"}]}; skew has the nodes whose version is not the fusion node's. Viewers publish no version."
+    after_help = "With --json, one line: {\"site\",\"nodes\":[{\"kind\",\"id\"}],\"cameras\":[status],
+\"fusion\":[status],\"objects\":[{\"id\",\"tags\"}],\"skew\":[{\"kind\",\"id\",\"version\",\"expected\"}]}; skew has the
+nodes whose version is not the fusion node's. Viewers publish no version."
 )]
 pub struct ListArguments {
     #[command(flatten)]
@@ -149,7 +150,8 @@ impl Listing<'_> {
             let version = words::plain(version);
             let expected = words::plain(expected);
             lines.push(format!(
-                "  version skew: {kind} {id} runs {version}, the fusion node {expected}: update it (`sextant deploy` updates cameras)"
+                "  version skew: {kind} {id} runs {version}, the fusion node {expected}: update \
+                 it (`sextant deploy` updates cameras)"
             ));
         }
         lines.join("\n")
@@ -219,8 +221,11 @@ mod tests {
     fn camera(id: &str, version: &str) -> CameraStatus {
         let camera = CameraId::new(id).unwrap();
         let json = serde_json::json!({
-            "camera": camera, "version": version, "host": "h", "captured": 0, "detected": 0, "dropped": 0, "rate_hz": 0.0,
-            "detect_ms": [0.0, 0.0], "clock": {"source": "ntp", "error_ns": 0}, "uptime_s": 0, "published": 0, "fallbacks": 0, "brightness": 0.0, "controls": sextant_proto::CameraControls::default(), "notices": [],
+            "camera": camera, "version": version, "host": "h", "captured": 0,
+            "detected": 0, "dropped": 0, "rate_hz": 0.0,
+            "detect_ms": [0.0, 0.0], "clock": {"source": "ntp", "error_ns": 0}, "uptime_s": 0,
+            "published": 0, "fallbacks": 0, "brightness": 0.0,
+            "controls": sextant_proto::CameraControls::default(), "notices": [],
         });
         serde_json::from_value(json).unwrap()
     }
@@ -228,7 +233,8 @@ mod tests {
     fn fusion(version: &str) -> FusionStatus {
         let none = sextant_proto::Rejections::default();
         let json = serde_json::json!({
-            "node": "main", "version": version, "uptime_s": 0, "cameras": [], "foreign": none, "objects": [], "faults": [],
+            "node": "main", "version": version, "uptime_s": 0,
+            "cameras": [], "foreign": none, "objects": [], "faults": [],
             "faults_left_out": 0, "imperfections": [], "notices": [],
         });
         serde_json::from_value(json).unwrap()

@@ -6,7 +6,8 @@ use sextant_gateways::listening::{self, ListenError};
 use sextant_process::{Exit, Failure, WithExit};
 use std::net::{SocketAddr, TcpListener, UdpSocket};
 
-/// Listens at `HOST:PORT`, or at `HOST` and this port; a warning where other machines reach it, as these protocols have no passwords.
+/// Listens at `HOST:PORT`, or at `HOST` and this port; a warning where other machines reach it, as these protocols have
+/// no passwords.
 ///
 /// # Errors
 /// [`Exit::Usage`] for an invalid address, [`Exit::Unavailable`] for one that is in use.
@@ -55,7 +56,8 @@ fn check_protection(
     if site.has_keys() && !bound.ip().is_loopback() {
         let port = bound.port();
         let cause = anyhow!(
-            "--listen {address}: {protocol} has no passwords, so that every client that can connect would read this protected site; listen at 127.0.0.1:{port}"
+            "--listen {address}: {protocol} has no passwords, so that every client that can \
+             connect would read this protected site; listen at 127.0.0.1:{port}"
         );
         bail!(Failure::new(Exit::Usage, cause));
     }
@@ -79,7 +81,8 @@ fn opened<T>(address: &str, result: Result<T, ListenError>) -> anyhow::Result<T>
 fn warn_unless_loopback(address: &str, bound: SocketAddr) {
     if !bound.ip().is_loopback() {
         eprintln!(
-            "warning: --listen {address}: every client that can connect reads the site without a password; 127.0.0.1 keeps it to this machine"
+            "warning: --listen {address}: every client that can connect reads the site without a \
+             password; 127.0.0.1 keeps it to this machine"
         );
     }
 }

@@ -1,5 +1,5 @@
-//! `sextant completions SHELL`, and `sextant manual DIR`: what a package has beside the programs, made from their command lines: `DIR/man/*.1`, and completions for three shells in
-//! `DIR/bash`, `DIR/zsh` and `DIR/fish`.
+//! `sextant completions SHELL`, and `sextant manual DIR`: what a package has beside the programs, made from their
+//! command lines: `DIR/man/*.1`, and completions for three shells in `DIR/bash`, `DIR/zsh` and `DIR/fish`.
 
 use crate::output::print_line;
 use anyhow::Context;

@@ -10,10 +10,11 @@ use sextant_site_model::ObjectId;
 /// Arguments of `sextant mavlink`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "Sends ODOMETRY (MAVLink 2) of each tracked pose, with covariance, and a HEARTBEAT a second. The object's x axis is the vehicle's
-forward, its z axis up. reset_counter is raised when the object is found again and when its pose jumps. Autopilots want 30 to 50
-poses a second: no pose is repeated, so the cameras have to give as many. docs/outputs.md has the settings of PX4 and ArduPilot.
-With --json, one line at the end: {\"poses\",\"refused\",\"dropped\",\"sent\",\"unsent\",\"unheard\",\"skipped\"}"
+    after_help = "Sends ODOMETRY (MAVLink 2) of each tracked pose, with covariance, and a HEARTBEAT a second. The
+object's x axis is the vehicle's forward, its z axis up. reset_counter is raised when the object is found again and when
+its pose jumps. Autopilots want 30 to 50 poses a second: no pose is repeated, so the cameras have to give as many.
+docs/outputs.md has the settings of PX4 and ArduPilot. With --json, one line at the end: {\"poses\",\"refused\",
+\"dropped\",\"sent\",\"unsent\",\"unheard\",\"skipped\"}"
 )]
 pub struct MavlinkArguments {
     /// The autopilot, or the router before it.

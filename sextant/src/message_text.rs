@@ -3,9 +3,9 @@
 use crate::words;
 use serde::Serialize;
 use sextant_proto::{
-    AnyMessage, CameraSettings, CameraStatus, ClockReport, ConfigAnswer, DetectionReport,
-    FusionInputs, FusionStatus, Heartbeat, NodeId, ObjectConfig, ObjectLinks, ObjectPose,
-    Observations, Outcome, Part, Proposal, RigConfig,
+    AnyMessage, CameraSettings, CameraStatus, ChangeOutcome, ClockReport, ConfigAnswer,
+    DetectionReport, FusionInputs, FusionStatus, Heartbeat, NodeId, ObjectConfig, ObjectLinks,
+    ObjectPose, Observations, Part, Proposal, RigConfig,
 };
 use sextant_site_model::CameraId;
 
@@ -119,7 +119,8 @@ fn object_pose(pose: &ObjectPose) -> String {
         variances.fold(0.0, f64::max).sqrt()
     };
     format!(
-        "{:<12} position {x:8.4} {y:8.4} {z:8.4} m  orientation {qx:7.4} {qy:7.4} {qz:7.4} {qw:7.4}  sigma {:.2} mm {:.3} deg  cameras {} tags {}",
+        "{:<12} position {x:8.4} {y:8.4} {z:8.4} m  orientation {qx:7.4} {qy:7.4} {qz:7.4} \
+         {qw:7.4}  sigma {:.2} mm {:.3} deg  cameras {} tags {}",
         words::state(pose.state),
         sigma(0) * 1e3,
         sigma(3).to_degrees(),
@@ -151,7 +152,8 @@ fn object_links(message: &ObjectLinks) -> String {
 fn detection_report(report: &DetectionReport) -> String {
     let (ms, rejected) = (&report.stage_ms, &report.rejected);
     format!(
-        "image {}: {} from {}: {} no quad, {} misshapen, {} faint, {} without a code, {} hardly legible; ms: tiles {:.3} threshold {:.3} components {:.3} quads {:.3} decode {:.3} refine {:.3}",
+        "image {}: {} from {}: {} no quad, {} misshapen, {} faint, {} without a code, {} hardly \
+         legible; ms: tiles {:.3} threshold {:.3} components {:.3} quads {:.3} decode {:.3} refine {:.3}",
         report.sequence,
         words::count(report.tags as usize, "tag"),
         words::count(report.candidates as usize, "candidate"),
@@ -281,7 +283,7 @@ fn config_answer(answer: &ConfigAnswer) -> String {
     let key = words::plain(&answer.key);
     let outcome = words::outcome(&answer.outcome);
     match &answer.outcome {
-        Outcome::Refused(refusal) => {
+        ChangeOutcome::Refused(refusal) => {
             format!("{key} {outcome}: {}", words::plain(&refusal.to_string()))
         }
         _ => format!("{key} {outcome}"),

@@ -1,4 +1,5 @@
-//! Rig and object files as commands read them: what a file of another tool leaves open and is assumed is said on stderr.
+//! Rig and object files as commands read them: what a file of another tool leaves open and is assumed is said on
+//! stderr.
 
 use sextant_site_files::{FileError, assumptions};
 use sextant_site_model::{ObjectModel, Rig};

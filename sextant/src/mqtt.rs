@@ -18,8 +18,8 @@ use std::path::PathBuf;
   sextant/demo/status               online or offline, retained; the broker says offline when this program is gone
   sextant/demo/object/ID/pose       JSON, as `sextant echo --format json`
   sextant/demo/object/ID/event      JSON, when an object enters or leaves a zone or falls: docs/live.md
-With --home-assistant each object appears there as a device. MQTT 5, without acknowledgement (QoS 0). Poses of all states are sent; that an
-object is lost is never held back. docs/outputs.md has more. With --json, one line at the end:
+With --home-assistant each object appears there as a device. MQTT 5, without acknowledgement (QoS 0). Poses of all
+states are sent; that an object is lost is never held back. docs/outputs.md has more. With --json, one line at the end:
 {\"poses\",\"refused\",\"superseded\",\"dropped\",\"events\",\"refused_events\",\"sent\",\"unsent\",\"skipped\"}")]
 pub struct MqttArguments {
     /// The broker: mqtt://HOST, or mqtts://HOST for TLS; a port other than 1883 and 8883 as HOST:PORT.
@@ -43,7 +43,14 @@ pub struct MqttArguments {
     #[arg(long, value_name = "TOPIC", value_parser = topic)]
     prefix: Option<String>,
     /// Announce the objects to Home Assistant, below its discovery prefix.
-    #[arg(long, value_name = "TOPIC", num_args = 0..=1, require_equals = true, default_missing_value = "homeassistant", value_parser = topic)]
+    #[arg(
+        long,
+        value_name = "TOPIC",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "homeassistant",
+        value_parser = topic
+    )]
     home_assistant: Option<String>,
     /// An object; may be repeated. By default all objects.
     #[arg(long = "object", value_name = "ID")]

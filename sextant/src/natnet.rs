@@ -16,19 +16,26 @@ use std::net::SocketAddrV4;
 /// Arguments of `sextant natnet`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "Each object is a rigid body of its name; its streaming id is 1 for the first --object, or by name where none is named. The centres of its
-tags are its markers. Frames go to the multicast group, and to every client that asks for them by unicast. A body is marked as tracked where its pose is new and
-not a prediction; its mean error is the standard deviation of its position in metres; times are nanoseconds since the Unix epoch.
-NatNet has no passwords: every client that reaches the address can read the poses. --listen with an address of this machine lets other machines
-connect, and sends to the group on that network. docs/outputs.md has the settings of clients.
-With --json, one line at the end: {\"poses\",\"refused\",\"dropped\",\"frames\",\"sent\",\"unsent\",\"clients\",\"turned_away\",\"unrecognized\"}"
+    after_help = "Each object is a rigid body of its name; its streaming id is 1 for the first --object, or by name
+where none is named. The centres of its tags are its markers. Frames go to the multicast group, and to every client that
+asks for them by unicast. A body is marked as tracked where its pose is new and not a prediction; its mean error is the
+standard deviation of its position in metres; times are nanoseconds since the Unix epoch. NatNet has no passwords: every
+client that reaches the address can read the poses. --listen with an address of this machine lets other machines
+connect, and sends to the group on that network. docs/outputs.md has the settings of clients. With --json, one line at
+the end: {\"poses\",\"refused\",\"dropped\",\"frames\",\"sent\",\"unsent\",\"clients\",\"turned_away\",
+\"unrecognized\"}"
 )]
 pub struct NatNetArguments {
     /// Address of the server; its port is the command port.
     #[arg(long, value_name = "HOST[:PORT]", default_value_t = format!("127.0.0.1:{NATNET_COMMAND_PORT}"))]
     listen: String,
     /// Multicast group of the frames and the data port.
-    #[arg(long, value_name = "GROUP:PORT", default_value_t = SocketAddrV4::new([239, 255, 42, 99].into(), NATNET_DATA_PORT), value_parser = group)]
+    #[arg(
+        long,
+        value_name = "GROUP:PORT",
+        default_value_t = SocketAddrV4::new([239, 255, 42, 99].into(), NATNET_DATA_PORT),
+        value_parser = group
+    )]
     multicast: SocketAddrV4,
     /// Send only to clients that ask for frames by unicast.
     #[arg(long, conflicts_with = "multicast")]
@@ -63,7 +70,8 @@ fn group(text: &str) -> Result<SocketAddrV4, &'static str> {
 pub fn run(arguments: &NatNetArguments, format: Format) -> anyhow::Result<()> {
     if arguments.axes == AxesName::Unity {
         bail!(usage(
-            "--axes unity: the axes of NatNet are right-handed, and OptiTrack's plugin for Unity turns them itself; use y-up"
+            "--axes unity: the axes of NatNet are right-handed, and OptiTrack's plugin for Unity \
+             turns them itself; use y-up"
         ));
     }
     let (address, site) = (&arguments.listen, &arguments.feed.site);

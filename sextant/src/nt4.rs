@@ -12,9 +12,10 @@ use sextant_site_model::ObjectId;
 /// Arguments of `sextant nt4`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "Publishes /Sextant/ID/pose of each tracked object as struct:Pose3d, with its schema, at the capture time by the server's clock: what a
-pose estimator of WPILib wants. Sextant's world is the field's frame where x points away from the blue alliance's wall, y to the left, z up.
-With --json, one line at the end: {\"poses\",\"refused\",\"superseded\",\"dropped\",\"sent\",\"unsent\",\"skipped\"}"
+    after_help = "Publishes /Sextant/ID/pose of each tracked object as struct:Pose3d, with its schema, at the capture
+time by the server's clock: what a pose estimator of WPILib wants. Sextant's world is the field's frame where x points
+away from the blue alliance's wall, y to the left, z up. With --json, one line at the end: {\"poses\",\"refused\",
+\"superseded\",\"dropped\",\"sent\",\"unsent\",\"skipped\"}"
 )]
 pub struct Nt4Arguments {
     /// The robot, or a computer with a server: its port is 5810.

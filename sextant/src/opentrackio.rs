@@ -12,10 +12,11 @@ use std::net::Ipv4Addr;
 /// Arguments of `sextant opentrackio`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "Sends a sample in JSON (OpenTrackIO 1.0) of each pose that is tracked or coasting: translation, pan, tilt, roll, capture time. The object's x axis is
-the optical axis, y is left, z up. Receivers listen to 239.135.1.N on port 55555, N the number of the source: name this machine's address on their
-network with --interface. docs/outputs.md has more. With --json, one line at the end:
-{\"poses\",\"refused\",\"superseded\",\"dropped\",\"sent\",\"unsent\",\"unheard\",\"skipped\"}"
+    after_help = "Sends a sample in JSON (OpenTrackIO 1.0) of each pose that is tracked or coasting: translation, pan,
+tilt, roll, capture time. The object's x axis is the optical axis, y is left, z up. Receivers listen to 239.135.1.N on
+port 55555, N the number of the source: name this machine's address on their network with --interface. docs/outputs.md
+has more. With --json, one line at the end: {\"poses\",\"refused\",\"superseded\",\"dropped\",\"sent\",\"unsent\",
+\"unheard\",\"skipped\"}"
 )]
 pub struct OpenTrackIoArguments {
     /// The camera.

@@ -15,9 +15,11 @@ use sextant_site_model::ObjectId;
 #[derive(Args, Debug)]
 #[command(
     after_help = "plain   ADDRESS x y z qx qy qz qw: metres, a unit quaternion
-vrchat  /tracking/trackers/N/position x y z and /tracking/trackers/N/rotation x y z: Unity's axes, degrees; N is 1 for the first --object.
+vrchat /tracking/trackers/N/position x y z and /tracking/trackers/N/rotation x y z: Unity's axes, degrees; N is 1 for
+the first --object.
         VRChat listens on port 9000
-vmt     /VMT/Room/Unity index enable 0 x y z qx qy qz qw: Unity's axes; the index of the first --object is 0. Virtual Motion Tracker
+vmt /VMT/Room/Unity index enable 0 x y z qx qy qz qw: Unity's axes; the index of the first --object is 0. Virtual Motion
+Tracker
         listens on port 39570
 Objects that are tracked or coasting are sent; docs/outputs.md has more. With --json, one line at the end:
 {\"poses\",\"refused\",\"dropped\",\"sent\",\"unsent\",\"unheard\",\"skipped\"}"
@@ -27,8 +29,8 @@ pub struct OscArguments {
     #[arg(long, value_name = "HOST:PORT")]
     to: String,
     /// Addresses and arguments.
-    #[arg(long, value_enum, default_value_t = Layout::Plain)]
-    layout: Layout,
+    #[arg(long, value_enum, default_value_t = LayoutName::Plain)]
+    layout: LayoutName,
     /// Address of the plain layout.
     #[arg(
         long,
@@ -50,7 +52,7 @@ pub struct OscArguments {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Layout {
+enum LayoutName {
     Plain,
     Vrchat,
     Vmt,
@@ -78,14 +80,14 @@ pub fn run(arguments: &OscArguments, format: Format) -> anyhow::Result<()> {
 impl OscArguments {
     fn layout(&self) -> anyhow::Result<OscLayout> {
         Ok(match self.layout {
-            Layout::Plain => OscLayout::Plain {
+            LayoutName::Plain => OscLayout::Plain {
                 address: self.plain_address()?,
                 axes: self.axes.into(),
             },
-            Layout::Vrchat => OscLayout::VrChat {
+            LayoutName::Vrchat => OscLayout::VrChat {
                 trackers: self.trackers(MAX_VRCHAT_TRACKERS)?,
             },
-            Layout::Vmt => OscLayout::Vmt {
+            LayoutName::Vmt => OscLayout::Vmt {
                 trackers: self.trackers(MAX_VMT_TRACKERS)?,
             },
         })
@@ -104,7 +106,8 @@ impl OscArguments {
     fn trackers(&self, most: usize) -> anyhow::Result<Vec<ObjectId>> {
         if self.objects.is_empty() || self.objects.len() > most {
             bail!(usage(&format!(
-                "this layout numbers its trackers: name 1 to {most} objects with --object, in the order of their numbers"
+                "this layout numbers its trackers: name 1 to {most} objects with --object, in \
+                 the order of their numbers"
             )));
         }
         Ok(self.objects.clone())
@@ -112,9 +115,9 @@ impl OscArguments {
 
     fn what(&self) -> String {
         match self.layout {
-            Layout::Plain => self.address.to_string(),
-            Layout::Vrchat => "VRChat trackers".to_owned(),
-            Layout::Vmt => "Virtual Motion Tracker".to_owned(),
+            LayoutName::Plain => self.address.to_string(),
+            LayoutName::Vrchat => "VRChat trackers".to_owned(),
+            LayoutName::Vmt => "Virtual Motion Tracker".to_owned(),
         }
     }
 }

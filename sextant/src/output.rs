@@ -1,4 +1,5 @@
-//! What goes to standard output, and how: lines for people, or JSON lines for programs. Complaints go to standard error.
+//! What goes to standard output, and how: lines for people, or JSON lines for programs. Complaints go to standard
+//! error.
 
 use std::io::{self, Write};
 
@@ -14,7 +15,8 @@ pub enum Format {
 /// Prints a line and hands it on at once, so that the next program of a pipe sees it.
 ///
 /// # Errors
-/// What the system refuses; a reader that has gone away is [`io::ErrorKind::BrokenPipe`], which ends the program quietly.
+/// What the system refuses; a reader that has gone away is [`io::ErrorKind::BrokenPipe`], which ends the program
+/// quietly.
 pub fn print_line(line: &str) -> io::Result<()> {
     let mut out = io::stdout().lock();
     out.write_all(line.as_bytes())?;

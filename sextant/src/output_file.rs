@@ -1,5 +1,5 @@
-//! Files that commands write line by line or message by message. An existing one is replaced only with `--force`, and only once the new
-//! one has content; two programs never write one.
+//! Files that commands write line by line or message by message. An existing one is replaced only with `--force`, and
+//! only once the new one has content; two programs never write one.
 
 use anyhow::anyhow;
 use sextant_process::{Exit, Failure};
@@ -20,7 +20,8 @@ impl OutputFile {
     /// Creates a file; devices and pipes are opened.
     ///
     /// # Errors
-    /// [`Exit::Input`] for a file that exists without `force`, that another program writes, and for what the system refuses.
+    /// [`Exit::Input`] for a file that exists without `force`, that another program writes, and for what the system
+    /// refuses.
     pub fn create(path: &Path, force: bool) -> anyhow::Result<Self> {
         let refused =
             |cause: String| Failure::new(Exit::Input, anyhow!("{}: {cause}", path.display()));

@@ -13,9 +13,10 @@ use std::path::PathBuf;
 #[derive(Args, Debug)]
 #[command(after_help = "For example: sextant phone --config viewer.toml
              sextant phone --rig-entry pocket --device phone --image 1280x720 >> rig.toml
-Scan the code with a phone's camera and open the link: the page explains what the browser asks. docs/phones.md goes the whole way.
-With --json, a line a link: {\"camera\",\"used\",\"url\",\"qr\"}; camera is null where the phone chooses a name.
-The link of a site with keys contains the phone's token: keep it private. It is for the first device that uses it.")]
+Scan the code with a phone's camera and open the link: the page explains what the browser asks. docs/phones.md goes the
+whole way. With --json, a line a link: {\"camera\",\"used\",\"url\",\"qr\"}; camera is null where the phone chooses a
+name. The link of a site with keys contains the phone's token: keep it private. It is for the first device that uses
+it.")]
 pub struct PhoneArguments {
     /// File of the viewer bridge that serves the page.
     #[arg(long, default_value = "viewer.toml", conflicts_with = "rig_entry")]
@@ -98,7 +99,12 @@ pub fn run(arguments: &PhoneArguments, format: Format) -> anyhow::Result<()> {
     }
     if !arguments.config.exists() {
         let file = arguments.config.display();
-        return Err(anyhow::anyhow!("{file}: no such file; name the file of the viewer bridge with --config, or write one: `sextant config viewer > viewer.toml`. The demo's page for cameras is http://127.0.0.1:8600/camera")).exit_with(Exit::Input);
+        return Err(anyhow::anyhow!(
+            "{file}: no such file; name the file of the viewer bridge \
+            with --config, or write one: `sextant config viewer > viewer.toml`. The demo's page \
+            for cameras is http://127.0.0.1:8600/camera"
+        ))
+        .exit_with(Exit::Input);
     }
     let links = phone_links(&arguments.config)?;
     for link in &links.links {

@@ -1,4 +1,5 @@
-//! `sextant play`: a recording as a site of its own, at the pace at which it happened: on the page, and on the network for every other tool.
+//! `sextant play`: a recording as a site of its own, at the pace at which it happened: on the page, and on the network
+//! for every other tool.
 
 mod previews;
 mod publishers;
@@ -32,12 +33,14 @@ const PAUSE: Duration = Duration::from_secs(1);
 /// Arguments of `sextant play`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "The site of the recording runs on this machine only, on a router of its own. The page shows it, and its time line goes back
-through the last ten minutes; so do `sextant echo`, `foxglove`, `ros2` and the other tools with --connect and --site. Recorded images
-and previews are shown, of images five a second. After the end the page stays until Ctrl-C.
+    after_help = "The site of the recording runs on this machine only, on a router of its own. The page shows it, and
+its time line goes back through the last ten minutes; so do `sextant echo`, `foxglove`, `ros2` and the other tools with
+--connect and --site. Recorded images and previews are shown, of images five a second. After the end the page stays
+until Ctrl-C.
 
-With --json, a line at the start, {\"event\":\"playing\",\"page\",\"connect\",\"site\"}, and one at the end of the recording, with --repeat at
-each end, {\"event\":\"played\",\"messages\",\"skipped\"}, counted since the start. Stop with Ctrl-C."
+With --json, a line at the start, {\"event\":\"playing\",\"page\",\"connect\",\"site\"}, and one at the end of the
+recording, with --repeat at each end, {\"event\":\"played\",\"messages\",\"skipped\"}, counted since the start. Stop
+with Ctrl-C."
 )]
 pub struct PlayArguments {
     /// A recording of `sextant record`.
@@ -89,7 +92,7 @@ pub fn run(arguments: &PlayArguments, format: Format) -> anyhow::Result<()> {
             })?;
         let player = Player {
             bus: &bus,
-            keys: Keys::of(recording.site.clone()),
+            keys: Keys::for_site(recording.site.clone()),
             shutdown: &shutdown,
             format,
         };
@@ -159,7 +162,7 @@ impl Recording {
 
     /// Reads up to the first message that arrived so long after the start.
     fn seek(&mut self, from: Duration) -> anyhow::Result<()> {
-        let keys = Keys::of(self.site.clone());
+        let keys = Keys::for_site(self.site.clone());
         let start_ns = self.first.arrival_ns;
         let since_start = |message: &RecordedMessage| {
             Duration::from_nanos(message.arrival_ns.saturating_sub(start_ns))

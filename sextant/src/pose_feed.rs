@@ -27,8 +27,8 @@ fn seconds(text: &str) -> anyhow::Result<Duration> {
     Ok(Duration::try_from_secs_f64(text.parse()?)?)
 }
 
-/// Hands the poses of these objects to `receiver`, those of all objects when none is named, until the time is over, Ctrl-C, or the receiver is
-/// done.
+/// Hands the poses of these objects to `receiver`, those of all objects when none is named, until the time is over,
+/// Ctrl-C, or the receiver is done.
 ///
 /// # Errors
 /// No router, or an error of the receiver.

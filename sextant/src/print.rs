@@ -21,11 +21,11 @@ use std::path::PathBuf;
 /// Arguments of `sextant print`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "Writes a PDF in true size, with rulers to check the printer, and an object file (board.toml) with the ids, sizes and
-poses of the tags. Print at 100 % (\"actual size\").
+    after_help = "Writes a PDF in true size, with rulers to check the printer, and an object file (board.toml) with the
+ids, sizes and poses of the tags. Print at 100 % (\"actual size\").
 
-If the rulers are not 100 mm long, measure a black square from edge to edge and run the same command with --measured-size:
-then only the object file is written, scaled to the measured size.
+If the rulers are not 100 mm long, measure a black square from edge to edge and run the same command with
+--measured-size: then only the object file is written, scaled to the measured size.
 
 For example: sextant print board
              sextant print board --measured-size 0.0277
@@ -152,8 +152,8 @@ struct CharucoArguments {
 /// Options of a plain chessboard.
 #[derive(Args, Debug, Clone)]
 struct ChessboardArguments {
-    /// Inner corners per row, one fewer than squares. With an even number of columns and an odd one of rows, or the other way round,
-    /// images tell which end is up.
+    /// Inner corners per row, one fewer than squares. With an even number of columns and an odd one of rows, or the
+    /// other way round, images tell which end is up.
     #[arg(long, default_value_t = 6)]
     columns: u16,
     /// Rows of inner corners.

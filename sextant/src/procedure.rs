@@ -1,5 +1,5 @@
-//! The images of a calibration or of learning, recorded or of the running site, up to the result. The commands say what is
-//! sought; from there on both ways are the same code.
+//! The images of a calibration or of learning, recorded or of the running site, up to the result. The commands say what
+//! is sought; from there on both ways are the same code.
 
 mod block;
 mod live;
@@ -14,7 +14,7 @@ use crate::recorded::{Preferred, Recorded};
 use crate::site::SiteArguments;
 use anyhow::{anyhow, bail};
 use clap::Args;
-use sextant_calibrator::procedure::{Outcome, Procedure, ProcedureError};
+use sextant_calibrator::procedure::{Procedure, ProcedureError, ProcedureOutcome};
 use sextant_process::{Exit, Failure, WithExit};
 use sextant_replay::ChessboardSearch;
 use sextant_site_model::{CameraId, Rig};
@@ -25,7 +25,8 @@ use std::path::{Path, PathBuf};
 /// Where the images come from.
 #[derive(Args, Debug)]
 pub struct ImageArguments {
-    /// The recording: DIR/CAMERA/data.csv with the pictures in DIR/CAMERA/data, or DIR/CAMERA/detections.jsonl, or an MCAP file.
+    /// The recording: DIR/CAMERA/data.csv with the pictures in DIR/CAMERA/data, or DIR/CAMERA/detections.jsonl, or an
+    /// MCAP file.
     #[arg(value_name = "DIR|FILE.mcap", required_unless_present = "live")]
     recording: Option<PathBuf>,
     /// Use images of the running site.
@@ -36,7 +37,8 @@ pub struct ImageArguments {
     /// Number of detection threads for recorded images; the result does not depend on it.
     #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=64))]
     threads: u8,
-    /// Refuse a partial result. Without it, what can be solved is written, the rest is named and kept as it is, and the exit code is 4.
+    /// Refuse a partial result. Without it, what can be solved is written, the rest is named and kept as it is, and the
+    /// exit code is 4.
     #[arg(long)]
     strict: bool,
 }
@@ -72,8 +74,8 @@ impl ImageArguments {
     /// Opens the folder, or connects to the site. `untimed` is the camera of a folder that may have pictures alone.
     ///
     /// # Errors
-    /// [`Exit::Unavailable`] when no router answers, [`Exit::Input`] for a folder that cannot be used, and for a chessboard, which
-    /// cameras of a site do not look for.
+    /// [`Exit::Unavailable`] when no router answers, [`Exit::Input`] for a folder that cannot be used, and for a
+    /// chessboard, which cameras of a site do not look for.
     pub fn open(
         &self,
         format: Format,
@@ -94,7 +96,9 @@ impl ImageArguments {
             None if chessboard.is_some() => bail!(Failure::new(
                 Exit::Input,
                 anyhow!(
-                    "the cameras of a site look for tags, not for plain chessboards; save images (`sextant record --images`) and give their folder, or use a board with tags (`sextant print charuco`)"
+                    "the cameras of a site look for tags, not for plain chessboards; save images \
+                     (`sextant record --images`) and give their folder, or use a board with tags \
+                     (`sextant print charuco`)"
                 )
             )),
             None => Images::Live(Box::new(Live::open(self.site.open()?, format)?)),
@@ -107,7 +111,7 @@ impl ImageArguments {
     /// Those of `write`; [`Exit::Unavailable`] after a partial result was written, [`Exit::Input`] where it is refused.
     pub fn keep(
         &self,
-        outcome: &Outcome,
+        outcome: &ProcedureOutcome,
         write: impl FnOnce() -> anyhow::Result<()>,
     ) -> anyhow::Result<()> {
         let unsolved = outcome.unsolved();
@@ -129,8 +133,12 @@ impl ImageArguments {
     pub fn handing_over(&self, what: &str, file: &Path) -> Option<String> {
         let file = file.display();
         let site = self.site.as_typed();
-        self.live
-            .then(|| format!("The site works on with what it had; to hand this over: sextant config set {what} {file}{site}"))
+        self.live.then(|| {
+            format!(
+                "The site works on with what it had; to hand this over: sextant \
+                config set {what} {file}{site}"
+            )
+        })
     }
 }
 
@@ -138,13 +146,13 @@ impl Images<'_> {
     /// Runs the procedure over the images and solves it.
     ///
     /// # Errors
-    /// [`Exit::Input`] for images that give no result, with the cause; [`Exit::Interrupted`] for a live procedure that was stopped
-    /// before any detection.
+    /// [`Exit::Input`] for images that give no result, with the cause; [`Exit::Interrupted`] for a live procedure that
+    /// was stopped before any detection.
     pub fn outcome(
         self,
         mut procedure: Procedure,
         looking: &ImageSelection,
-    ) -> anyhow::Result<Outcome> {
+    ) -> anyhow::Result<ProcedureOutcome> {
         match self {
             Self::Live(live) => live.outcome(procedure, looking),
             Self::Recorded {
@@ -153,7 +161,7 @@ impl Images<'_> {
                 threads,
             } => {
                 let mut taken: Result<(), ProcedureError> = Ok(());
-                each_image((folder, &recorded.dataset), looking, threads, |image| {
+                each_image(folder, &recorded.dataset, looking, threads, |image| {
                     if taken.is_ok() {
                         taken = procedure.handle(image);
                     }

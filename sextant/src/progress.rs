@@ -1,4 +1,5 @@
-//! A line of progress on standard error for work of more than two seconds: only on a terminal, never with `--json`, gone at the end.
+//! A line of progress on standard error for work of more than two seconds: only on a terminal, never with `--json`,
+//! gone at the end.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressFinish, ProgressStyle};
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -13,10 +13,11 @@ use std::net::Ipv4Addr;
 /// Arguments of `sextant psn`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "PosiStageNet 2.03: position, speed, orientation, validity (1 tracked, 0.5 coasting, 0 lost) and capture time of each object, and once a second
-their names. The tracker of the first --object is 1; without --object they are numbered by name. Lighting consoles and media servers listen to
-236.10.10.10 on port 56565: name this machine's address on their network with --interface. docs/outputs.md has more.
-With --json, one line at the end: {\"poses\",\"refused\",\"superseded\",\"dropped\",\"sent\",\"unsent\",\"unheard\",\"skipped\"}"
+    after_help = "PosiStageNet 2.03: position, speed, orientation, validity (1 tracked, 0.5 coasting, 0 lost) and
+capture time of each object, and once a second their names. The tracker of the first --object is 1; without --object
+they are numbered by name. Lighting consoles and media servers listen to 236.10.10.10 on port 56565: name this machine's
+address on their network with --interface. docs/outputs.md has more. With --json, one line at the end: {\"poses\",
+\"refused\",\"superseded\",\"dropped\",\"sent\",\"unsent\",\"unheard\",\"skipped\"}"
 )]
 pub struct PsnArguments {
     /// Multicast group, or one machine.

@@ -45,15 +45,16 @@ const ANSWER: Duration = Duration::from_millis(800);
 /// Arguments of `sextant record`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "The file holds observations, poses, rig, objects, statuses, clocks, truth of simulations, and what the fusion node took in, with
-its times, so that `sextant replay` gives the poses that were published, bit for bit, if the recording begins before the node's first
-image. Begun later, it gives the same poses at each replay, which approach those published live within seconds. The file is complete up
-to the last half second at any time, also after kill -9. It opens in Foxglove, Lichtblick and Rerun.
+    after_help = "The file holds observations, poses, rig, objects, statuses, clocks, truth of simulations, and what the
+fusion node took in, with its times, so that `sextant replay` gives the poses that were published, bit for bit, if the
+recording begins before the node's first image. Begun later, it gives the same poses at each replay, which approach
+those published live within seconds. The file is complete up to the last half second at any time, also after kill -9. It
+opens in Foxglove, Lichtblick and Rerun.
 
---images records the images of cameras on this host from shared memory, lossless, as PNG; run it as the user who runs the camera node.
-Where none has come after 5 s, the command ends with exit code 4. Images
-of cameras on other hosts do not cross the network; of these, --images records the previews (JPEG, 5 a second). To record their images, run
-`sextant record --images` on each host: all files are by the same clocks.
+--images records the images of cameras on this host from shared memory, lossless, as PNG; run it as the user who runs
+the camera node. Where none has come after 5 s, the command ends with exit code 4. Images of cameras on other hosts do
+not cross the network; of these, --images records the previews (JPEG, 5 a second). To record their images, run `sextant
+record --images` on each host: all files are by the same clocks.
 
 With --json, one line when the recording has begun, {\"event\":\"recording\",\"file\"}, and one at the end:
 {\"event\":\"recorded\",\"file\",\"seconds\",\"messages\",\"images\",\"bytes\",\"dropped\",\"missed_images\"}; of --last
@@ -81,7 +82,8 @@ pub struct RecordArguments {
     /// Record images as well.
     #[arg(long)]
     images: bool,
-    /// A camera.toml of this host whose section shared_memory names another place of the images than the default; implies --images.
+    /// A camera.toml of this host whose section shared_memory names another place of the images than the default;
+    /// implies --images.
     #[arg(long, value_name = "FILE")]
     camera_config: Option<PathBuf>,
     /// End after this many seconds.
@@ -272,7 +274,8 @@ impl<'a> Recorder<'a> {
         let cause = match cameras.is_empty() {
             true => "no camera of this host has been heard of".to_owned(),
             false => format!(
-                "there are none of {} where cameras usually put them: name the file of a camera with --camera-config (of a demo: camera-NAME.toml in its folder), and run as the user who runs it",
+                "there are none of {} where cameras usually put them: name the file of a camera \
+                 with --camera-config (of a demo: camera-NAME.toml in its folder), and run as the user who runs it",
                 cameras.join(", ")
             ),
         };

@@ -1,4 +1,5 @@
-//! A recording of pictures or detections, whichever way it is kept: a folder, or an MCAP file, which is unpacked for as long as it is used.
+//! A recording of pictures or detections, whichever way it is kept: a folder, or an MCAP file, which is unpacked for as
+//! long as it is used.
 
 use crate::convert::{Counts, RecordingConversion};
 use anyhow::{Context, bail};
@@ -68,7 +69,8 @@ fn unpack(file: &Path, preferred: Preferred) -> anyhow::Result<(TempDir, Counts)
     let path = file.display();
     if !is_mcap_file(file) {
         let cause = anyhow::anyhow!(
-            "{path}: this file is no recording; give an MCAP file of `sextant record` or a folder with one folder a camera"
+            "{path}: this file is no recording; give an MCAP file of `sextant record` or a \
+             folder with one folder a camera"
         );
         bail!(Failure::new(Exit::Input, cause));
     }
@@ -83,7 +85,8 @@ fn unpack(file: &Path, preferred: Preferred) -> anyhow::Result<(TempDir, Counts)
     .context("unpacking the recording")?;
     if counts.is_empty() {
         let cause = anyhow::anyhow!(
-            "{path}: there are neither images nor detections in it; record while cameras run, with `--images` for their pictures"
+            "{path}: there are neither images nor detections in it; record while cameras run, \
+             with `--images` for their pictures"
         );
         bail!(Failure::new(Exit::Input, cause));
     }
@@ -116,7 +119,8 @@ mod tests {
         fs::create_dir_all(from.join("north")).unwrap();
         let line = "{\"t_ns\":5,\"detections\":[]}\n";
         fs::write(from.join("north/detections.jsonl"), line).unwrap();
-        let camera = "[[camera]]\nid = \"north\"\nresolution = [64, 48]\nlens = { model = \"pinhole\", fx = 60.0, fy = 60.0, cx = 31.5, cy = 23.5 }\n";
+        let camera = "[[camera]]\nid = \"north\"\nresolution = [64, 48]\n\
+            lens = { model = \"pinhole\", fx = 60.0, fy = 60.0, cx = 31.5, cy = 23.5 }\n";
         fs::write(&rig, camera).unwrap();
         let to_file = RecordingConversion {
             from: &from,

@@ -21,7 +21,9 @@ use sextant_proto::NodeId;
 use sextant_recordings::Dataset;
 use sextant_recordings::mcap::reader::Ending;
 use sextant_recordings::mcap::site_recording::SiteRecording;
-use sextant_replay::{Models, Order, Plan, Replacement, read_objects, replay_folder, replay_plan};
+use sextant_replay::{
+    Order, Plan, Replacement, ReplayModels, read_objects, replay_folder, replay_plan,
+};
 use sextant_site_report::ObjectEstimate;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -30,20 +32,23 @@ use summary::Summary;
 /// Arguments of `sextant replay`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "Images of a folder are processed in order of arrival (third column of data.csv, `arrival_ns` of detections.jsonl; otherwise
-the capture time), then of capture time, then of camera; those of an MCAP file as the recorded fusion node processed them, with the rig
-and the objects that it had. There is one pose per object and capture time: the estimate after the last image of exactly that capture time,
-which later arrivals do not change. Poses are sorted by time, then object; the same recording gives the same bytes. Of an MCAP file, the
-poses that were published live are compared bit for bit: they are identical where the recording began before the node's first image.
+    after_help = "Images of a folder are processed in order of arrival (third column of data.csv, `arrival_ns` of
+detections.jsonl; otherwise the capture time), then of capture time, then of camera; those of an MCAP file as the
+recorded fusion node processed them, with the rig and the objects that it had. There is one pose per object and capture
+time: the estimate after the last image of exactly that capture time, which later arrivals do not change. Poses are
+sorted by time, then object; the same recording gives the same bytes. Of an MCAP file, the poses that were published
+live are compared bit for bit: they are identical where the recording began before the node's first image.
 
-JSON lines: {\"t_ns\",\"object\",\"position\":[3],\"orientation\":[x,y,z,w],\"covariance\":[36],\"twist\":[6],\"state\",\"cameras\",\"tags\",\"rms_px\"}
-For an articulated object, whose pose is that of its base, also \"links\":[{\"link\",\"position\",\"orientation\",\"covariance\"}] and
-\"joints\":[{\"joint\",\"value\",\"sigma\",\"velocity\"}], in radians or metres.
-With --json and --out, one line on standard output: {\"images\",\"cameras\":[{\"id\",\"images\",\"late\",\"ahead\",\"unknown_tags\"}],\"objects\":[{\"id\",\"poses\"}],
-\"notices\"}, of an MCAP file \"live\":{\"identical\",\"different\",\"without_inputs\"}, with --against \"against\":[\"none\"|\"rigid\",[{\"object\",\"compared\",
-\"without_reference\",\"position_mm\":{\"rms\",\"median\",\"p95\",\"max\"},\"attitude_deg\":{...},\"nees\",\"within_95\"}]]
-TUM: timestamp tx ty tz qx qy qz qw, as `evo` reads it; one object only. C3D: a point (its origin, mm) and a rotation of each object, at a
-constant rate; docs/formats.md has more. USD (.usda) and glTF (.glb): objects and cameras as an animation; docs/outputs.md has more."
+JSON lines: {\"t_ns\",\"object\",\"position\":[3],\"orientation\":[x,y,z,w],\"covariance\":[36],\"twist\":[6],\"state\",
+\"cameras\",\"tags\",\"rms_px\"} For an articulated object, whose pose is that of its base, also \"links\":[{\"link\",
+\"position\",\"orientation\",\"covariance\"}] and \"joints\":[{\"joint\",\"value\",\"sigma\",\"velocity\"}], in radians
+or metres. With --json and --out, one line on standard output: {\"images\",\"cameras\":[{\"id\",\"images\",\"late\",
+\"ahead\",\"unknown_tags\"}],\"objects\":[{\"id\",\"poses\"}],\"notices\"}, of an MCAP file
+\"live\":{\"identical\",\"different\",\"without_inputs\"}, with --against \"against\":[\"none\"|\"rigid\",[{\"object\",
+\"compared\",\"without_reference\",\"position_mm\":{\"rms\",\"median\",\"p95\",\"max\"},\"attitude_deg\":{...},
+\"nees\",\"within_95\"}]] TUM: timestamp tx ty tz qx qy qz qw, as `evo` reads it; one object only. C3D: a point (its
+origin, mm) and a rotation of each object, at a constant rate; docs/formats.md has more. USD (.usda) and glTF (.glb):
+objects and cameras as an animation; docs/outputs.md has more."
 )]
 pub struct ReplayArguments {
     /// The recording: an MCAP file of `sextant record`, or DIR/CAMERA/data.csv with the pictures in DIR/CAMERA/data, or
@@ -59,15 +64,17 @@ pub struct ReplayArguments {
     /// Fusion node whose inputs are replayed; by default the one with the most in the file.
     #[arg(long, value_name = "ID")]
     node: Option<NodeId>,
-    /// File for the poses, FILE.jsonl, FILE.tum, FILE.c3d, FILE.usda or FILE.glb, written atomically. By default JSON lines go to standard output.
+    /// File for the poses, FILE.jsonl, FILE.tum, FILE.c3d, FILE.usda or FILE.glb, written atomically. By default JSON
+    /// lines go to standard output.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Give poses in the base of this robot, a file of `sextant calibrate robot`, instead of the world; those of --against are then in the
-    /// base, too.
+    /// Give poses in the base of this robot, a file of `sextant calibrate robot`, instead of the world; those of
+    /// --against are then in the base, too.
     #[arg(long, value_name = "FILE")]
     frame: Option<PathBuf>,
-    /// Compare with the poses of this file: another recording (its truth where it is simulated, else its poses), JSON lines of poses, TUM text, or
-    /// EuRoC's ground truth CSV; may be repeated. A file of one trajectory is of the object after which it is named, or of the only one.
+    /// Compare with the poses of this file: another recording (its truth where it is simulated, else its poses), JSON
+    /// lines of poses, TUM text, or EuRoC's ground truth CSV; may be repeated. A file of one trajectory is of the
+    /// object after which it is named, or of the only one.
     #[arg(long, value_name = "FILE")]
     against: Vec<PathBuf>,
     /// Motion allowed between the world of the poses and that of --against.
@@ -187,7 +194,7 @@ fn folder_replayed(
         );
         bail!(Failure::new(Exit::Usage, cause));
     };
-    let models = Models::read(rig, &arguments.objects).exit_with(Exit::Input)?;
+    let models = ReplayModels::read(rig, &arguments.objects).exit_with(Exit::Input)?;
     for file in arguments.objects.iter().chain([rig]) {
         say_assumptions(file).exit_with(Exit::Input)?;
     }
@@ -198,10 +205,10 @@ fn folder_replayed(
         .exit_with(Exit::Input)?;
     let threads = usize::from(arguments.threads);
     let images = dataset.rows_by_arrival().len() as u64;
-    let replayed = delivery.of(Some(images), |observer| {
+    let replayed = delivery.deliver(Some(images), |observer| {
         replay_folder(&dataset, &models, threads, observer)
     })?;
-    let summary = Summary::of(&replayed);
+    let summary = Summary::new(&replayed);
     let scene = Scene {
         rig: models.rig,
         objects: models.objects,
@@ -231,7 +238,7 @@ fn file_replayed(
         Ending::Closed => path.to_string(),
         ending => format!("{path}: {ending}"),
     };
-    let plan = Plan::of(&recording, arguments.node.as_ref(), &replacement)
+    let plan = Plan::new(&recording, arguments.node.as_ref(), &replacement)
         .context(place)
         .exit_with(Exit::Input)?;
     let mut notices = notices(&recording, &plan);
@@ -240,13 +247,13 @@ fn file_replayed(
         rig: last.map(|run| run.rig.clone()).unwrap_or_default(),
         objects: last.map_or(Vec::new(), |run| run.objects.clone()),
     };
-    let mut replayed = delivery.of(None, |observer| {
+    let mut replayed = delivery.deliver(None, |observer| {
         replay_plan(plan, &recording.poses, observer)
     })?;
     if replacement.rig.is_some() || replacement.objects.is_some() {
         replayed.live = None;
     }
-    let mut summary = Summary::of(&replayed);
+    let mut summary = Summary::new(&replayed);
     notices.append(&mut summary.notices);
     summary.notices = notices;
     Ok((replayed.poses, summary, scene))
@@ -267,10 +274,12 @@ fn notices(recording: &SiteRecording, plan: &Plan) -> Vec<String> {
     match &plan.order {
         Order::Inputs { first: 0, .. } => {}
         Order::Inputs { node, first } => notices.push(format!(
-            "the recording begins after {first} inputs of the fusion node {node}: the first poses differ from those published live"
+            "the recording begins after {first} inputs of the fusion node {node}: the first \
+             poses differ from those published live"
         )),
         Order::Arrival { cause } => notices.push(format!(
-            "images are replayed as they arrived at the recorder, since {cause}: poses may differ from those published live"
+            "images are replayed as they arrived at the recorder, since {cause}: poses may \
+             differ from those published live"
         )),
     }
     if plan.missing > 0 {

@@ -21,7 +21,7 @@ impl OutputFrame {
     }
 
     /// A pose in this frame. Its covariance has that of the base as well.
-    pub fn of(&self, estimate: ObjectEstimate) -> ObjectEstimate {
+    pub fn transform(&self, estimate: ObjectEstimate) -> ObjectEstimate {
         let Some(base) = &self.0 else { return estimate };
         let mut moved = estimate;
         moved.covariance = covariance(base, &moved.world_from_object, &moved.covariance);
@@ -44,7 +44,8 @@ fn blocks(base: &UncertainPose) -> Matrix6<f64> {
     blocks
 }
 
-/// With p' = exp(r) R p + t + d, an error (d, r) of the base moves the position by d - (R p) x r and turns the attitude by r.
+/// With p' = exp(r) R p + t + d, an error (d, r) of the base moves the position by d - (R p) x r and turns the attitude
+/// by r.
 fn covariance(base: &UncertainPose, pose: &Pose, covariance: &Matrix6<f64>) -> Matrix6<f64> {
     let lever: Vector3<f64> = base.pose.rotation * pose.translation.vector;
     let mut by_base = Matrix6::identity();
@@ -82,7 +83,7 @@ mod tests {
             rms_px: 0.1,
             articulated: None,
         };
-        let moved = OutputFrame(Some(base)).of(estimate.clone());
+        let moved = OutputFrame(Some(base)).transform(estimate.clone());
         let mut random = Random::new(7);
         let mut sampled = Matrix6::zeros();
         const N: usize = 20_000;
@@ -101,6 +102,6 @@ mod tests {
         let off = (sampled - moved.covariance).component_div(&(scale * scale.transpose()));
         assert!(off.amax() < 0.05, "{off}");
         assert!((moved.twist.norm() - estimate.twist.norm()).abs() < 1e-12);
-        assert_eq!(OutputFrame(None).of(estimate.clone()), estimate);
+        assert_eq!(OutputFrame(None).transform(estimate.clone()), estimate);
     }
 }

@@ -23,9 +23,9 @@ use sextant_zenoh_bus::{Bus, BusError};
   /diagnostics                               diagnostic_msgs/DiagnosticArray
 
 ROS 2 must use rmw_zenoh_cpp (RMW_IMPLEMENTATION), with its router running. See docs/ros2.md.
-With --json, one line per event: {\"event\":\"connected\",\"router\",\"session\"}, {\"event\":\"topic\",\"name\",\"type\"},
-and at the end {\"event\":\"end\",\"published\",\"failed\",\"dropped\",\"invalid\",\"over_rate\",\"superseded\",\"name_taken\"}.
-Stop with Ctrl-C.")]
+With --json, one line per event: {\"event\":\"connected\",\"router\",\"session\"},
+{\"event\":\"topic\",\"name\",\"type\"}, and at the end {\"event\":\"end\",\"published\",\"failed\",\"dropped\",
+\"invalid\",\"over_rate\",\"superseded\",\"name_taken\"}. Stop with Ctrl-C.")]
 pub struct Ros2Arguments {
     /// Endpoint of the router of ROS (rmw_zenohd).
     #[arg(long, value_name = "ENDPOINT", default_value = "tcp/localhost:7447")]
@@ -111,7 +111,7 @@ pub fn run(arguments: &Ros2Arguments, format: Format) -> anyhow::Result<()> {
         also: arguments.also.iter().copied().map(Also::from).collect(),
     };
     let mut on_topic = |topic: &Topic| print_line(&declared(topic, format));
-    let counts = ros2::run(site, (ros, graph), options, &mut on_topic, &reporter())?;
+    let counts = ros2::run(site, ros, graph, options, &mut on_topic, &reporter())?;
     print_line(&summary(&counts, format))?;
     Ok(())
 }
@@ -157,7 +157,8 @@ fn summary(counts: &Ros2Counts, format: Format) -> String {
         })
         .to_string(),
         Format::Text => format!(
-            "{} messages published, {} not; of the site's {} dropped, {} invalid, {} over the rate, {} superseded, {} without a name",
+            "{} messages published, {} not; of the site's {} dropped, {} invalid, {} over the \
+             rate, {} superseded, {} without a name",
             counts.published,
             counts.failed,
             counts.dropped,

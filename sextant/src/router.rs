@@ -20,7 +20,8 @@ const PERIOD: Duration = Duration::from_millis(500);
 #[derive(Args, Debug)]
 #[command(
     group = ArgGroup::new("network").args(["config", "listen"]).required(true),
-    after_help = "The file: site = \"lab\", node = \"router\", and the sections [network] (listen, connect, ...) and [security] of every node's file; \
+    after_help = "The file: site = \"lab\", node = \"router\", and the sections [network] \
+        (listen, connect, ...) and [security] of every node's file; \
 docs/several-hosts.md. Two routers name each other in connect; the other nodes name both, and go on when one dies."
 )]
 pub struct RouterArguments {

@@ -1,4 +1,5 @@
-//! `sextant simulate`: a recording of a scenario, its site's files as a person would have them, and the truth beside them.
+//! `sextant simulate`: a recording of a scenario, its site's files as a person would have them, and the truth beside
+//! them.
 
 pub mod models;
 mod recording;
@@ -20,10 +21,11 @@ const START_NS: u64 = 1_700_000_000_000_000_000;
 /// Arguments of `sextant simulate`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "Without SCENARIO the site is that of the demo, with errors of hand-made files; its scenario.toml in DIR is a starting point for your own.
+    after_help = "Without SCENARIO the site is that of the demo, with errors of hand-made files; its scenario.toml in
+DIR is a starting point for your own.
 
-In DIR: CAMERA/data.csv and CAMERA/data/*.png, rig.toml and OBJECT.toml with the errors of the scenario, rig.true.toml and
-OBJECT.true.toml without them, OBJECT.tum with the true poses, scenario.toml.
+In DIR: CAMERA/data.csv and CAMERA/data/*.png, rig.toml and OBJECT.toml with the errors of the scenario, rig.true.toml
+and OBJECT.true.toml without them, OBJECT.tum with the true poses, scenario.toml.
 
 For example: sextant simulate --seconds 10 --out site
              sextant replay site --rig site/rig.toml --object site/cuboid.toml"
@@ -57,9 +59,9 @@ pub struct Demonstration {
     /// Seed of the scene: the same seed, the same images.
     #[arg(long, default_value_t = 1)]
     seed: u32,
-    /// Rig and object files that are exactly right. Without it they are off as those of a real site: cameras by 3 mm and 0.3
-    /// degrees an axis, focal lengths and prints by 0.3 %, glued tags by 0.4 mm and 0.4 degrees; its cameras are triggered
-    /// together, those of an exact site one after the other.
+    /// Rig and object files that are exactly right. Without it they are off as those of a real site: cameras by 3 mm
+    /// and 0.3 degrees an axis, focal lengths and prints by 0.3 %, glued tags by 0.4 mm and 0.4 degrees; its cameras
+    /// are triggered together, those of an exact site one after the other.
     #[arg(long)]
     exact: bool,
 }

@@ -103,7 +103,8 @@ impl SiteArguments {
                 OpenError::NoRouter { endpoint, cause } => {
                     let cause = cause.map_or_else(String::new, |cause| format!(" ({cause})"));
                     let words = anyhow!(
-                        "no router answers at {endpoint}; start a site (`sextant demo` or `sextant fusion`), or name its router with --connect and keys for it with --keys{cause}"
+                        "no router answers at {endpoint}; start a site (`sextant demo` or \
+                         `sextant fusion`), or name its router with --connect and keys for it with --keys{cause}"
                     );
                     Failure::new(Exit::Unavailable, words)
                 }
@@ -137,8 +138,8 @@ pub fn check_may_change(site: &SiteSession) -> anyhow::Result<()> {
     }
 }
 
-/// Key expression for an argument: a whole key, a key below the site (`camera/north/preview`, `config/**`), or the name of a
-/// camera, object or node, which selects all of its keys.
+/// Key expression for an argument: a whole key, a key below the site (`camera/north/preview`, `config/**`), or the name
+/// of a camera, object or node, which selects all of its keys.
 pub fn expression(keys: &Keys, said: &str) -> String {
     let everything = keys.everything();
     let root = everything.trim_end_matches("/**");

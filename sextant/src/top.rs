@@ -30,13 +30,15 @@ const ANSWER: Duration = Duration::from_millis(500);
 /// Arguments of `sextant top`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "On a terminal the view is redrawn in place; otherwise one block per second is printed. NO_COLOR is respected.
-With --json, one line per second: {\"site\",\"t_ns\",\"connected\",\"nodes\":[{\"kind\",\"id\",\"up\",\"age_s\"}],
-\"cameras\":[{\"id\",\"rate_hz\",\"detect_ms\":[p50,p99],\"captured\",\"dropped\",\"clock\":{\"source\",\"error_ms\",\"offset_ms\",\"sigma_ms\",
-\"drift_ppm\"},\"image_age_ms\",\"received\",\"refused\",\"late\",\"gated\",\"unknown_tags\",\"gone_s\"}],
-\"objects\":[{\"id\",\"state\",\"rate_hz\",\"position\",\"orientation\",\"sigma_mm\",\"sigma_deg\",\"cameras\",\"tags\",\"latency_ms\",\"pose_age_ms\",\"gone_s\"}],
-\"faults\":[{\"from\",\"words\"}],\"information\":[{\"from\",\"words\"}]}; null for unknown values. gone_s: seconds since a camera fell silent,
-or since no fusion node has an object any more; it is dropped after 60 s, unless the camera is in the rig. Sigmas are the expected length of the error."
+    after_help = "On a terminal the view is redrawn in place; otherwise one block per second is printed. NO_COLOR is
+respected. With --json, one line per second: {\"site\",\"t_ns\",\"connected\",\"nodes\":[{\"kind\",\"id\",\"up\",
+\"age_s\"}],\"cameras\":[{\"id\",\"rate_hz\",\"detect_ms\":[p50,p99],\"captured\",\"dropped\",\"clock\":{\"source\",
+\"error_ms\",\"offset_ms\",\"sigma_ms\",\"drift_ppm\"},\"image_age_ms\",\"received\",\"refused\",\"late\",\"gated\",
+\"unknown_tags\",\"gone_s\"}],\"objects\":[{\"id\",\"state\",\"rate_hz\",\"position\",\"orientation\",\"sigma_mm\",
+\"sigma_deg\",\"cameras\",\"tags\",\"latency_ms\",\"pose_age_ms\",\"gone_s\"}],\"faults\":[{\"from\",\"words\"}],
+\"information\":[{\"from\",\"words\"}]}; null for unknown values. gone_s: seconds since a camera fell silent, or since
+no fusion node has an object any more; it is dropped after 60 s, unless the camera is in the rig. Sigmas are the
+expected length of the error."
 )]
 pub struct TopArguments {
     /// Print once and end.
@@ -52,7 +54,7 @@ pub struct TopArguments {
 /// No router.
 pub fn run(arguments: &TopArguments, format: Format) -> anyhow::Result<()> {
     let site = arguments.site.open()?;
-    let mut view = View::open(&site)?;
+    let mut view = BoardView::open(&site)?;
     if arguments.once {
         view.watch(ALL_HEARD);
         if !site.shutdown.is_requested() {
@@ -77,7 +79,7 @@ pub fn run(arguments: &TopArguments, format: Format) -> anyhow::Result<()> {
 }
 
 /// The board and its subscription.
-struct View<'a> {
+struct BoardView<'a> {
     site: &'a SiteSession,
     board: Board,
     router: RouterWatch,
@@ -85,7 +87,7 @@ struct View<'a> {
     messages: Vec<Subscription>,
 }
 
-impl<'a> View<'a> {
+impl<'a> BoardView<'a> {
     fn open(site: &'a SiteSession) -> anyhow::Result<Self> {
         let keys = &site.keys;
         let wanted = [

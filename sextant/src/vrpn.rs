@@ -15,10 +15,11 @@ use sextant_site_model::ObjectId;
 /// Arguments of `sextant vrpn`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "Each object is a tracker of its name with sensor 0: a client asks for cube@HOST, or cube@tcp://HOST where a firewall is between.
-Objects that are tracked or coasting are sent, with the capture time, in metres; the quaternion is x y z w.
-VRPN knows no passwords: whoever reaches the address can read the poses. --listen 0.0.0.0 lets other machines connect.
-With --json, one line at the end: {\"poses\",\"refused\",\"dropped\",\"sent\",\"skipped\",\"clients\",\"slow\",\"turned_away\"}"
+    after_help = "Each object is a tracker of its name with sensor 0: a client asks for cube@HOST, or cube@tcp://HOST
+where a firewall is between. Objects that are tracked or coasting are sent, with the capture time, in metres; the
+quaternion is x y z w. VRPN knows no passwords: whoever reaches the address can read the poses. --listen 0.0.0.0 lets
+other machines connect. With --json, one line at the end: {\"poses\",\"refused\",\"dropped\",\"sent\",\"skipped\",
+\"clients\",\"slow\",\"turned_away\"}"
 )]
 pub struct VrpnArguments {
     /// Address of the server.
@@ -72,7 +73,8 @@ fn print_counts(counts: &TrackerCounts, format: Format) -> anyhow::Result<()> {
     match format {
         Format::Json => print_line(&serde_json::to_string(counts)?)?,
         Format::Text => eprintln!(
-            "{} to {} from {}; {} skipped by the rate limit, {} dropped, {} refused; {} dropped as too slow, {} turned away",
+            "{} to {} from {}; {} skipped by the rate limit, {} dropped, {} refused; {} dropped \
+             as too slow, {} turned away",
             words::count(server.sent as usize, "message"),
             words::count(server.clients as usize, "client"),
             words::count(feed.poses as usize, "pose"),

@@ -5,7 +5,7 @@ pub use sextant_process::terminal::plain;
 use serde::Serialize;
 use serde_json::Value;
 use sextant_calibrator::{Finding, Verdict};
-use sextant_proto::{CameraStatus, FusionStatus, Notice, Outcome, SettingsOutcome};
+use sextant_proto::{CameraStatus, ChangeOutcome, FusionStatus, Notice, SettingsOutcome};
 use sextant_site_model::ObjectId;
 use sextant_site_report::{Severity, State};
 use std::cmp::Reverse;
@@ -167,12 +167,12 @@ pub fn camera_findings(status: &CameraStatus) -> Vec<NodeFinding> {
 }
 
 /// What became of a change of the site.
-pub fn outcome(outcome: &Outcome) -> &'static str {
+pub fn outcome(outcome: &ChangeOutcome) -> &'static str {
     match outcome {
-        Outcome::Taken => "taken",
-        Outcome::Kept => "taken and kept",
-        Outcome::Same => "as it was already",
-        Outcome::Refused(_) => "refused",
+        ChangeOutcome::Taken => "taken",
+        ChangeOutcome::Kept => "taken and kept",
+        ChangeOutcome::Same => "as it was already",
+        ChangeOutcome::Refused(_) => "refused",
     }
 }
 

@@ -1,4 +1,5 @@
-//! `sextant replay` of an arm with two joints: links and joints near the truth, as sure as they say, within their limits.
+//! `sextant replay` of an arm with two joints: links and joints near the truth, as sure as they say, within their
+//! limits.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod arm_recording;
@@ -102,7 +103,7 @@ fn links_and_joints_are_where_they_are() {
     assert!(joints.iter().all(|rms| *rms < 3e-3), "{joints:?}");
 }
 
-/// One run's errors hang together over its few seconds, so several runs are asked.
+/// The errors of one run are correlated over its few seconds, so there are several runs.
 #[test]
 fn links_are_as_far_off_as_they_say() {
     const RUNS: u64 = 6;

@@ -102,7 +102,8 @@ fn a_printed_board_gives_the_lens_and_leaves_the_rest_of_the_rig() {
     let folder = tempfile::tempdir().unwrap();
     let board = printed_board(folder.path());
     write_images(&folder.path().join("images"), &board, 0.7);
-    let former = "[[camera]]\nid = \"north\"\nresolution = [640, 480]\nlens = { model = \"pinhole\", fx = 500.0, fy = 500.0, cx = 320.0, cy = 240.0 }\n\
+    let former = "[[camera]]\nid = \"north\"\nresolution = [640, 480]\n\
+        lens = { model = \"pinhole\", fx = 500.0, fy = 500.0, cx = 320.0, cy = 240.0 }\n\
         world_from_camera = { position = [1.0, 2.0, 3.0], orientation = [0.0, 0.0, 0.0, 1.0] }\n";
     fs::write(folder.path().join("rig.toml"), former).unwrap();
 

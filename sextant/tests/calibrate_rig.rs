@@ -22,7 +22,13 @@ fn walked(rig: &Rig, images: u32) -> TempDir {
     write_object(&folder.path().join("board.toml"), &board()).unwrap();
     for camera in rig.cameras() {
         let walk = (images, through_the_room);
-        record(&folder.path().join("walk"), camera, &board(), walk);
+        record(
+            &folder.path().join("walk"),
+            camera,
+            &board(),
+            walk.0,
+            walk.1,
+        );
     }
     folder
 }

@@ -46,7 +46,7 @@ fn worst_error(said: &str, truth: &[ObservedTag]) -> f64 {
 
 #[test]
 fn tags_are_fitted_through_the_lens_of_the_rigs_camera() {
-    let recording = Recording::of(near_a_wide_lens(), 1);
+    let recording = Recording::render_all(near_a_wide_lens(), 1);
     let facing = Visibility {
         min_edge_px: 60.0,
         ..Visibility::default()

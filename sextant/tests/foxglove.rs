@@ -82,9 +82,11 @@ impl Viewer {
     }
 
     fn subscribe(&mut self, id: u32, channel: &Value) {
-        let wish =
+        let request =
             json!({"op": "subscribe", "subscriptions": [{"id": id, "channelId": channel["id"]}]});
-        self.socket.send(Message::text(wish.to_string())).unwrap();
+        self.socket
+            .send(Message::text(request.to_string()))
+            .unwrap();
     }
 
     /// The next message of a subscription.

@@ -83,7 +83,8 @@ fn secrets_are_for_their_owner_only() {
             assert_eq!(mode(&path), 0o600, "{}", path.display());
         }
     }
-    // Of the authority two, of each member two; of the router all passwords; of the operator the page's key and tokens, and those of phones.
+    // Of the authority two, of each member two; of the router all passwords; of the operator the page's key and tokens,
+    // and those of phones.
     assert_eq!(secrets, 2 + 3 * 2 + 1 + 3);
 }
 
@@ -181,7 +182,8 @@ fn a_node_with_readable_secrets_or_foreign_keys_does_not_start() {
     let file = place.path().join("camera.toml");
     let write = |site: &str, security: &str| {
         let text = format!(
-            "site = \"{site}\"\ncamera = \"north\"\n[source]\nkind = \"images\"\nfolder = \".\"\n[network]\nconnect = [\"quic/fusion.lab:7447\"]\n[security]\n{security}\n"
+            "site = \"{site}\"\ncamera = \"north\"\n[source]\nkind = \"images\"\nfolder = \".\"\n\
+             [network]\nconnect = [\"quic/fusion.lab:7447\"]\n[security]\n{security}\n"
         );
         fs::write(&file, text).unwrap();
     };

@@ -25,7 +25,13 @@ fn turned(counts: impl Fn(u32) -> bool, images: u32) -> TempDir {
     let seen = ObjectModel::new(ObjectId::new("cap").unwrap(), seen).unwrap();
     let camera = &rig.cameras()[0];
     let turning = (images, |seconds| before(camera, seconds));
-    record(&folder.path().join("turning"), camera, &seen, turning);
+    record(
+        &folder.path().join("turning"),
+        camera,
+        &seen,
+        turning.0,
+        turning.1,
+    );
     folder
 }
 

@@ -1,5 +1,5 @@
-//! `sextant natnet` with real sockets: clients that ask for frames at their own address, and what is no client. `clients/python/tests/test_natnet.py`
-//! has the clients that people use.
+//! `sextant natnet` with real sockets: clients that ask for frames at their own address, and what is no client.
+//! `clients/python/tests/test_natnet.py` has the clients that people use.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod posing_site;
@@ -19,7 +19,7 @@ const KEEP_ALIVE: u16 = 10;
 struct Client(UdpSocket);
 
 impl Client {
-    fn of(server: &Server) -> Self {
+    fn connect(server: &Server) -> Self {
         let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
         socket.connect(server.address).unwrap();
         let wait = Some(Duration::from_millis(10));
@@ -53,7 +53,7 @@ fn clients_get_frames_at_their_own_address_until_they_leave() {
     site.announce(&["cube", "tray"]);
     let arguments = ["natnet", "--unicast", "--protocol", "3.1", "--axes", "y-up"];
     let server = Server::start(&site, &arguments, " at ", ',');
-    let clients = [Client::of(&server), Client::of(&server)];
+    let clients = [Client::connect(&server), Client::connect(&server)];
     // What is no message changes nothing.
     clients[0].0.send(b"x").unwrap();
     clients[0].0.send(&[0xff; 1000]).unwrap();

@@ -36,7 +36,7 @@ fn poses_come_as_text_in_three_formats() {
 }
 
 #[test]
-fn poses_go_to_a_file_and_a_full_disk_is_told() {
+fn poses_go_to_a_file_and_a_full_disk_is_reported() {
     let mut site = Site::open();
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("poses.csv");

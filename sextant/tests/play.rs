@@ -1,4 +1,5 @@
-//! `sextant play`: parts of recordings, again and again, with pictures of the recorded images; and files without an end.
+//! `sextant play`: parts of recordings, again and again, with pictures of the recorded images; and files without an
+//! end.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod posing_site;

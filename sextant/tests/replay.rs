@@ -37,7 +37,10 @@ fn write_detections(recording: &Recording, into: &Path) {
                 let [family, id] = [&tag["family"], &tag["id"]];
                 let [corners, covariance] = [&tag["corners"], &tag["corner_covariance"]];
                 let between = &tag["corner_cross_covariance"];
-                json!({"family": family, "id": id, "corners": corners, "corner_covariance": covariance, "corner_cross_covariance": between})
+                json!({
+                    "family": family, "id": id, "corners": corners,
+                    "corner_covariance": covariance, "corner_cross_covariance": between,
+                })
             });
             let numbers = [t_ns, arrival_ns].map(|number| number.parse::<u64>().unwrap());
             let line = json!({"t_ns": numbers[0], "arrival_ns": numbers[1], "detections": tags.collect::<Vec<_>>()});

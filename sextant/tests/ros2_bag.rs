@@ -1,4 +1,5 @@
-//! `sextant convert --ros2`: the folder that `ros2 bag` expects, and what is refused. What other tools read of it: `cargo xtask ros2`.
+//! `sextant convert --ros2`: the folder that `ros2 bag` expects, and what is refused. What other tools read of it:
+//! `cargo xtask ros2`.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod recording;

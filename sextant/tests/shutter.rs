@@ -1,5 +1,5 @@
-//! Pictures of a moving object by rolling shutters, blurred by their exposure and stamped with its start: replayed with what the
-//! rig file can say of that, and without.
+//! Pictures of a moving object by rolling shutters, blurred by their exposure and stamped with its start: replayed with
+//! what the rig file can say of that, and without.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod recording;
@@ -70,7 +70,7 @@ fn off_mm(recording: &Recording, rig: &Rig) -> (f64, f64) {
 
 #[test]
 fn rolling_shutters_and_stamps_of_the_start_cost_nothing_where_the_rig_says_so() {
-    let recording = Recording::of(swift_scene(), IMAGES);
+    let recording = Recording::render_all(swift_scene(), IMAGES);
     stamp_with_the_start(&recording);
     let silent = read_rig(&recording.path("rig.toml")).unwrap();
     let mut cameras = silent.cameras().to_vec();

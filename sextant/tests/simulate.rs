@@ -114,7 +114,7 @@ fn a_scenario_file_says_what_is_simulated() {
 }
 
 #[test]
-fn mistakes_are_told_with_file_and_key_and_nothing_is_overwritten() {
+fn mistakes_are_reported_with_file_and_key_and_nothing_is_overwritten() {
     let root = tempfile::tempdir().unwrap();
     let folder = root.path().join("site");
     let files_only = ["--cameras", "1", "--objects", "1", "--seconds", "0"];

@@ -1,6 +1,7 @@
 #!/bin/sh
-# Makes the emulated board's files in $BOARD from Debian's packages, which mmdebstrap has unpacked in $1: kernel, device tree, initial RAM file
-# system and disk. Runs no program of the board's processor: packages stay unpacked, none of their scripts is run.
+# Makes the emulated board's files in $BOARD from Debian's packages, which mmdebstrap has unpacked in $1: kernel, device
+# tree, initial RAM file system and disk. Runs no program of the board's processor: packages stay unpacked, none of
+# their scripts is run.
 set -eu
 root=$1
 files=$(dirname "$0")
@@ -45,7 +46,8 @@ mkdir -p "$initramfs/modules" "$initramfs/bin" "$initramfs/dev" "$initramfs/root
 cp "$files/init" "$initramfs/"
 cp "$root/usr/bin/busybox" "$initramfs/bin/"
 number=10
-for module in crypto/crc32c_generic drivers/virtio/virtio_mmio drivers/block/virtio_blk lib/crc16 fs/mbcache fs/jbd2/jbd2 fs/ext4/ext4; do
+for module in crypto/crc32c_generic drivers/virtio/virtio_mmio drivers/block/virtio_blk lib/crc16 fs/mbcache \
+    fs/jbd2/jbd2 fs/ext4/ext4; do
     cp "$root/lib/modules/$version/kernel/$module.ko" "$initramfs/modules/$number-$(basename "$module").ko"
     number=$((number + 1))
 done

@@ -1,7 +1,8 @@
-//! An emulated Cortex-A9 with Debian on it, and a shell on it: qemu's vexpress-a9, started from the files that `cargo xtask board` makes.
+//! An emulated Cortex-A9 with Debian on it, and a shell on it: qemu's vexpress-a9, started from the files that
+//! `cargo xtask board` makes.
 //!
-//! The machine's first serial line is its console, kept in a file; the second one takes commands (`tests/board/root`). It reaches this host's
-//! loopback as [`HOST`]. Nothing that it writes to its disk is kept.
+//! The machine's first serial line is its console, kept in a file; the second one takes commands (`tests/board/root`).
+//! It reaches this host's loopback as [`HOST`]. Nothing that it writes to its disk is kept.
 
 use std::fs;
 use std::io::{Read, Write};
@@ -26,8 +27,8 @@ pub struct Board {
 }
 
 impl Board {
-    /// Starts the board from the files in `image`, with a second disk labelled `payload` that has the files of `payload` on it. `folder` is for
-    /// its own files. Returns when it takes commands.
+    /// Starts the board from the files in `image`, with a second disk labelled `payload` that has the files of
+    /// `payload` on it. `folder` is for its own files. Returns when it takes commands.
     ///
     /// # Panics
     /// When it does not come up.

@@ -1,5 +1,5 @@
-//! A TCP proxy between two processes that does what a bad network does. It knows the framing of zenoh's TCP links, so that it loses whole
-//! batches of messages, as a congested link does, and not bytes.
+//! A TCP proxy between two processes that does what a bad network does. It knows the framing of zenoh's TCP links, so
+//! that it loses whole batches of messages, as a congested link does, and not bytes.
 
 use sextant_simulator::Random;
 use std::io::{self, Read, Write};
@@ -134,7 +134,8 @@ impl Shared {
         }
     }
 
-    /// Takes batches in: two bytes of length, little-endian, and so many bytes; another thread passes them on when they are due.
+    /// Takes batches in: two bytes of length, little-endian, and so many bytes; another thread passes them on when they
+    /// are due.
     fn pass(
         self: &Arc<Self>,
         mut from: &TcpStream,

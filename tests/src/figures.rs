@@ -1,12 +1,13 @@
-//! Figures of the table of faults in BENCHMARKS.md: `cargo xtask faults` runs the tests that measure them, in full length, and writes them there.
+//! Figures of the table of faults in BENCHMARKS.md: `cargo xtask faults` runs the tests that measure them, in full
+//! length, and writes them there.
 
 use std::fmt;
 
 /// The variable by which `cargo xtask faults` asks for the full length, on a machine with nothing else to do.
 const FULL: &str = "SEXTANT_FAULTS";
 
-/// Whether faults last as long, and come as often, as the table says. Otherwise a test shows in seconds that the promise can be kept, and
-/// holds no time against a machine that has other things to do.
+/// Whether faults last as long, and come as often, as the table says. Otherwise a test shows in seconds that the
+/// promise can be kept, and holds no time against a machine that has other things to do.
 #[must_use]
 pub fn is_full() -> bool {
     std::env::var_os(FULL).is_some()

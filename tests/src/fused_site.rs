@@ -40,7 +40,8 @@ impl FusedSite {
         }
         let connect = format!("tcp/127.0.0.1:{}", free_port());
         let text = format!(
-            "site = \"lab\"\nrig = \"rig.toml\"\nobjects = {names:?}\n{more}\n[network]\nmode = \"router\"\nlisten = [\"{connect}\"]\n"
+            "site = \"lab\"\nrig = \"rig.toml\"\nobjects = {names:?}\n{more}\n[network]\n\
+             mode = \"router\"\nlisten = [\"{connect}\"]\n"
         );
         std::fs::write(folder.path().join("fusion.toml"), text).expect("the folder can be written");
         Self::run(folder, connect)

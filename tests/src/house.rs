@@ -1,4 +1,5 @@
-//! A site of several processes that a test may kill, stop and cut off: routers, fusion nodes, and cameras whose images the test makes up.
+//! A site of several processes that a test may kill, stop and cut off: routers, fusion nodes, and cameras whose images
+//! the test makes up.
 
 use crate::fault_proxy::until;
 use crate::program::sextant;
@@ -47,15 +48,16 @@ impl House {
     /// When files cannot be written.
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
-        Self::of(scene, scene)
+        Self::with_files(scene, scene)
     }
 
-    /// A house whose files say otherwise than its camera feeds see: more, for cameras and objects of real camera nodes, or with errors.
+    /// A house whose files say otherwise than its camera feeds see: more, for cameras and objects of real camera nodes,
+    /// or with errors.
     ///
     /// # Panics
     /// When files cannot be written.
     #[must_use]
-    pub fn of(files: &Scene, scene: &Scene) -> Self {
+    pub fn with_files(files: &Scene, scene: &Scene) -> Self {
         let turn = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
         Self {
             folder: tempfile::tempdir().expect("a temporary folder"),
@@ -133,7 +135,8 @@ impl House {
             write_object(&folder.join(name), object).expect("a file");
         }
         let text = format!(
-            "site = \"lab\"\nnode = \"{name}\"\nrig = \"rig.toml\"\nobjects = {names:?}\nkeep_changes = true\n[network]\nmode = \"client\"\nconnect = {routers:?}\n{sections}"
+            "site = \"lab\"\nnode = \"{name}\"\nrig = \"rig.toml\"\nobjects = {names:?}\n\
+             keep_changes = true\n[network]\nmode = \"client\"\nconnect = {routers:?}\n{sections}"
         );
         let file = folder.join("fusion.toml");
         fs::write(&file, text).expect("a file");

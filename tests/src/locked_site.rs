@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Output};
 use std::time::Instant;
 
-/// Members of every such site beside its cameras, as `sextant keys add` wants them. An emulated board ([`crate::Board`]) has an address of its own
-/// for the router.
+/// Members of every such site beside its cameras, as `sextant keys add` wants them. An emulated board
+/// ([`crate::Board`]) has an address of its own for the router.
 const MEMBERS: [&[&str]; 3] = [
     &["fusion", "--role", "fusion", "--host", crate::board::HOST],
     &["screen", "--role", "viewer"],
@@ -69,7 +69,7 @@ impl LockedSite {
     /// When it does not come up.
     #[must_use]
     pub fn start(profile: Profile) -> Self {
-        Self::of(profile, Scene::new(2, &["box"]))
+        Self::start_scene(profile, Scene::new(2, &["box"]))
     }
 
     /// Starts a site of a scene's cameras and its first object.
@@ -77,7 +77,7 @@ impl LockedSite {
     /// # Panics
     /// When it does not come up.
     #[must_use]
-    pub fn of(profile: Profile, scene: Scene) -> Self {
+    pub fn start_scene(profile: Profile, scene: Scene) -> Self {
         let folder = tempfile::tempdir().expect("a temporary folder");
         write_rig(&folder.path().join("rig.toml"), &scene.rig).expect("a rig");
         write_object(&folder.path().join("object.toml"), &scene.objects[0]).expect("an object");
@@ -89,7 +89,8 @@ impl LockedSite {
         };
         let connect = format!("{protocol}/127.0.0.1:{}", free_port());
         let text = format!(
-            "site = \"lab\"\nrig = \"rig.toml\"\nobjects = [\"object.toml\"]\n[network]\nmode = \"router\"\nlisten = [\"{connect}\"]\n[security]\nprofile = \"{}\"\nkeys = \"authority/fusion\"\n",
+            "site = \"lab\"\nrig = \"rig.toml\"\nobjects = [\"object.toml\"]\n[network]\n\
+             mode = \"router\"\nlisten = [\"{connect}\"]\n[security]\nprofile = \"{}\"\nkeys = \"authority/fusion\"\n",
             profile.name()
         );
         std::fs::write(folder.path().join("fusion.toml"), text).expect("the folder can be written");
@@ -165,7 +166,8 @@ impl LockedSite {
         Bus::open_unless(&options, &security, &late).expect("the router takes the keys")
     }
 
-    /// Whether the router refuses a process that connects like this: it has logged `words` once more and let it in no further.
+    /// Whether the router refuses a process that connects like this: it has logged `words` once more and let it in no
+    /// further.
     ///
     /// # Panics
     /// When the router says nothing of it.

@@ -3,7 +3,8 @@
 use std::path::Path;
 use std::process::Command;
 
-/// Runs one test of this program again, in name spaces that end with it, with the environment variable `variable` set to `folder`.
+/// Runs one test of this program again, in name spaces that end with it, with the environment variable `variable` set
+/// to `folder`.
 ///
 /// # Panics
 /// When the test fails there.

@@ -1,5 +1,5 @@
-//! A site in virtual time without images: cameras in a ring around tagged cubes that move, corners projected exactly and
-//! rounded as a detector's would be noisy. What is true may differ from what the site believes: that is a fault.
+//! A site in virtual time without images: cameras in a ring around tagged cubes that move, corners projected exactly
+//! and rounded as a detector's would be noisy. What is true may differ from what the site believes: that is a fault.
 
 use nalgebra::{Point3, Rotation3, UnitQuaternion, Vector3};
 use sextant_geometry::{Intrinsics, Lens, Pose, tag_corners_in_tag};
@@ -35,12 +35,12 @@ impl Scene {
     pub fn new(cameras: usize, names: &[&str]) -> Self {
         let cubes = names.iter().zip(0..).map(|(name, k)| cube(name, 6 * k));
         let rig = Rig::new((0..cameras).map(|k| camera(k, cameras)).collect());
-        Self::of(rig.expect("a rig"), cubes.collect())
+        Self::from_models(rig.expect("a rig"), cubes.collect())
     }
 
     /// These cameras and objects, with true clocks.
     #[must_use]
-    pub fn of(rig: Rig, objects: Vec<ObjectModel>) -> Self {
+    pub fn from_models(rig: Rig, objects: Vec<ObjectModel>) -> Self {
         Self {
             clock_offsets_s: vec![0.0; rig.cameras().len()],
             rig,
@@ -49,7 +49,8 @@ impl Scene {
         }
     }
 
-    /// The site as its files have it after somebody measured it by hand: cameras a centimetre and a third of a degree off.
+    /// The site as its files have it after somebody measured it by hand: cameras a centimetre and a third of a degree
+    /// off.
     ///
     /// # Panics
     /// Never: the cameras have poses.
@@ -88,7 +89,8 @@ impl Scene {
         }
     }
 
-    /// What a camera sees at `time_ns`, as its node would publish it; the objects are where they are `seconds` after the start.
+    /// What a camera sees at `time_ns`, as its node would publish it; the objects are where they are `seconds` after
+    /// the start.
     pub fn observe(&mut self, camera: usize, seconds: f64, time_ns: u64) -> Observations {
         let objects = self.objects.clone();
         let placed = objects.iter().enumerate();

@@ -1,5 +1,5 @@
-/* Preloaded into a process, sets its wall clock by the nanoseconds that the file CLOCK_OFFSET holds: a little-endian 64-bit integer, read at
-   each call, so that a test steps the clock of one process while it runs. */
+/* Preloaded into a process, sets its wall clock by the nanoseconds that the file CLOCK_OFFSET holds: a little-endian
+   64-bit integer, read at each call, so that a test steps the clock of one process while it runs. */
 #include <fcntl.h>
 #include <stdint.h>
 #include <stdlib.h>

@@ -1,5 +1,5 @@
-//! A studio without hardware: printed things on paths before simulated cameras, rendered into a recording as a person would
-//! have taken it.
+//! A studio without hardware: printed things on paths before simulated cameras, rendered into a recording as a person
+//! would have taken it.
 
 use nalgebra::{Isometry3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use sextant_geometry::{Lens, Pose};
@@ -34,7 +34,10 @@ impl Studio {
     #[must_use]
     pub fn with_cameras<'a>(cameras: impl IntoIterator<Item = (&'a str, Lens, Pose)>) -> Self {
         Self {
-            cameras: cameras.into_iter().map(camera).collect(),
+            cameras: cameras
+                .into_iter()
+                .map(|(id, lens, pose)| camera(id, lens, pose))
+                .collect(),
             objects: Vec::new(),
         }
     }
@@ -129,7 +132,7 @@ fn taken_ns(at: u32, shots: Shots) -> u64 {
     START_NS + (f64::from(at) / shots.rate_hz * 1e9) as u64
 }
 
-fn camera((id, lens, world_from_camera): (&str, Lens, Pose)) -> SceneCamera {
+fn camera(id: &str, lens: Lens, world_from_camera: Pose) -> SceneCamera {
     SceneCamera {
         exposure_ns: 2_000_000,
         vignetting: 0.1,

@@ -13,7 +13,7 @@ pub struct Traces {
 impl Traces {
     /// Those of the demo whose parent has this process id.
     #[must_use]
-    pub fn of(demo: u32) -> Self {
+    pub fn demo(demo: u32) -> Self {
         let mut names = BTreeSet::new();
         collect(Path::new("/dev/shm"), &format!("sx{demo}_"), &mut names);
         collect(

@@ -1,8 +1,10 @@
-//! A unit of deploy/systemd, and its program started with what systemd would let it see: the file system of the unit's sandbox, its
-//! environment, its working directory, no capability. The unit's own file is read, so that the two cannot part; a directive that is not
-//! known here fails the test. Needs name spaces of its own for user, mounts and network: `unshare --user --map-root-user --mount --net`.
+//! A unit of deploy/systemd, and its program started with what systemd would let it see: the file system of the unit's
+//! sandbox, its environment, its working directory, no capability. The unit's own file is read, so that the two cannot
+//! part; a directive that is not known here fails the test. Needs name spaces of its own for user, mounts and network:
+//! `unshare --user --map-root-user --mount --net`.
 //!
-//! Not imitated: users (the process is the owner of its folders, as systemd would make it), limits and filters of system calls.
+//! Not imitated: users (the process is the owner of its folders, as systemd would make it), limits and filters of
+//! system calls.
 
 use crate::workspace_root;
 use std::collections::BTreeMap;
@@ -163,8 +165,8 @@ impl Unit {
     }
 }
 
-/// An empty `/var/lib` and `/run`, the programs under test, and a loopback interface: what the name spaces of the whole test begin with.
-/// A workspace or build that is below one of these folders stays where it is.
+/// An empty `/var/lib` and `/run`, the programs under test, and a loopback interface: what the name spaces of the whole
+/// test begin with. A workspace or build that is below one of these folders stays where it is.
 ///
 /// # Panics
 /// When this process may not do so.
@@ -235,7 +237,8 @@ impl View {
         }
     }
 
-    /// What is writable becomes a mount of its own before all others turn read-only; the private folders come after that.
+    /// What is writable becomes a mount of its own before all others turn read-only; the private folders come after
+    /// that.
     fn enter(&self) -> io::Result<()> {
         // SAFETY: unshare takes a number only.
         result(unsafe { libc::unshare(libc::CLONE_NEWNS) })?;

@@ -33,7 +33,7 @@ impl Witness {
     /// When none answers.
     #[must_use]
     pub fn start(keys: &Keys, routers: &[&str]) -> Self {
-        Self::of(client_of(routers), keys)
+        Self::new(client_of(routers), keys)
     }
 
     /// A subscriber at this place on the network.
@@ -41,7 +41,7 @@ impl Witness {
     /// # Panics
     /// When the network is gone.
     #[must_use]
-    pub fn of(bus: Bus, keys: &Keys) -> Self {
+    pub fn new(bus: Bus, keys: &Keys) -> Self {
         let sights: Arc<Mutex<Vec<Sight>>> = Arc::default();
         let (intake, epochs) = (Arc::clone(&sights), Mutex::new(EpochFilter::default()));
         let take = move |item: sextant_zenoh_bus::Item| {

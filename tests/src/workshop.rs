@@ -1,5 +1,5 @@
-//! A simulated workshop: three cameras along a wall, a printed board held in front of them, and a cube that is turned. It has corners
-//! without images, so that minutes of use take seconds.
+//! A simulated workshop: three cameras along a wall, a printed board held in front of them, and a cube that is turned.
+//! It has corners without images, so that minutes of use take seconds.
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
 use sextant_calibrator::PrintedGrid;

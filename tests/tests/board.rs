@@ -1,6 +1,7 @@
-//! A camera node on an emulated Cortex-A9 board: its package is installed with dpkg, systemd starts its units, capture reads the driver `vivid`
-//! to whose output images of a tagged box are written, and a fusion node on this host, reached over QUIC with certificates on both ends, makes a pose of what it sees. Units
-//! come back when killed and after a reboot, capture survives a lost device and a change of the pixel format, and nothing is left after a purge.
+//! A camera node on an emulated Cortex-A9 board: its package is installed with dpkg, systemd starts its units, capture
+//! reads the driver `vivid` to whose output images of a tagged box are written, and a fusion node on this host, reached
+//! over QUIC with certificates on both ends, makes a pose of what it sees. Units come back when killed and after a
+//! reboot, capture survives a lost device and a change of the pixel format, and nothing is left after a purge.
 //!
 //! `cargo xtask board` runs it with what it needs; by itself it is ignored.
 
@@ -62,10 +63,11 @@ fn install(board: &mut Board) {
     }
 }
 
-/// What both parts hold of their own and share: all that must fit into RAM beside the program, which is read from its file.
+/// What both parts hold of their own and share: all that must fit into RAM beside the program, which is read from its
+/// file.
 fn takes_little_memory(board: &mut Board) {
-    let told = board.run("cat $(pgrep -x node-camera | sed 's|.*|/proc/&/smaps_rollup|')");
-    let held = told.lines().filter_map(|line| {
+    let report = board.run("cat $(pgrep -x node-camera | sed 's|.*|/proc/&/smaps_rollup|')");
+    let held = report.lines().filter_map(|line| {
         let (what, size) = line.split_once(':')?;
         let counts = matches!(what, "Pss_Anon" | "Pss_Shmem");
         let kilobytes: usize = size.trim().strip_suffix(" kB")?.parse().ok()?;
@@ -73,7 +75,7 @@ fn takes_little_memory(board: &mut Board) {
     });
     let held: Vec<(String, usize)> = held.collect();
     println!("memory of capture and detection, kB: {held:?}");
-    assert_eq!(held.len(), 4, "{told}");
+    assert_eq!(held.len(), 4, "{report}");
     let kilobytes: usize = held.iter().map(|(_, kilobytes)| kilobytes).sum();
     assert!(kilobytes < MOST_KB, "{held:?}");
 }
@@ -88,8 +90,8 @@ fn comes_back_after_kill(board: &mut Board, site: &Site) {
     }
 }
 
-/// Unbinding the driver is what pulling a plug is: open files stay, and everything on them fails. The kernel gives the device its old number again
-/// only after the last of them is closed.
+/// Unbinding the driver is what pulling a plug is: open files stay, and everything on them fails. The kernel gives the
+/// device its old number again only after the last of them is closed.
 fn survives_a_lost_device(board: &mut Board, site: &Site) {
     board.run("systemctl stop vivid && echo vivid.0 >/sys/bus/platform/drivers/vivid/unbind");
     board.run("test ! -e /dev/video0");
@@ -98,8 +100,8 @@ fn survives_a_lost_device(board: &mut Board, site: &Site) {
     site.await_images();
 }
 
-/// Capture goes on and follows its file; the camera shows the box in that one format alone. The last one is the first again, as in the file that a
-/// person would copy.
+/// Capture goes on and follows its file; the camera shows the box in that one format alone. The last one is the first
+/// again, as in the file that a person would copy.
 fn reads_every_format(board: &mut Board, site: &Site) {
     for format in RAW_FORMATS.iter().chain(&RAW_FORMATS[..1]) {
         board.run(&format!(
@@ -126,9 +128,11 @@ fn is_removed_and_purged(board: &mut Board) {
 /// In a root with nothing but BusyBox, the C library and the tarball in it, which is read-only when the node starts.
 fn runs_where_busybox_is_init(board: &mut Board, site: &Site) {
     for line in [
-        "mkdir -p /opt/root/bin /opt/root/lib /opt/root/dev /opt/root/mnt /opt/root/proc /opt/root/run /opt/root/etc/sextant",
+        "mkdir -p /opt/root/bin /opt/root/lib /opt/root/dev /opt/root/mnt /opt/root/proc \
+         /opt/root/run /opt/root/etc/sextant",
         "cp /usr/bin/busybox /opt/root/bin/ && chroot /opt/root /bin/busybox --install -s /bin",
-        "cp -L /lib/ld-linux-armhf.so.3 /opt/root/lib/ && cd /lib/arm-linux-gnueabihf && cp -L lib[cm].so.6 lib*.so.[0-2] /opt/root/lib/",
+        "cp -L /lib/ld-linux-armhf.so.3 /opt/root/lib/ && cd /lib/arm-linux-gnueabihf && cp -L \
+         lib[cm].so.6 lib*.so.[0-2] /opt/root/lib/",
         "echo root:x:0:0::/:/bin/sh >/opt/root/etc/passwd",
         "mount --bind /opt/root /opt/root && mount -t tmpfs none /opt/root/run",
         "for folder in dev mnt proc; do mount --rbind /$folder /opt/root/$folder; done",
@@ -159,7 +163,7 @@ impl Site {
         let read = |name: &str| picture.folder.join(name);
         let rig = read_rig(&read("rig.toml")).expect("a rig");
         let object = read_object(&read("cuboid.toml")).expect("an object");
-        let locked = LockedSite::of(Profile::Site, Scene::of(rig, vec![object]));
+        let locked = LockedSite::start_scene(Profile::Site, Scene::from_models(rig, vec![object]));
         let screen = locked.open("screen");
         Self { locked, screen }
     }
@@ -234,7 +238,8 @@ impl Picture {
         }
     }
 
-    /// What the board is given: package, tarball, the node's configuration and keys, and the image that its camera is to see.
+    /// What the board is given: package, tarball, the node's configuration and keys, and the image that its camera is
+    /// to see.
     fn write_payload(&self, folder: &Path, site: &LockedSite) {
         fs::create_dir_all(folder.join("keys")).expect("a folder");
         for what in ["DEB", "TARBALL"] {
@@ -248,7 +253,9 @@ impl Picture {
         }
         let router = site.connect.replace("127.0.0.1", HOST);
         let configuration = format!(
-            "site = \"lab\"\ncamera = \"north\"\n[source]\nkind = \"v4l2\"\ndevice = \"/dev/sextant/cam-platform-vivid_0\"\nresolution = [640, 480]\nformat = \"GREY\"\n[network]\nconnect = [\"{router}\"]\n[security]\nprofile = \"site\"\nkeys = \"keys\"\n"
+            "site = \"lab\"\ncamera = \"north\"\n[source]\nkind = \"v4l2\"\n\
+             device = \"/dev/sextant/cam-platform-vivid_0\"\nresolution = [640, 480]\n\
+             format = \"GREY\"\n[network]\nconnect = [\"{router}\"]\n[security]\nprofile = \"site\"\nkeys = \"keys\"\n"
         );
         fs::write(folder.join("camera-north.toml"), configuration).expect("a file");
         let grey = self.grey();

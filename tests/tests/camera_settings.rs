@@ -1,4 +1,5 @@
-//! Exposure, gain and rate of a camera from the site: given before the camera starts and while it runs, refused, kept, removed.
+//! Exposure, gain and rate of a camera from the site: given before the camera starts and while it runs, refused, kept,
+//! removed.
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 
@@ -21,7 +22,8 @@ impl CameraNode {
         scenario.cameras[0].id = CAMERA.to_owned();
         sextant_site_files::write_toml(&site.path("scenario.toml"), &scenario).expect("a file");
         let text = format!(
-            "site = \"lab\"\ncamera = \"{CAMERA}\"\n[source]\nkind = \"simulator\"\nscenario = \"scenario.toml\"\n[network]\nconnect = [\"{}\"]\n[shared_memory]\nroot = \"i\"\n",
+            "site = \"lab\"\ncamera = \"{CAMERA}\"\n[source]\nkind = \"simulator\"\n\
+             scenario = \"scenario.toml\"\n[network]\nconnect = [\"{}\"]\n[shared_memory]\nroot = \"i\"\n",
             site.connect
         );
         let file = site.path("camera.toml");

@@ -1,4 +1,5 @@
-//! Cameras that a robot carries: from posts with tags that stand in the room, the fusion node finds where the robot is. The files of posts and mounts are off.
+//! Cameras that a robot carries: from posts with tags that stand in the room, the fusion node finds where the robot is.
+//! The files of posts and mounts are off.
 //!
 //! The test stands in the place of the cameras, in the pace of the clock.
 
@@ -91,7 +92,8 @@ fn files(posts: &[ObjectModel]) -> (Rig, Vec<ObjectModel>) {
     (rig, posts.iter().enumerate().map(stands).collect())
 }
 
-/// The frame that the mounts of the files have on average, in that of the robot: nothing tells of an error that all of them share.
+/// The frame that the mounts of the files have on average, in that of the robot: nothing tells of an error that all of
+/// them share.
 fn robot_from_mounts(rig: &Rig) -> Pose {
     let cameras = rig.cameras().iter().enumerate();
     let frames = cameras.filter_map(|(k, camera)| {
@@ -110,7 +112,7 @@ fn robot_from_mounts(rig: &Rig) -> Pose {
 fn drive(site: &mut FusedSite, posts: &[ObjectModel]) -> Vec<(f64, ObjectPose)> {
     let poses = site.listen(&site.keys.all_poses());
     let start_ns = now_ns();
-    let mut truth = Scene::of(
+    let mut truth = Scene::from_models(
         Rig::new(vec![camera(0), camera(1)]).expect("a rig"),
         Vec::new(),
     );

@@ -1,4 +1,5 @@
-//! Rig and objects change while a site runs: each change is taken whole or refused whole, and what it does not name goes on.
+//! Rig and objects change while a site runs: each change is taken whole or refused whole, and what it does not name
+//! goes on.
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 
@@ -146,7 +147,7 @@ fn a_refused_change_leaves_everything_as_it_was_and_is_named() {
     assert_eq!(key, "config/object/twin");
     assert!(refusal.to_string().contains(cause), "{refusal}");
     assert_eq!(watched.objects(), before);
-    // Whoever saw the twin is told that there is none.
+    // Clients that saw the twin hear that there is none.
     let heard: Vec<ObjectConfig> =
         std::iter::from_fn(|| configs.try_recv()?.decode().ok()).collect();
     assert_eq!(

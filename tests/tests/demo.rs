@@ -16,7 +16,8 @@ const MEMORY: &[(&str, u64)] = &[
     ("viewer", 60 * MIB),
 ];
 
-/// Images that come later than this, in ms, are near the end of fusion's window: beyond it poses are foreseen, not seen.
+/// Images that come later than this, in ms, are near the end of fusion's window: beyond it poses are foreseen, not
+/// seen.
 const LIVE_MS: f64 = 400.0;
 
 fn number(value: &Value) -> f64 {
@@ -33,7 +34,7 @@ fn live_summary(arguments: &[&str]) -> Value {
         let id = demo.id();
         let ended = demo.wait();
         assert!(ended.status.success(), "{:?}", ended.status);
-        assert!(Traces::of(id).is_none(), "{:?}", Traces::of(id));
+        assert!(Traces::demo(id).is_none(), "{:?}", Traces::demo(id));
         let latency_ms = number(&ended.summary["latency_ms"]["p99"]);
         if latency_ms < LIVE_MS {
             return ended.summary;
@@ -145,7 +146,7 @@ fn the_death_of_a_child_ends_the_demo_with_a_fault() {
         .expect("a fusion node");
     system_tests::send(*fusion, libc::SIGKILL);
     assert_eq!(demo.wait().status.code(), Some(1));
-    assert!(Traces::of(id).is_none(), "{:?}", Traces::of(id));
+    assert!(Traces::demo(id).is_none(), "{:?}", Traces::demo(id));
 }
 
 #[test]
@@ -157,10 +158,10 @@ fn what_a_killed_demo_leaves_the_next_one_removes() {
     }
     killed.signal(libc::SIGKILL);
     assert!(!killed.wait().status.success());
-    assert!(!Traces::of(id).is_none(), "a killed demo can't clean up");
+    assert!(!Traces::demo(id).is_none(), "a killed demo can't clean up");
     let next = Demo::start(&["--cameras", "1", "--objects", "1", "--duration", "1"]);
     assert!(next.wait().status.success());
-    assert!(Traces::of(id).is_none(), "{:?}", Traces::of(id));
+    assert!(Traces::demo(id).is_none(), "{:?}", Traces::demo(id));
 }
 
 #[test]

@@ -1,5 +1,5 @@
-//! The commands of `sextant` on the page that tells how to put it on machines, typed one after the other. What changes the machine itself, packages
-//! and units, is tried on the emulated board.
+//! The commands of `sextant` on the page that tells how to put it on machines, typed one after the other. What changes
+//! the machine itself, packages and units, is tried on the emulated board.
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 

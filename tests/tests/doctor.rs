@@ -1,4 +1,5 @@
-//! `sextant doctor` and the faults that users have, each prepared with real files and processes: the finding names the cause, and what to do.
+//! `sextant doctor` and the faults that users have, each prepared with real files and processes: the finding names the
+//! cause, and what to do.
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 
@@ -166,7 +167,8 @@ fn keys_of_another_role() {
         assert!(keys(arguments, &authority).status.success());
     }
     let text = format!(
-        "site = \"lab\"\ncamera = \"b\"\n{VIDEO}[network]\nconnect = [\"quic/127.0.0.1:1\"]\n[security]\nprofile = \"site\"\nkeys = \"authority/b\"\n"
+        "site = \"lab\"\ncamera = \"b\"\n{VIDEO}[network]\nconnect = [\"quic/127.0.0.1:1\"]\n\
+         [security]\nprofile = \"site\"\nkeys = \"authority/b\"\n"
     );
     let camera = files.write("camera.toml", &text);
     names(&doctor(&[], &[&camera]), "file", "fault", "viewer", "mend");

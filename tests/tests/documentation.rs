@@ -63,7 +63,7 @@ impl Helps {
                 }
                 path = format!("{path} {next}");
             }
-            let help = self.of(&path);
+            let help = self.text(&path);
             for word in words.iter().filter(|word| word.starts_with("--")) {
                 let option = word.split(['=', ']', '`', ')', ',', ':']).next()?;
                 if option.len() > 2 && !help.contains(option) {
@@ -76,7 +76,7 @@ impl Helps {
 
     /// Whether a command has this subcommand.
     fn lists(&mut self, path: &str, subcommand: &str) -> bool {
-        let help = self.of(path);
+        let help = self.text(path);
         let Some((_, commands)) = help.split_once("\nCommands:\n") else {
             return false;
         };
@@ -85,7 +85,7 @@ impl Helps {
             .any(|name| name == subcommand)
     }
 
-    fn of(&mut self, path: &str) -> String {
+    fn text(&mut self, path: &str) -> String {
         let help = self.0.entry(path.to_owned()).or_insert_with(|| {
             let output = sextant()
                 .args(path.split_whitespace())

@@ -1,13 +1,13 @@
-//! Locked doors: what members of a site may do by their roles, and that nobody else may do anything. The router is a real
-//! fusion node, the keys are those of `sextant keys`; who tries the doors is this test.
+//! Locked doors: what members of a site may do by their roles, and that nobody else may do anything. The router is a
+//! real fusion node, the keys are those of `sextant keys`; who tries the doors is this test.
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 
 use rcgen::{BasicConstraints, CertificateParams, DnType, IsCa, Issuer, KeyPair, date_time_ymd};
 use sextant_process::now_ns;
 use sextant_proto::{
-    CameraSettings, CameraStatus, ConfigAnswer, FusionStatus, Keys, NodeId, NodeKind, Observations,
-    Outcome, encode, fingerprint, limits,
+    CameraSettings, CameraStatus, ChangeOutcome, ConfigAnswer, FusionStatus, Keys, NodeId,
+    NodeKind, Observations, encode, fingerprint, limits,
 };
 use sextant_simulator::Scenario;
 use sextant_zenoh_bus::{
@@ -64,15 +64,16 @@ fn a_camera_publishes_below_its_own_key_only() {
         publish(&board, &site.keys, &own);
         let status = site.await_status(&screen, |status| received(status, "cam0") == 1);
         assert_eq!(received(&status, "cam1"), 0, "{profile:?}");
-        // And its owner is not kept from it; the session stays open, since QUIC drops what is under way when a session ends.
+        // And its owner is not kept from it; the session stays open, since QUIC drops what is under way when a session
+        // ends.
         let owner = site.open("cam1");
         publish(&owner, &site.keys, &foreign);
         site.await_status(&screen, |status| received(status, "cam1") == 1);
     }
 }
 
-/// Which of two wishes for another rig the fusion node answers: first that of a member, then that of the operator. Neither is a
-/// rig, so that both are refused by the node if they reach it.
+/// Which of two wishes for another rig the fusion node answers: first that of a member, then that of the operator.
+/// Neither is a rig, so that both are refused by the node if they reach it.
 fn answered(site: &LockedSite, member: &str) -> Vec<u64> {
     let [first, second] = [b"no rig 1", b"no rig 2"];
     let (wisher, desk) = (site.open(member), site.open("desk"));
@@ -94,7 +95,10 @@ fn answered(site: &LockedSite, member: &str) -> Vec<u64> {
         put(&desk, &site.keys.config_rig(), second);
         if let Some(item) = answers.recv_timeout(Duration::from_millis(200)) {
             let answer: ConfigAnswer = item.decode().expect("an answer");
-            assert!(matches!(answer.outcome, Outcome::Refused(_)), "{answer:?}");
+            assert!(
+                matches!(answer.outcome, ChangeOutcome::Refused(_)),
+                "{answer:?}"
+            );
             heard.push(answer.fingerprint);
         }
     }
@@ -183,7 +187,9 @@ fn a_camera_node_lives_under_its_role() {
         write(
             "camera.toml",
             &format!(
-                "site = \"lab\"\ncamera = \"cam0\"\n[source]\nkind = \"simulator\"\nscenario = \"scenario.toml\"\n[network]\nconnect = [\"{}\"]\n[security]\nprofile = \"{}\"\nkeys = \"authority/cam0\"\n[shared_memory]\nroot = \"i\"\n",
+                "site = \"lab\"\ncamera = \"cam0\"\n[source]\nkind = \"simulator\"\n\
+                 scenario = \"scenario.toml\"\n[network]\nconnect = [\"{}\"]\n[security]\n\
+                 profile = \"{}\"\nkeys = \"authority/cam0\"\n[shared_memory]\nroot = \"i\"\n",
                 site.connect,
                 profile.name()
             ),
@@ -273,7 +279,7 @@ fn a_board_with_an_expired_certificate_gets_no_connection() {
     assert!(site.refuses(&client_with(&site, &[]), &keys_in(&site, &expired), words));
     let cam1 = site.open("cam1");
     assert!(!asked(&cam1, &site.keys.config_rig()).is_empty());
-    // Whoever is refused is told why, also within a runtime of its own.
+    // A refusal says why, also within a runtime of its own.
     let runtime = tokio::runtime::Builder::new_current_thread().build();
     let options = client_with(&site, &[]);
     let why = async { why_no_router(&options, &keys_in(&site, &expired)) };
@@ -363,7 +369,8 @@ fn copy_folder(from: &Path, to: &Path) {
 fn keys_of_another_are_refused_before_anything_runs() {
     let site = LockedSite::start(Profile::Site);
     let text = format!(
-        "site = \"lab\"\ncamera = \"cam1\"\n[source]\nkind = \"images\"\nfolder = \".\"\n[network]\nconnect = [\"{}\"]\n[security]\nprofile = \"site\"\nkeys = \"authority/cam0\"\n",
+        "site = \"lab\"\ncamera = \"cam1\"\n[source]\nkind = \"images\"\nfolder = \".\"\n\
+         [network]\nconnect = [\"{}\"]\n[security]\nprofile = \"site\"\nkeys = \"authority/cam0\"\n",
         site.connect
     );
     fs::write(site.path("camera.toml"), text).expect("a file");

@@ -32,8 +32,8 @@ fn site() -> (FusedSite, Scene) {
     (site, scene)
 }
 
-/// Lets the cameras see what is true, for so many seconds, each image when it is taken, since a fusion node asks itself about
-/// clocks by its own time; `last` may change what they say at the end.
+/// Lets the cameras see what is true, for so many seconds, each image when it is taken, since a fusion node asks itself
+/// about clocks by its own time; `last` may change what they say at the end.
 fn watch(site: &mut FusedSite, truth: &mut Scene, seconds: f64, last: impl Fn(&mut Observations)) {
     let images = (seconds * 30.0) as u64;
     let start_ns = now_ns();
@@ -87,7 +87,7 @@ fn top(site: &FusedSite) -> Vec<String> {
         .collect()
 }
 
-fn assert_all_told(faults: &[String], words: &[&str]) {
+fn assert_all_shown(faults: &[String], words: &[&str]) {
     for words in words {
         assert!(
             faults.iter().any(|fault| fault.contains(words)),
@@ -116,7 +116,7 @@ impl Viewer {
     }
 
     /// Fails unless the page tells all of these, and shows no object of this name.
-    fn assert_told(&self, words: &[&str], gone: &str) {
+    fn assert_shown(&self, words: &[&str], gone: &str) {
         let arguments = [&[self.1.as_str(), "--gone", gone], words].concat();
         run_page_checks("faults.mjs", &arguments);
     }
@@ -164,8 +164,8 @@ fn wrong_tags_are_named_in_the_status_on_the_page_and_in_top() {
         "tag tag36h11:6 is on object cube and on object twin",
     ];
     await_findings(&site, &words);
-    assert_all_told(&top(&site), &words);
-    viewer.assert_told(&words, "twin");
+    assert_all_shown(&top(&site), &words);
+    viewer.assert_shown(&words, "twin");
 }
 
 #[test]
@@ -179,17 +179,17 @@ fn a_bumped_camera_is_named() {
     watch(&mut site, &mut truth, 4.0, as_seen);
     let words = ["camera cam2 is not where the rig says"];
     await_findings(&site, &words);
-    assert_all_told(&top(&site), &words);
+    assert_all_shown(&top(&site), &words);
 }
 
 #[test]
-fn a_clock_that_is_off_is_named_and_its_offset_is_told() {
+fn a_clock_that_is_off_is_named_with_its_offset() {
     let (mut site, mut truth) = site();
     truth.clock_offsets_s[3] = 0.02;
     watch(&mut site, &mut truth, 6.0, as_seen);
     let words = ["the clock of camera cam3 is off by +"];
     await_findings(&site, &words);
-    assert_all_told(&top(&site), &words);
+    assert_all_shown(&top(&site), &words);
     let output = site.run_command(&["top", "--once", "--json"]);
     let line: Value = serde_json::from_slice(&output.stdout).expect("a line of JSON");
     let offset_ms = line["cameras"][3]["clock"]["offset_ms"]

@@ -1,5 +1,6 @@
-//! `sextant deploy` to three hosts: name spaces for network and mounts, each with a root of its own over this machine's, a real sshd, a real dpkg
-//! or BusyBox' way of starting, and the real camera node with keys of its own. A host whose package or configuration fails has what it had before.
+//! `sextant deploy` to three hosts: name spaces for network and mounts, each with a root of its own over this
+//! machine's, a real sshd, a real dpkg or BusyBox' way of starting, and the real camera node with keys of its own. A
+//! host whose package or configuration fails has what it had before.
 //!
 //! What it needs of the machine is in `crates/test-needs`; it is skipped where that is missing.
 
@@ -66,7 +67,7 @@ fn the_fleet(folder: &Path) {
     a_package_that_fails_half_way_is_undone(&fleet);
     a_camera_that_the_site_does_not_see_is_undone(&fleet);
     an_interrupted_deployment_is_undone(&fleet);
-    a_host_that_does_not_let_us_in_is_told_with_a_remedy(&fleet);
+    a_host_that_does_not_let_us_in_is_reported_with_a_remedy(&fleet);
 }
 
 fn every_host_gets_what_it_shall_have(fleet: &Fleet) {
@@ -161,7 +162,7 @@ fn an_interrupted_deployment_is_undone(fleet: &Fleet) {
     fleet.await_camera("east");
 }
 
-fn a_host_that_does_not_let_us_in_is_told_with_a_remedy(fleet: &Fleet) {
+fn a_host_that_does_not_let_us_in_is_reported_with_a_remedy(fleet: &Fleet) {
     for (host, remedy) in [
         ("unknown", "compare the fingerprint"),
         ("locked", "ssh-copy-id"),
@@ -216,8 +217,10 @@ impl Fleet {
             running: Vec::new(),
         };
         let setup = format!(
-            "mount --make-rprivate / && mount -t tmpfs tmpfs \"$1\" && mount -t tmpfs tmpfs /run && cd \"$1\" && mkdir config packages &&
-            ssh-keygen -q -t ed25519 -N '' -f host_key && ssh-keygen -q -t ed25519 -N '' -f id && cp id.pub authorized_keys &&
+            "mount --make-rprivate / && mount -t tmpfs tmpfs \"$1\" && mount -t tmpfs tmpfs /run \
+             && cd \"$1\" && mkdir config packages &&
+            ssh-keygen -q -t ed25519 -N '' -f host_key && ssh-keygen -q -t ed25519 -N '' -f id \
+            && cp id.pub authorized_keys &&
             ip link set lo up && ip link add site type bridge && ip addr add {SITE}/24 dev site && ip link set site up"
         );
         sh(&setup, &[folder.as_os_str()]);
@@ -262,7 +265,9 @@ impl Fleet {
         }
         let rig = self.folder.join("rig.toml");
         sextant_site_files::write_rig(&rig, &Workshop::default().rig()).expect("a file");
-        let text = "site = \"lab\"\nrig = \"rig.toml\"\nobjects = []\n[network]\nmode = \"router\"\nlisten = [\"quic/0.0.0.0:7447\"]\n[security]\nprofile = \"site\"\nkeys = \"authority/fusion\"\n";
+        let text = "site = \"lab\"\nrig = \"rig.toml\"\nobjects = []\n[network]\n\
+            mode = \"router\"\nlisten = [\"quic/0.0.0.0:7447\"]\n[security]\nprofile = \"site\"\n\
+            keys = \"authority/fusion\"\n";
         let config = self.folder.join("fusion.toml");
         fs::write(&config, text).expect("a file");
         let fusion = sextant().args(["fusion", "--config"]).arg(config).spawn();
@@ -276,7 +281,8 @@ impl Fleet {
             kind,
         } = host;
         sh(&format!(
-            "ip netns add {name} && ip link add to-{name} type veth peer name eth0 netns {name} && ip link set to-{name} master site up &&
+            "ip netns add {name} && ip link add to-{name} type veth peer name eth0 netns {name} \
+             && ip link set to-{name} master site up &&
             ip -n {name} addr add {address}/24 dev eth0 && ip -n {name} link set eth0 up && ip -n {name} link set lo up"
         ), &[]);
         let folder = self.folder.join(name);
@@ -312,7 +318,10 @@ impl Fleet {
     /// The `camera-NAME.toml` that is deployed: grey images by a program.
     fn configure(&self, camera: &str, router: &str) {
         let text = format!(
-            "site = \"lab\"\ncamera = \"{camera}\"\n[source]\nkind = \"command\"\nrun = [\"sh\", \"-c\", \"while :; do head -c 3072 /dev/zero; sleep 0.1; done\"]\nformat = \"grey\"\nresolution = [64, 48]\n[network]\nconnect = [\"{router}\"]\n[security]\nprofile = \"site\"\nkeys = \"keys/{camera}\"\n"
+            "site = \"lab\"\ncamera = \"{camera}\"\n[source]\nkind = \"command\"\n\
+             run = [\"sh\", \"-c\", \"while :; do head -c 3072 /dev/zero; sleep 0.1; done\"]\n\
+             format = \"grey\"\nresolution = [64, 48]\n[network]\nconnect = [\"{router}\"]\n\
+             [security]\nprofile = \"site\"\nkeys = \"keys/{camera}\"\n"
         );
         let file = self
             .folder
@@ -326,14 +335,19 @@ impl Fleet {
         let init = workspace_root().join("deploy/init.d/S90sextant-camera");
         let build = format!(
             "cd \"$1\" && rm -rf tree packages/* && mkdir -p tree/usr/bin tree/etc/default tree/etc/init.d &&
-            printf '#!/bin/sh\\n# {version}\\nexec {PROGRAM} \"$@\"\\n' >tree/usr/bin/node-camera && chmod 755 tree/usr/bin/node-camera &&
+            printf '#!/bin/sh\\n# {version}\\nexec {PROGRAM} \"$@\"\\n' \
+            >tree/usr/bin/node-camera && chmod 755 tree/usr/bin/node-camera &&
             echo '# {version}' >tree/etc/default/sextant-camera && cp \"$2\" tree/etc/init.d/ &&
-            tar -czf packages/sextant-camera-0.1.0-$(uname -m).tar.gz -C tree usr etc && rm -r tree/etc/init.d && mkdir tree/DEBIAN &&
+            tar -czf packages/sextant-camera-0.1.0-$(uname -m).tar.gz -C tree usr etc && rm -r \
+            tree/etc/init.d && mkdir tree/DEBIAN &&
             echo /etc/default/sextant-camera >tree/DEBIAN/conffiles &&
-            printf '#!/bin/sh\\n[ ! -e /etc/package-fails ] || [ {version} = 0.1.0-1 ] || {{ echo this package fails here; exit 1; }}\\n' >tree/DEBIAN/postinst &&
+            printf '#!/bin/sh\\n[ ! -e /etc/package-fails ] || [ {version} = 0.1.0-1 ] || {{ \
+            echo this package fails here; exit 1; }}\\n' >tree/DEBIAN/postinst &&
             chmod 755 tree/DEBIAN/postinst && architecture=$(dpkg --print-architecture) &&
-            printf 'Package: sextant-camera\\nVersion: {version}\\nArchitecture: %s\\nMaintainer: T <t@example.invalid>\\nDescription: a stand-in\\n' $architecture >tree/DEBIAN/control &&
-            dpkg-deb --root-owner-group -Znone --build tree packages/sextant-camera_{version}_$architecture.deb >/dev/null"
+            printf 'Package: sextant-camera\\nVersion: {version}\\nArchitecture: \
+            %s\\nMaintainer: T <t@example.invalid>\\nDescription: a stand-in\\n' $architecture >tree/DEBIAN/control &&
+            dpkg-deb --root-owner-group -Znone --build tree \
+            packages/sextant-camera_{version}_$architecture.deb >/dev/null"
         );
         sh(&build, &[self.folder.as_os_str(), init.as_os_str()]);
     }
@@ -409,7 +423,13 @@ impl Fleet {
     fn files(&self, host: &str) -> String {
         let output = Command::new("chroot")
             .arg(self.root(host))
-            .args(["sh", "-c", "for f in $(find /var/lib/sextant /etc/sextant /usr/bin/node-camera /etc/default/sextant-camera -type f 2>/dev/null | sort); do stat -c '%n %a %U' $f; sha256sum <$f; done; ls /var/lib/sextant-deploy/*"])
+            .args([
+                "sh",
+                "-c",
+                "for f in $(find /var/lib/sextant /etc/sextant \
+                /usr/bin/node-camera /etc/default/sextant-camera -type f 2>/dev/null | sort); do \
+                stat -c '%n %a %U' $f; sha256sum <$f; done; ls /var/lib/sextant-deploy/*",
+            ])
             .output()
             .expect("chroot runs");
         String::from_utf8_lossy(&output.stdout).into_owned()

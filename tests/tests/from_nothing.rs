@@ -1,5 +1,5 @@
-//! From nothing to poses in one frame, by the commands of `docs/ten-minutes.md` and by nothing else: what is printed is rendered
-//! before simulated cameras, and everything from the pictures on is the program that a person runs.
+//! From nothing to poses in one frame, by the commands of `docs/ten-minutes.md` and by nothing else: what is printed is
+//! rendered before simulated cameras, and everything from the pictures on is the program that a person runs.
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 
@@ -82,7 +82,7 @@ fn guided(folder: &Path, line: &str) -> String {
 }
 
 /// Runs a procedure of the guide over recorded images; it must not call its own result poor.
-fn procedure(folder: &Path, line: &str, (camera, recording): (&str, &str)) {
+fn procedure(folder: &Path, line: &str, camera: &str, recording: &str) {
     is_in_the_guide(line);
     let line = line.replace("--camera north", &format!("--camera {camera}"));
     let line = line.replace("--live", recording);
@@ -226,7 +226,8 @@ fn calibrate_lenses(at: &Path) {
         procedure(
             at,
             "calibrate lens --live --board board.toml --camera north --rig rig.toml",
-            (id, "lenses"),
+            id,
+            "lenses",
         );
     }
 }
@@ -244,7 +245,8 @@ fn calibrate_the_rig(at: &Path, on_the_floor: &Pose) {
     procedure(
         at,
         "calibrate rig --live --rig rig.toml --object wand.toml --origin tag:300 --origin-size 0.12",
-        ("", "walk"),
+        "",
+        "walk",
     );
 }
 
@@ -263,7 +265,8 @@ fn learn(at: &Path, cube: &ObjectModel) {
     procedure(
         at,
         "learn --live --rig rig.toml --camera north --size 0.04 --id cube --origin tag:0 --out cube.toml",
-        ("north", "turning"),
+        "north",
+        "turning",
     );
 }
 

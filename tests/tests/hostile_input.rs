@@ -16,7 +16,7 @@ struct Site {
 }
 
 impl Site {
-    fn of(demo: &Demo) -> Self {
+    fn connect(demo: &Demo) -> Self {
         let keys = Keys::new("demo").expect("an id");
         let bus =
             Bus::open(&BusOptions::client_of(&demo.connect)).expect("the demo's router answers");
@@ -77,7 +77,7 @@ fn intake_of(item: &Item, camera: &CameraId) -> Option<(u64, Rejections)> {
 #[test]
 fn what_does_not_decode_is_counted_and_nothing_else_changes() {
     let demo = Demo::start(&["--cameras", "2", "--objects", "1"]);
-    let site = Site::of(&demo);
+    let site = Site::connect(&demo);
     let camera = demo
         .processes
         .iter()

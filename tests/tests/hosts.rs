@@ -1,5 +1,5 @@
-//! A site of several hosts: name spaces of the network with a link each, real routers, fusion nodes, cameras that render their images, and a page. A
-//! host whose link is pulled is replaced, and stands by when it is back.
+//! A site of several hosts: name spaces of the network with a link each, real routers, fusion nodes, cameras that
+//! render their images, and a page. A host whose link is pulled is replaced, and stands by when it is back.
 //!
 //! What it needs of the machine is in `crates/test-needs`; it is skipped where that is missing.
 
@@ -92,13 +92,16 @@ impl Site {
     fn start(folder: &Path) -> Self {
         sh(&format!(
             "mount --make-rprivate / && mount -t tmpfs tmpfs /run && mount -t tmpfs tmpfs \"{}\" &&
-            ip link set lo up && ip link add site type bridge && ip addr add 10.78.0.1/24 dev site && ip link set site up",
+            ip link set lo up && ip link add site type bridge && ip addr add 10.78.0.1/24 dev \
+            site && ip link set site up",
             folder.display()
         ));
         for (name, address) in HOSTS {
             sh(&format!(
-                "ip netns add {name} && ip link add to-{name} type veth peer name eth0 netns {name} && ip link set to-{name} master site up &&
-                ip -n {name} addr add {address}/24 dev eth0 && ip -n {name} link set eth0 up && ip -n {name} link set lo up"
+                "ip netns add {name} && ip link add to-{name} type veth peer name eth0 netns \
+                 {name} && ip link set to-{name} master site up &&
+                ip -n {name} addr add {address}/24 dev eth0 && ip -n {name} link set eth0 up && \
+                ip -n {name} link set lo up"
             ));
         }
         let mut site = Self {
@@ -152,7 +155,10 @@ impl Site {
         ] {
             self.write(
                 &format!("{router}.toml"),
-                &format!("site = \"lab\"\nnode = \"{router}\"\n[network]\nlisten = [\"tcp/0.0.0.0:7447\"]\nconnect = {other}\n{open}"),
+                &format!(
+                    "site = \"lab\"\nnode = \"{router}\"\n[network]\n\
+                    listen = [\"tcp/0.0.0.0:7447\"]\nconnect = {other}\n{open}"
+                ),
             );
         }
         for node in ["fusion1", "fusion2"] {
@@ -163,7 +169,10 @@ impl Site {
             }
             self.write(
                 &format!("{node}/fusion.toml"),
-                &format!("site = \"lab\"\nnode = \"{node}\"\nrig = \"rig.toml\"\nobjects = [\"cuboid.toml\"]\n{network}"),
+                &format!(
+                    "site = \"lab\"\nnode = \"{node}\"\nrig = \"rig.toml\"\n\
+                    objects = [\"cuboid.toml\"]\n{network}"
+                ),
             );
         }
         for camera in ["north", "south"] {
@@ -173,7 +182,10 @@ impl Site {
             );
             self.write(
                 &format!("camera-{camera}.toml"),
-                &format!("site = \"lab\"\ncamera = \"{camera}\"\n[source]\nkind = \"simulator\"\nscenario = \"scenario.toml\"\n{memory}{network}"),
+                &format!(
+                    "site = \"lab\"\ncamera = \"{camera}\"\n[source]\nkind = \"simulator\"\n\
+                    scenario = \"scenario.toml\"\n{memory}{network}"
+                ),
             );
         }
         self.write(

@@ -1,8 +1,8 @@
 //! The imports between the files of a package run in one direction, and so do those between its top-level modules.
 //!
 //! File A imports file B where A names an item of B by a path that begins with `crate::` or `super::`; re-exports are
-//! followed to the file that has the item. A module that names its own children (`use child::Item`) is composed of them and
-//! does not import them. Test code does not count.
+//! followed to the file that has the item. A module that names its own children (`use child::Item`) is composed of them
+//! and does not import them. Test code does not count.
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 
@@ -46,9 +46,29 @@ fn imports_of_the_page_form_no_cycles() {
     assert_eq!(cycles(&imports.collect()), []);
 }
 
+/// Modules of the Python client import one another by `from .module import` and `from . import module`, also for types.
+#[test]
+fn imports_of_the_python_client_form_no_cycles() {
+    let src = root().join("clients/python/src/sextant");
+    let modules = files_below(&src, "py");
+    assert!(modules.len() > 15, "{modules:?}");
+    let imports = modules.iter().map(|module| {
+        let text = fs::read_to_string(module).expect("a module");
+        let lines = text.lines().map(str::trim_start);
+        let imported = lines.filter_map(|line| {
+            let (from, names) = line.strip_prefix("from .")?.split_once(" import ")?;
+            let name = if from.is_empty() { names } else { from };
+            let path = src.join(name).with_extension("py");
+            path.is_file().then_some(path)
+        });
+        (module.clone(), imported.collect())
+    });
+    assert_eq!(cycles(&imports.collect()), []);
+}
+
 #[test]
 fn a_cycle_through_a_re_export_is_found() {
-    let sources = Sources::of(&[
+    let sources = Sources::parse(&[
         ("", "mod a; mod b; pub use b::Item;"),
         ("a", "use crate::Item; pub struct Other;"),
         ("b", "mod inner; pub use inner::Item;"),
@@ -119,7 +139,7 @@ impl Sources {
         Self::new(files.collect())
     }
 
-    fn of(files: &[(&str, &str)]) -> Self {
+    fn parse(files: &[(&str, &str)]) -> Self {
         let module = |name: &str| {
             name.split("::")
                 .filter(|part| !part.is_empty())

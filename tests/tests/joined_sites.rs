@@ -1,5 +1,6 @@
-//! Two gateways between a site and those who read it from elsewhere, by the file that is shipped: poses pass, of one object at a bounded rate; observations
-//! and changes do not. Where `ZENOHD` names zenoh's own router, it takes the place of the second gateway.
+//! Two gateways between a site and those who read it from elsewhere, by the file that is shipped: poses pass, of one
+//! object at a bounded rate; observations and changes do not. Where `ZENOHD` names zenoh's own router, it takes the
+//! place of the second gateway.
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 

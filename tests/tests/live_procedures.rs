@@ -1,5 +1,5 @@
-//! Calibration and learning against a running site: images come while the command looks, it says what to do next, ends by
-//! itself or by Ctrl-C, and writes the file whole.
+//! Calibration and learning against a running site: images come while the command looks, it says what to do next, ends
+//! by itself or by Ctrl-C, and writes the file whole.
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 

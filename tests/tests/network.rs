@@ -1,7 +1,8 @@
-//! A network that delays, shuffles, doubles and loses, and cuts one camera off for a while: the poses stay true, what did not come in
-//! or came too late is counted, and the camera that is gone is named until it is back.
+//! A network that delays, shuffles, doubles and loses, and cuts one camera off for a while: the poses stay true, what
+//! did not come in or came too late is counted, and the camera that is gone is named until it is back.
 //!
-//! The faults are the simulator's, drawn from a seed; arrivals are in the simulator's order however slow this machine is.
+//! The faults are the simulator's, drawn from a seed; arrivals are in the simulator's order however slow this machine
+//! is.
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 

@@ -1,5 +1,6 @@
-//! What is compiled for one command is not compiled again for the next: `cargo test --workspace`, `cargo demo` and `cargo build` turn on
-//! the same features of every crate that they share. Were one different, zenoh and all that depends on it would be built twice.
+//! What is compiled for one command is not compiled again for the next: `cargo test --workspace`, `cargo demo` and
+//! `cargo build` turn on the same features of every crate that they share. Were one different, zenoh and all that
+//! depends on it would be built twice.
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 

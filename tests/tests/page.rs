@@ -70,7 +70,8 @@ fn write_config(folder: &Path, connect: &str) -> String {
         .port();
     let listen = format!("127.0.0.1:{port}");
     let text = format!(
-        "site = \"demo\"\nnode = \"second\"\nlisten = \"{listen}\"\n[network]\nmode = \"client\"\nconnect = [\"{connect}\"]\n"
+        "site = \"demo\"\nnode = \"second\"\nlisten = \"{listen}\"\n[network]\n\
+         mode = \"client\"\nconnect = [\"{connect}\"]\n"
     );
     fs::write(folder.join("viewer.toml"), text).expect("the folder can be written");
     format!("http://{listen}")

@@ -1,5 +1,5 @@
-//! The page's doors: what a browser is answered without a token, with one for looking, and with one for changing; by TLS where
-//! other machines reach it. The bridge is a real process on a site of profile `site`.
+//! The page's doors: what a browser is answered without a token, with one for looking, and with one for changing; by
+//! TLS where other machines reach it. The bridge is a real process on a site of profile `site`.
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 
@@ -18,7 +18,8 @@ use tokio_rustls::rustls::{ClientConfig, ClientConnection, RootCertStore, Stream
 
 const WIZARD: &str = r#"{"do":"discard"}"#;
 const JSON: &str = "Content-Type: application/json\r\n";
-const UPGRADE: &str = "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
+const UPGRADE: &str = "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n\
+    Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
 
 /// How the first message ends, whatever the role.
 const HELLO_END: &str = "r\"}";
@@ -37,7 +38,8 @@ impl<'a> Bridge<'a> {
         let port = free_port();
         let file = site.path(&format!("{member}.toml"));
         let text = format!(
-            "site = \"lab\"\nnode = \"{member}\"\nlisten = \"{address}:{port}\"\n[network]\nconnect = [\"{}\"]\n[security]\nprofile = \"site\"\nkeys = \"authority/{member}\"\n",
+            "site = \"lab\"\nnode = \"{member}\"\nlisten = \"{address}:{port}\"\n[network]\n\
+             connect = [\"{}\"]\n[security]\nprofile = \"site\"\nkeys = \"authority/{member}\"\n",
             site.connect
         );
         fs::write(&file, text).expect("a file");

@@ -159,7 +159,8 @@ fn a_link_of_a_protected_site_is_for_one_device() {
     let config = site.path("viewer.toml");
     let address = format!("127.0.0.1:{}", free_port());
     let text = format!(
-        "site = \"lab\"\nnode = \"desk\"\nlisten = \"{address}\"\nfolder = \"kept\"\n[network]\nconnect = [\"{}\"]\n[security]\nprofile = \"lab\"\nkeys = \"authority/desk\"\n",
+        "site = \"lab\"\nnode = \"desk\"\nlisten = \"{address}\"\nfolder = \"kept\"\n[network]\n\
+         connect = [\"{}\"]\n[security]\nprofile = \"lab\"\nkeys = \"authority/desk\"\n",
         site.connect
     );
     fs::write(&config, text).expect("the folder can be written");

@@ -1,4 +1,5 @@
-//! A site is recorded; the recorder is killed; the file opens, and its replay gives the poses that were published live, bit for bit.
+//! A site is recorded; the recorder is killed; the file opens, and its replay gives the poses that were published live,
+//! bit for bit.
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 

@@ -103,8 +103,8 @@ impl Site {
 #[test]
 fn a_refined_calibration_is_proposed_applied_kept_and_taken_back() {
     let scene = Scene::new(3, &["cube"]);
-    let believed = measured(&scene.rig);
-    let fused = FusedSite::start(&believed, &scene.objects, "keep_changes = true");
+    let configured = measured(&scene.rig);
+    let fused = FusedSite::start(&configured, &scene.objects, "keep_changes = true");
     let mut site = Site { fused, scene };
     for (words, cause) in [
         (
@@ -139,7 +139,7 @@ fn a_refined_calibration_is_proposed_applied_kept_and_taken_back() {
     let north = changes.iter().find(|one| one["what"] == "camera cam1");
     let by_m = north.and_then(|one| one["by"]["position_m"].as_f64());
     assert!(by_m > Some(0.001), "{shown}");
-    assert!(same(&site.in_force(), &believed));
+    assert!(same(&site.in_force(), &configured));
 
     let applied = site.succeed(&["config", "apply-refinement"]);
     assert!(
@@ -151,14 +151,14 @@ fn a_refined_calibration_is_proposed_applied_kept_and_taken_back() {
         "{applied}"
     );
     let refined = site.in_force();
-    let [before, after] = [&believed, &refined].map(|rig| apart(rig, &site.scene.rig));
+    let [before, after] = [&configured, &refined].map(|rig| apart(rig, &site.scene.rig));
     assert!(after < 0.3 * before, "{after} of {before}");
     let file = site.fused.path("rig.toml");
     assert!(same(&read_rig(&file).expect("the file"), &refined));
 
     site.succeed(&["config", "revert"]);
-    assert!(same(&site.in_force(), &believed));
-    assert!(same(&read_rig(&file).expect("the file"), &believed));
+    assert!(same(&site.in_force(), &configured));
+    assert!(same(&read_rig(&file).expect("the file"), &configured));
     site.succeed(&["config", "revert", "rig"]);
     assert!(same(&site.in_force(), &refined));
 
@@ -168,5 +168,5 @@ fn a_refined_calibration_is_proposed_applied_kept_and_taken_back() {
     let dry = site.succeed(&["config", "revert", "--dry-run"]);
     assert!(dry.contains("camera cam1: "), "{dry}");
     site.succeed(&["config", "revert"]);
-    assert!(same(&site.in_force(), &believed));
+    assert!(same(&site.in_force(), &configured));
 }

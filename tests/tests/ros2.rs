@@ -1,7 +1,8 @@
-//! `sextant ros2` between a running site and a router as ROS has one: the graph shows the node, numbers arrive as the site publishes them,
-//! late subscribers get what does not move, and a router that comes later or comes back is found.
+//! `sextant ros2` between a running site and a router as ROS has one: the graph shows the node, numbers arrive as the
+//! site publishes them, late subscribers get what does not move, and a router that comes later or comes back is found.
 //!
-//! The listener is plain zenoh with a CDR reader of its own. `cargo xtask ros2` does more of this by other people's code.
+//! The listener is plain zenoh with a CDR reader of its own. `cargo xtask ros2` does more of this by other people's
+//! code.
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 
@@ -18,8 +19,10 @@ use zenoh::Wait;
 use zenoh::query::ReplyKeyExpr;
 use zenoh::sample::Sample;
 
-const TF: &str = "tf2_msgs::msg::dds_::TFMessage_/RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087";
-const POSE: &str = "geometry_msgs::msg::dds_::PoseWithCovarianceStamped_/RIHS01_26432f9803e43727d3c8f668d1fdb3c630f548af631e2f4e31382371bfea3b6e";
+const TF: &str = "tf2_msgs::msg::dds_::TFMessage_/\
+    RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087";
+const POSE: &str = "geometry_msgs::msg::dds_::PoseWithCovarianceStamped_/\
+    RIHS01_26432f9803e43727d3c8f668d1fdb3c630f548af631e2f4e31382371bfea3b6e";
 /// Sequence, time and GID with its length.
 const ATTACHMENT_BYTES: usize = 33;
 

@@ -1,5 +1,5 @@
-//! `sextant-client` as a program of somebody else uses it: its examples against a demo, its answers against the truth, and what it
-//! says when names, routers and keys are wrong or the site goes away.
+//! `sextant-client` as a program of somebody else uses it: its examples against a demo, its answers against the truth,
+//! and what it says when names, routers and keys are wrong or the site goes away.
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 
@@ -71,10 +71,10 @@ struct Moving {
 impl Moving {
     fn start() -> Self {
         let scene = Scene::new(CAMERAS, &OBJECTS);
-        Self::of(FusedSite::start(&scene.rig, &scene.objects, ""), scene)
+        Self::new(FusedSite::start(&scene.rig, &scene.objects, ""), scene)
     }
 
-    fn of(site: FusedSite, scene: Scene) -> Self {
+    fn new(site: FusedSite, scene: Scene) -> Self {
         Self {
             poses: connect(&site).all_poses().expect("a subscription"),
             site,
@@ -217,7 +217,7 @@ fn subscriptions_go_on_when_the_site_comes_back() {
     let mut poses = client.poses("box").expect("an object");
     moving.until(|| poses.try_next());
     let Moving { site, scene, .. } = moving;
-    let mut again = Moving::of(site.restarted(), scene);
+    let mut again = Moving::new(site.restarted(), scene);
     let start_ns = again.start_ns;
     let is_new = |pose: &Pose| pose.t_ns >= start_ns;
     again.until(|| poses.try_next().filter(is_new));

@@ -1,5 +1,6 @@
-//! The units of deploy/systemd run a whole site, each with what systemd would let it see and write: images pass from capture to detection,
-//! a rig that is set and an object that a wizard found are kept in files, every main loop feeds its watchdog.
+//! The units of deploy/systemd run a whole site, each with what systemd would let it see and write: images pass from
+//! capture to detection, a rig that is set and an object that a wizard found are kept in files, every main loop feeds
+//! its watchdog.
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 
@@ -103,7 +104,10 @@ fn write_site(state: &Path, viewer: &Path) {
     let fusion = printed("fusion")
         .replace("keep_changes = false", "keep_changes = true")
         .replace("[\"object.toml\"]", "[]");
-    let recording = "kind = \"images\"               # a recording in the EuRoC layout: folder/<camera>/data.csv and folder/<camera>/data/*.png\nfolder = \"recording\"\npace = \"recorded\"             # or \"as-fast-as-possible\"\nrepeat = false                # begin anew at the end\n";
+    let recording = "kind = \"images\"               # a recording in the EuRoC layout: \
+        folder/<camera>/data.csv and folder/<camera>/data/*.png\nfolder = \"recording\"\n\
+        pace = \"recorded\"             # or \"as-fast-as-possible\"\n\
+        repeat = false                # begin anew at the end\n";
     let camera = printed("camera");
     assert!(camera.contains(recording) && fusion.contains("keep_changes = true"));
     let camera = camera.replace(
@@ -229,7 +233,8 @@ fn request(head: &str, body: &str) -> String {
     };
     let length = body.len();
     let request = format!(
-        "{head} HTTP/1.1\r\nHost: {PAGE}\r\nContent-Type: application/json\r\nContent-Length: {length}\r\nConnection: close\r\n\r\n{body}"
+        "{head} HTTP/1.1\r\nHost: {PAGE}\r\nContent-Type: application/json\r\n\
+         Content-Length: {length}\r\nConnection: close\r\n\r\n{body}"
     );
     stream
         .write_all(request.as_bytes())

@@ -1,5 +1,5 @@
-//! The page's wizards in a real browser, against the simulator: a lens, then the rig, then an object, each from the form to a
-//! result in force on the running site and kept in files.
+//! The page's wizards in a real browser, against the simulator: a lens, then the rig, then an object, each from the
+//! form to a result in force on the running site and kept in files.
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 

@@ -1,6 +1,8 @@
-//! The emulated Cortex-A9 board: its image is made of Debian's packages once and kept in the user's cache, then `tests/tests/board.rs` runs on it.
+//! The emulated Cortex-A9 board: its image is made of Debian's packages once and kept in the user's cache, then
+//! `tests/tests/board.rs` runs on it.
 //!
-//! The package for it is built and checked in any case; where qemu, Debian's packages or time are missing, the rest is passed over with a word.
+//! The package for it is built and checked in any case; where qemu, Debian's packages or time are missing, the rest is
+//! passed over with a word.
 
 use crate::install;
 use crate::package::{self, BoardFiles};

@@ -1,5 +1,5 @@
-//! The documentation as a book: the pages of `docs/SUMMARY.md`, staged below `target/book/src` at their own paths, so that links between
-//! them are the same in the book and in the repository.
+//! The documentation as a book: the pages of `docs/SUMMARY.md`, staged below `target/book/src` at their own paths, so
+//! that links between them are the same in the book and in the repository.
 
 use crate::tools::{CargoTool, root, run};
 use std::collections::BTreeSet;

@@ -13,6 +13,11 @@ pub fn fmt() -> Result<(), String> {
     run("cargo", &["fmt", "--all", "--check"])
 }
 
+/// What the checker finds is on standard error, a line each.
+pub fn tidy() -> Result<(), String> {
+    run("cargo", &["run", "--quiet", "--package", "sextant-tidy"])
+}
+
 pub fn lint() -> Result<(), String> {
     run(
         "cargo",
@@ -78,8 +83,9 @@ pub fn same_files(committed: &Path, fresh: &Path, remedy: &str) -> Result<(), St
     ))
 }
 
-/// For the boards' 32-bit processor what widths of numbers and vectors can change; the detector's kernels for the 64-bit one, of
-/// which compilers make other vectors. How well corners are found is arithmetic that no processor does otherwise, and takes minutes to emulate.
+/// For the boards' 32-bit processor what widths of numbers and vectors can change; the detector's kernels for the
+/// 64-bit one, of which compilers make other vectors. How well corners are found is arithmetic that no processor does
+/// otherwise, and takes minutes to emulate.
 pub fn arm() -> Result<(), String> {
     let crates = ["sextant-geometry", "sextant-tag-families", "sextant-proto"];
     let chosen: Vec<&str> = crates.iter().flat_map(|name| ["--package", name]).collect();

@@ -1,5 +1,5 @@
-//! Chores about what the program is made of. Their tools are cargo's extensions of one version each, so that a run tells of a change
-//! of ours and not of theirs.
+//! Chores about what the program is made of. Their tools are cargo's extensions of one version each, so that a run
+//! tells of a change of ours and not of theirs.
 
 use crate::tools::{CargoTool, root, run};
 use sextant_test_needs::note_skip;
@@ -26,7 +26,8 @@ pub fn deny() -> Result<(), String> {
     )
 }
 
-/// Without a network there is no database, and nothing is known of the dependencies that was not known before: that is no fault.
+/// Without a network there is no database, and nothing is known of the dependencies that was not known before: that is
+/// no fault.
 pub fn advisories() -> Result<(), String> {
     let deny = DENY.program()?;
     if let Err(cause) = run(&deny, &["--log-level", "error", "fetch", "db"]) {
@@ -37,7 +38,8 @@ pub fn advisories() -> Result<(), String> {
     run(&deny, &["--all-features", "check", "advisories"])
 }
 
-/// cargo-cyclonedx writes a file beside the manifest of each package of the workspace; the program's is kept, the others go.
+/// cargo-cyclonedx writes a file beside the manifest of each package of the workspace; the program's is kept, the
+/// others go.
 pub fn sbom() -> Result<(), String> {
     let cyclonedx = CYCLONEDX.program()?;
     let format = ["--format", "json", "--spec-version", "1.5"];

@@ -1,4 +1,5 @@
-//! The table of faults and promises of BENCHMARKS.md: runs the tests of its rows in full length and writes what they measure.
+//! The table of faults and promises of BENCHMARKS.md: runs the tests of its rows in full length and writes what they
+//! measure.
 
 use crate::tools::{command, root, run};
 use std::fs;

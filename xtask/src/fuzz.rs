@@ -1,4 +1,5 @@
-//! The fuzz targets of `fuzz/`, each for some seconds: libFuzzer by a stable compiler, by the flags that cargo-fuzz would pass.
+//! The fuzz targets of `fuzz/`, each for some seconds: libFuzzer by a stable compiler, by the flags that cargo-fuzz
+//! would pass.
 
 use crate::tools::{root, run, run_with};
 use std::env;

@@ -1,7 +1,7 @@
 //! What chores need of the machine: which of it is missing, and how it gets there.
 //!
-//! Node.js and what chores fetch for themselves go below the workspace, Rust's targets to rustup. Debian's packages are installed by root, or by sudo
-//! after a question on a terminal.
+//! Node.js and what chores fetch for themselves go below the workspace, Rust's targets to rustup. Debian's packages are
+//! installed by root, or by sudo after a question on a terminal.
 
 use crate::python;
 use crate::tools::{command, root, run};
@@ -24,7 +24,7 @@ pub struct Missing {
 }
 
 impl Missing {
-    pub fn of(needs: &[&Need], targets: &[&'static str]) -> Self {
+    pub fn new(needs: &[&Need], targets: &[&'static str]) -> Self {
         let unmet: Vec<&&Need> = needs.iter().filter(|need| !need.is_met()).collect();
         let has_node = unmet.iter().all(|need| need.name != NODE.name);
         let python = Some(&&PYTHON).filter(|python| !has_node && !python.is_met());
@@ -92,7 +92,7 @@ impl Missing {
 
 /// As root, installs what is missing; what is not there afterwards.
 pub fn provide(needs: &[&Need]) -> Vec<String> {
-    let missing = Missing::of(needs, &[]);
+    let missing = Missing::new(needs, &[]);
     if is_root() {
         install_packages(&[], &missing.packages);
     }
@@ -107,7 +107,7 @@ pub fn lacks(needs: &[&Need]) -> Vec<String> {
 
 /// Targets of this list that rustup has not installed.
 pub fn missing_targets(targets: &[&'static str]) -> Vec<&'static str> {
-    Missing::of(&[], targets).targets
+    Missing::new(&[], targets).targets
 }
 
 enum Permission {

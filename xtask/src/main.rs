@@ -103,7 +103,8 @@ const CHORES: &[Chore] = &[
         minutes: 2,
         ..Chore::new(
             "ros2",
-            "what `sextant ros2` and `convert --ros2` write, read by other people's code: rosbags, zenoh's Python binding, ROS 2's own packages, Rerun",
+            "what `sextant ros2` and `convert --ros2` write, read by other people's code: \
+             rosbags, zenoh's Python binding, ROS 2's own packages, Rerun",
             ros2::ros2,
         )
     },
@@ -122,11 +123,17 @@ const CHORES: &[Chore] = &[
         minutes: 10,
         ..Chore::new(
             "fuzz",
-            "every decoder of foreign bytes, the detector and the estimator under libFuzzer, 5 s each: SEXTANT_FUZZ_SECONDS for more",
+            "every decoder of foreign bytes, the detector and the estimator under libFuzzer, 5 s \
+             each: SEXTANT_FUZZ_SECONDS for more",
             fuzz::fuzz,
         )
     },
     Chore::new("fmt", "formatting is rustfmt's", chores::fmt),
+    Chore::new(
+        "tidy",
+        "lengths, widths, words and names of the sources (xtask/tidy)",
+        chores::tidy,
+    ),
     Chore {
         minutes: 5,
         ..Chore::new(
@@ -209,7 +216,8 @@ const CHORES: &[Chore] = &[
         minutes: 25,
         ..Chore::new(
             "board",
-            "the camera node's package for armv7, its units and a real camera driver on an emulated Cortex-A9; at most 25 minutes",
+            "the camera node's package for armv7, its units and a real camera driver on an \
+             emulated Cortex-A9; at most 25 minutes",
             board::board,
         )
     },
@@ -300,7 +308,8 @@ const CHORES: &[Chore] = &[
         minutes: 45,
         ..Chore::new(
             "faults",
-            "breaks a site in every way that a promise is made for, and writes the figures into BENCHMARKS.md; on an idle machine",
+            "breaks a site in every way that a promise is made for, and writes the figures into \
+             BENCHMARKS.md; on an idle machine",
             faults::faults,
         )
     },
@@ -444,8 +453,8 @@ fn enter_environment() -> std::io::Error {
     if std::env::args().any(|argument| argument == "--ci") {
         again.env("CI", "true");
     }
-    // What `cargo run` tells a program of its own package. ring's build script watches such variables, and all that needs TLS
-    // would be compiled anew whenever a chore follows a plain `cargo build`.
+    // What `cargo run` tells a program of its own package. ring's build script watches such variables, and all that
+    // needs TLS would be compiled anew whenever a chore follows a plain `cargo build`.
     for (name, _) in std::env::vars_os() {
         let name = name.to_string_lossy();
         if name.starts_with("CARGO_PKG_") || name.starts_with("CARGO_MANIFEST_") {

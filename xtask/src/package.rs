@@ -1,6 +1,8 @@
-//! Packages for boards and PCs: a `.deb` for each processor, tarballs of the camera node for systems with BusyBox, and Python wheels, all in `target/package`.
+//! Packages for boards and PCs: a `.deb` for each processor, tarballs of the camera node for systems with BusyBox, and
+//! Python wheels, all in `target/package`.
 //!
-//! Programs are linked by zig against the C library of the oldest system that they are for; none is packed that needs a newer one.
+//! Programs are linked by zig against the C library of the oldest system that they are for; none is packed that needs a
+//! newer one.
 
 mod clean_system;
 mod contents;

@@ -1,5 +1,5 @@
-//! The page's module of messages, made from the network's contract and the bridge's protocol: a check for each type, from which TypeScript
-//! infers the type itself.
+//! The page's module of messages, made from the network's contract and the bridge's protocol: a check for each type,
+//! from which TypeScript infers the type itself.
 //!
 //! Types without a name stand within those that have them. What no message of the bridge refers to is left out.
 
@@ -12,10 +12,11 @@ pub const MESSAGES: Generated = Generated {
     chore: "page-types",
     make: module,
 };
-const HEAD: &str = "// The bridge's messages: what each looks like. Written by `cargo xtask page-types` from proto/CONTRACT.md and PROTOCOL.md: do not edit.
+const HEAD: &str = "// The bridge's messages: what each looks like. Written by `cargo xtask page-types` from
+proto/CONTRACT.md and PROTOCOL.md: do not edit.
 
-import { anyOf, arrayOf, isFlag, isNumber, isText, listOf, oneOf, orNull, record, tuple, variants, type Checked } from \"./shape.ts\";
-";
+import { anyOf, arrayOf, isFlag, isNumber, isText, listOf, oneOf, orNull, record, tuple, variants, type Checked } from
+\"./shape.ts\"; ";
 
 /// Writes the module.
 pub fn page_types() -> Result<(), String> {

@@ -1,7 +1,7 @@
 //! A run of chores: its plan, said before anything happens; the chores one after the other; and what became of each.
 
 use crate::install::{Missing, lacks, missing_targets};
-use crate::report::{Outcome, Report, Row};
+use crate::report::{ChoreOutcome, Report, Row};
 use sextant_test_needs::{GUARDED, Need, SKIPS, is_ci};
 use std::fs;
 use std::time::{Duration, Instant};
@@ -77,7 +77,7 @@ pub fn run_in_order(chores: &[&Chore], options: &Options) -> Result<(), String> 
         .flat_map(|chore| chore.targets)
         .copied()
         .collect();
-    let missing = Missing::of(&needs.copied().collect::<Vec<_>>(), &targets);
+    let missing = Missing::new(&needs.copied().collect::<Vec<_>>(), &targets);
     let blocked = || {
         let blocked = chores
             .iter()
@@ -164,7 +164,7 @@ fn run(chore: &Chore, report: &Report) -> Row {
     let word = chore.word;
     let skipped = |why| Row {
         word,
-        outcome: Outcome::Skipped(why),
+        outcome: ChoreOutcome::Skipped(why),
         took: Duration::ZERO,
         skips: Vec::new(),
     };
@@ -177,10 +177,10 @@ fn run(chore: &Chore, report: &Report) -> Row {
     println!("\nxtask {word}: {}", chore.what);
     let started = Instant::now();
     let outcome = match (chore.run)() {
-        Ok(()) => Outcome::Passed,
+        Ok(()) => ChoreOutcome::Passed,
         Err(cause) => {
             eprintln!("xtask {word}: {cause}");
-            Outcome::Failed(cause)
+            ChoreOutcome::Failed(cause)
         }
     };
     let took = started.elapsed();
@@ -244,9 +244,9 @@ mod tests {
             report.0.push(row);
         }
         let outcomes = report.0.iter().map(|row| match &row.outcome {
-            Outcome::Passed => "passed",
-            Outcome::Skipped(_) => "skipped",
-            Outcome::Failed(_) => "failed",
+            ChoreOutcome::Passed => "passed",
+            ChoreOutcome::Skipped(_) => "skipped",
+            ChoreOutcome::Failed(_) => "failed",
         });
         assert_eq!(
             outcomes.collect::<Vec<_>>(),

@@ -16,7 +16,8 @@ const MESSAGES: Generated = Generated {
 };
 /// Pip as a module of an interpreter.
 pub const PIP: &[&str] = &["-m", "pip", "--quiet", "--disable-pip-version-check"];
-/// Packages of other people that read what Sextant writes, where there are wheels for this machine's Python; their tests are skipped without them.
+/// Packages of other people that read what Sextant writes, where there are wheels for this machine's Python; their
+/// tests are skipped without them.
 const ORACLES: [&str; 5] = [
     "pygltflib>=1.16",
     "pylsl>=1.16",
@@ -32,8 +33,8 @@ pub fn generate() -> Result<(), String> {
     MESSAGES.write()
 }
 
-/// The committed module is what the contract makes; the wheel installs; types, tests, guide and notebook hold, against a demo of
-/// the `sextant` of this build.
+/// The committed module is what the contract makes; the wheel installs; types, tests, guide and notebook hold, against
+/// a demo of the `sextant` of this build.
 pub fn test() -> Result<(), String> {
     MESSAGES.check()?;
     let scratch = root().join(SCRATCH);

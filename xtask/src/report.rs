@@ -3,7 +3,7 @@
 use std::fmt;
 use std::time::Duration;
 
-pub enum Outcome {
+pub enum ChoreOutcome {
     Passed,
     /// With the reason.
     Skipped(String),
@@ -13,7 +13,7 @@ pub enum Outcome {
 
 pub struct Row {
     pub word: &'static str,
-    pub outcome: Outcome,
+    pub outcome: ChoreOutcome,
     pub took: Duration,
     /// What the chore skipped, and why.
     pub skips: Vec<String>,
@@ -27,7 +27,7 @@ impl Report {
     pub fn has_failed(&self, word: &str) -> bool {
         let is_it = |row: &&Row| row.word == word;
         let row = self.0.iter().find(is_it);
-        row.is_some_and(|row| !matches!(row.outcome, Outcome::Passed))
+        row.is_some_and(|row| !matches!(row.outcome, ChoreOutcome::Passed))
     }
 
     /// One chore and nothing to say about it that it has not said itself.
@@ -35,12 +35,12 @@ impl Report {
         let [row] = self.0.as_slice() else {
             return false;
         };
-        row.skips.is_empty() && !matches!(row.outcome, Outcome::Skipped(_))
+        row.skips.is_empty() && !matches!(row.outcome, ChoreOutcome::Skipped(_))
     }
 
     /// The words of what failed.
     pub fn failed(&self) -> Vec<&'static str> {
-        let failed = |row: &&Row| matches!(row.outcome, Outcome::Failed(_));
+        let failed = |row: &&Row| matches!(row.outcome, ChoreOutcome::Failed(_));
         self.0.iter().filter(failed).map(|row| row.word).collect()
     }
 }
@@ -50,9 +50,9 @@ impl fmt::Display for Report {
         writeln!(out, "{:<14}{:<10}{:>6}", "chore", "outcome", "time")?;
         for row in &self.0 {
             let (outcome, why) = match &row.outcome {
-                Outcome::Passed => ("passed", ""),
-                Outcome::Skipped(why) => ("skipped", why.as_str()),
-                Outcome::Failed(cause) => ("FAILED", cause.as_str()),
+                ChoreOutcome::Passed => ("passed", ""),
+                ChoreOutcome::Skipped(why) => ("skipped", why.as_str()),
+                ChoreOutcome::Failed(cause) => ("FAILED", cause.as_str()),
             };
             let line = format!("{:<14}{outcome:<10}{:>6}  {why}", row.word, clock(row.took));
             writeln!(out, "{}", line.trim_end())?;
@@ -82,13 +82,13 @@ mod tests {
             skips: skips.iter().map(|&skip| skip.to_owned()).collect(),
         };
         let report = Report(vec![
-            row("page", Outcome::Passed, &[]),
+            row("page", ChoreOutcome::Passed, &[]),
             row(
                 "system",
-                Outcome::Failed("tests/tests/fleet.rs".to_owned()),
+                ChoreOutcome::Failed("tests/tests/fleet.rs".to_owned()),
                 &["a: needs b"],
             ),
-            row("arm", Outcome::Skipped("needs qemu".to_owned()), &[]),
+            row("arm", ChoreOutcome::Skipped("needs qemu".to_owned()), &[]),
         ]);
         let lines = [
             "chore         outcome     time",

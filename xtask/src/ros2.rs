@@ -1,6 +1,6 @@
-//! What `sextant ros2` publishes and what recordings and bags hold, against other people's implementations of the same formats: rosbags,
-//! zenoh-ros2-sdk, the zenoh team's Python binding, Foxglove's classes, and ROS 2's own packages and Rerun where there are wheels for this
-//! machine's Python.
+//! What `sextant ros2` publishes and what recordings and bags hold, against other people's implementations of the same
+//! formats: rosbags, zenoh-ros2-sdk, the zenoh team's Python binding, Foxglove's classes, and ROS 2's own packages and
+//! Rerun where there are wheels for this machine's Python.
 
 use crate::python;
 use crate::tools::{root, run};

@@ -1,5 +1,6 @@
-//! The tests of Rust code, quick ones first: crates and nodes, then the whole system. The programs that cargo builds for all of the workspace are
-//! run one by one, so that each package is tested once, with the features that all others are built with, and one failure does not hide the next.
+//! The tests of Rust code, quick ones first: crates and nodes, then the whole system. The programs that cargo builds
+//! for all of the workspace are run one by one, so that each package is tested once, with the features that all others
+//! are built with, and one failure does not hide the next.
 
 use crate::chores::{PAGE, page_packages};
 use crate::tools::{command, root, run};

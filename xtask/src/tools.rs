@@ -15,7 +15,8 @@ pub struct CargoTool {
 }
 
 impl CargoTool {
-    /// The program of this version: the one on the path, else one of our own below `target`, installed where it is missing.
+    /// The program of this version: the one on the path, else one of our own below `target`, installed where it is
+    /// missing.
     pub fn program(&self) -> Result<String, String> {
         let folder = root().join("target/tools");
         let own = folder.join("bin").join(self.name);
@@ -62,7 +63,7 @@ impl CargoTool {
     }
 }
 
-/// Cargo with zig as the linker and C compiler, so that a program needs no newer C library than it is told.
+/// Cargo with zig as the linker and C compiler, so that a program needs no newer C library than the one named.
 pub struct Zigbuild {
     pub program: String,
     pub compiler: String,

@@ -1,5 +1,5 @@
-//! The detector for browsers: the package of `clients/web`, from Rust and TypeScript. What it makes is committed, so that the page and its users need
-//! no compiler, and is the same on every machine.
+//! The detector for browsers: the package of `clients/web`, from Rust and TypeScript. What it makes is committed, so
+//! that the page and its users need no compiler, and is the same on every machine.
 
 use crate::chores::{PAGE, page_packages, same_files};
 use crate::tools::{root, run, run_with};

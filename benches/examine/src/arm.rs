@@ -57,7 +57,7 @@ pub fn arm(id: ObjectId, random: &mut Random) -> (ObjectModel, Arm) {
         });
         waves.push((
             0.5 * swing * random.gauss().clamp(-2.0, 2.0),
-            Wave::new(speed, (0.2, 0.6), swing, random),
+            Wave::new(speed, [0.2, 0.6], swing, random),
         ));
     }
     for index in 0..n_links {

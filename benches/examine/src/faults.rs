@@ -1,24 +1,26 @@
 //! Faults that come and go while a site runs: named right, in time, and not otherwise?
 //!
-//! `examine faults KIND FROM TO` injects one after three seconds, mends it after eight more and watches six more. The rule, stated
-//! beforehand: a fault must be named within its bound of time in which it can be told, nothing else may ever be named, and it
-//! must not be named any longer once its mending could be told for three seconds. It can be told
-//! - that a camera was moved (1 degree): while two other cameras see the body that it sees; within 2 s. Of two cameras that
-//!   disagree it must be said just that;
-//! - that a tag slipped (3 mm) or is of another size (2 %): while it and two other tags of its body are seen; within 3 s;
+//! `examine faults KIND FROM TO` injects one after three seconds, mends it after eight more and watches six more. The
+//! rule, stated beforehand: a fault must be named within its bound of time in which images show it, nothing else may
+//! ever be named, and it must not be named any longer once images have shown its mending for three seconds. Images show
+//! - that a camera was moved (1 degree): while two other cameras see the body that it sees; within 2 s. Of two cameras
+//!   that disagree it must be said just that;
+//! - that a tag slipped (3 mm) or is of another size (2 %): while it and two other tags of its body are seen; within 3
+//!   s;
 //! - that a clock jumped (5 to 200 ms): while it and another camera see a body that moves by 0.1 m/s; within 3 s;
 //! - that a tag is there twice (a second print): while one image shows both; within 3 s;
 //! - that a tag is on another body (as well): while that one is seen; within 3 s.
 //!
-//! `KIND+unvouched`: nobody says anything about clocks; `KIND+first`: it is wrong from the first image on; `KIND+stated`: cameras' poses are
-//! wrong by what is stated, `KIND+calibrated` by as little as a calibration leaves and states, and `KIND+unstated` by .2 mm and mrad of which
-//! nobody says anything; any of them together. Of what is right
-//! the share of images is printed after which it was named, from its first naming to its last.
+//! `KIND+unvouched`: nobody says anything about clocks; `KIND+first`: it is wrong from the first image on;
+//! `KIND+stated`: cameras' poses are wrong by what is stated, `KIND+calibrated` by as little as a calibration leaves
+//! and states, and `KIND+unstated` by .2 mm and mrad of which nobody says anything; any of them together. Of what is
+//! right the share of images is printed after which it was named, from its first naming to its last.
 //!
-//! Of a clock's jump it is printed by how many sigma it stands out at least in the images that tell it within its bound.
+//! Of a clock's jump it is printed by how many sigma it stands out at least in the images that tell it within its
+//! bound.
 //!
-//! `examine quiet MINUTES FROM TO` watches sites without a fault, `quiet+unvouched` such of whose clocks nobody says anything, `quiet+stated`,
-//! `quiet+calibrated` and `quiet+unstated` such whose cameras' poses are wrong likewise.
+//! `examine quiet MINUTES FROM TO` watches sites without a fault, `quiet+unvouched` such of whose clocks nobody says
+//! anything, `quiet+stated`, `quiet+calibrated` and `quiet+unstated` such whose cameras' poses are wrong likewise.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -31,14 +33,14 @@ use crate::models::made;
 use crate::motion::Motion;
 use crate::random::Random;
 use crate::scene::{CLASSES, Class, PERIOD_NS, START_NS, Scene};
-use crate::wrong::{CHANGE_S, KINDS, Kind, Wrong};
+use crate::wrong::{CHANGE_S, KINDS, Wrong, WrongKind};
 
 /// When the fault is mended and when the scene ends, s.
 const MENDED_S: f64 = 11.0;
 const END_S: f64 = 17.0;
-/// Seconds in which its end can be told after which a fault must not be named any more.
+/// Seconds in which images show its end after which a fault must not be named any more.
 const OVER_S: f64 = 3.0;
-/// Seconds in which a fault can be told by which it must be named, but a camera that was moved.
+/// Seconds in which images show a fault by which it must be named, but a camera that was moved.
 const BOUND_S: f64 = 3.0;
 /// Scenes, by turns; true where nothing moves.
 const SCENES: [(Class, bool); 10] = [
@@ -61,17 +63,18 @@ const POSES: [(&str, Class); 3] = [
     ("calibrated", Class::CalibratedPoses),
 ];
 
-/// What is wrong, since when, whether anybody says how well clocks are known, and how cameras' poses are wrong, if they are.
+/// What is wrong, since when, whether anybody says how well clocks are known, and how cameras' poses are wrong, if they
+/// are.
 #[derive(Clone, Copy)]
 struct Case {
-    kind: Option<Kind>,
+    kind: Option<WrongKind>,
     change_s: f64,
     unvouched: bool,
     poses: Option<Class>,
 }
 
 impl Case {
-    fn new(kind: Option<Kind>, how: &str) -> Self {
+    fn new(kind: Option<WrongKind>, how: &str) -> Self {
         Self {
             kind,
             change_s: if how.contains("first") { 0.0 } else { CHANGE_S },
@@ -87,14 +90,14 @@ impl Case {
 fn scene_of(case: Case, seed: u64) -> (Scene, String) {
     let kind = case.kind;
     let (class, still) = match (kind, case.poses) {
-        (Some(Kind::Shared), _) => (Class::Many, false),
+        (Some(WrongKind::Shared), _) => (Class::Many, false),
         (_, Some(poses)) => (poses, false),
         _ => SCENES[seed as usize % SCENES.len()],
     };
-    let still = still && kind != Some(Kind::Clock);
+    let still = still && kind != Some(WrongKind::Clock);
     let mut scene = Scene::new(class, 1_000_000 + seed);
     for body in scene.bodies.iter_mut().filter(|_| still) {
-        body.motion = Motion::smooth(0.0, 0.0, (0.2, 0.6), &mut Random(seed));
+        body.motion = Motion::smooth(0.0, 0.0, [0.2, 0.6], &mut Random(seed));
     }
     for clock in scene.clocks.iter_mut().filter(|_| case.unvouched) {
         clock.stated_error_ns = ImageObservation::CLOCK_ERROR_UNKNOWN;
@@ -113,9 +116,9 @@ fn scene_of(case: Case, seed: u64) -> (Scene, String) {
 /// A fault that was named.
 struct ReportedFault {
     key: String,
-    /// Seconds from the change, and those of them that told it.
+    /// Seconds from the change, and those of them in which images show it.
     first_s: f64,
-    told_s: f64,
+    evident_s: f64,
     last_s: f64,
     /// Images after which it was named, and those before the first of them.
     images: u32,
@@ -128,8 +131,12 @@ struct ReportedFault {
 
 impl fmt::Display for ReportedFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (key, first_s, told_s, last_s) = (&self.key, self.first_s, self.told_s, self.last_s);
-        write!(f, "{key} {first_s:.1} ({told_s:.1} told) to {last_s:.1}")?;
+        let (key, first_s, evident_s, last_s) =
+            (&self.key, self.first_s, self.evident_s, self.last_s);
+        write!(
+            f,
+            "{key} {first_s:.1} ({evident_s:.1} evident) to {last_s:.1}"
+        )?;
         if self.right {
             write!(f, " {:.0} %", 100.0 * self.steady)?;
         }
@@ -172,17 +179,17 @@ fn fusion_of(scene: &Scene) -> Fusion {
 /// A scene with a fault, as it plays.
 struct Play {
     wrong: Wrong,
-    kind: Kind,
+    kind: WrongKind,
     change_s: f64,
     /// Images so far.
     seen: u32,
     /// As it is without the fault.
     scene: Scene,
     named: Vec<ReportedFault>,
-    /// Seconds that told the fault, and its end.
-    told_s: f64,
+    /// Seconds in which images show the fault, and its end.
+    evident_s: f64,
     over_s: f64,
-    /// What has told of a clock's offset within the bound, 1/s².
+    /// Information about a clock's offset within the bound, 1/s².
     information: f64,
     /// The period under way, and its images by camera.
     round: u64,
@@ -190,21 +197,22 @@ struct Play {
 }
 
 impl Play {
-    /// An image comes; whenever all of a period have come, it is known whether they told.
+    /// An image comes; whenever all of a period have come, it is known whether they show the fault.
     fn observe(&mut self, taken_s: f64, image: &ImageObservation) {
         self.seen += 1;
         let period_s = PERIOD_NS as f64 * 1e-9;
         let round = (taken_s / period_s) as u64;
         if round > self.round {
-            // Where nothing is there twice, its end is told by any image.
-            let by_any = matches!(self.kind, Kind::Twice | Kind::Shared) && taken_s > MENDED_S;
-            let told = by_any || self.wrong.is_told(&self.scene, &self.images, taken_s);
+            // Where nothing is there twice, any image shows its end.
+            let by_any =
+                matches!(self.kind, WrongKind::Twice | WrongKind::Shared) && taken_s > MENDED_S;
+            let evident = by_any || self.wrong.is_evident(&self.scene, &self.images, taken_s);
             match taken_s {
-                _ if !told => {}
+                _ if !evident => {}
                 MENDED_S.. => self.over_s += period_s,
                 _ if taken_s >= self.change_s => {
-                    self.told_s += period_s;
-                    if self.told_s <= BOUND_S {
+                    self.evident_s += period_s;
+                    if self.evident_s <= BOUND_S {
                         let more = self.wrong.information(&self.scene, &self.images, taken_s);
                         self.information += more;
                     }
@@ -229,7 +237,7 @@ impl Play {
             None => self.named.push(ReportedFault {
                 key,
                 first_s: at_s,
-                told_s: self.told_s,
+                evident_s: self.evident_s,
                 last_s: at_s,
                 images: 1,
                 before: self.seen - 1,
@@ -241,33 +249,33 @@ impl Play {
     }
 
     fn verdict(&self) -> &'static str {
-        let bound_s = if self.kind == Kind::Camera {
+        let bound_s = if self.kind == WrongKind::Camera {
             2.0
         } else {
             BOUND_S
         };
-        let may_be_told = self.told_s >= bound_s;
-        let is_right = |one: &&ReportedFault| one.right || (one.doubt && !may_be_told);
+        let may_be_named = self.evident_s >= bound_s;
+        let is_right = |one: &&ReportedFault| one.right || (one.doubt && !may_be_named);
         let end_s = END_S - self.change_s - 0.2;
         let stays = self.over_s > OVER_S && self.named.iter().any(|one| one.last_s > end_s);
         match self.named.iter().find(is_right) {
             _ if self.named.iter().any(|one| !one.right && !one.doubt) => "WRONG",
             _ if stays => "STAYS",
-            Some(one) if one.told_s > bound_s => "LATE",
+            Some(one) if one.evident_s > bound_s => "LATE",
             Some(_) => "right",
-            None if may_be_told => "MISSED",
+            None if may_be_named => "MISSED",
             None => "untold",
         }
     }
 }
 
 /// Plays a fault; the verdict and a line about it.
-fn played(kind: Kind, how: &str, seed: u64) -> (&'static str, String) {
+fn played(kind: WrongKind, how: &str, seed: u64) -> (&'static str, String) {
     let case = Case::new(Some(kind), how);
     let change_s = case.change_s;
     let (mut scene, words) = scene_of(case, seed);
     let random = &mut Random(seed ^ 0x5eed);
-    let mut wrong = Wrong::of(kind, &scene, random);
+    let mut wrong = Wrong::choose(kind, &scene, random);
     if wrong.camera >= scene.clocks.len() {
         return ("none", words);
     }
@@ -284,7 +292,7 @@ fn played(kind: Kind, how: &str, seed: u64) -> (&'static str, String) {
         seen: 0,
         scene,
         named: Vec::new(),
-        told_s: 0.0,
+        evident_s: 0.0,
         over_s: 0.0,
         information: 0.0,
         round: 0,
@@ -300,17 +308,17 @@ fn played(kind: Kind, how: &str, seed: u64) -> (&'static str, String) {
         }
     }
     let verdict = play.verdict();
-    let (wrong, told_s) = (&play.wrong, play.told_s);
+    let (wrong, evident_s) = (&play.wrong, play.evident_s);
     let named: Vec<String> = play.named.iter().map(ToString::to_string).collect();
     let sigmas = match kind {
-        Kind::Clock => format!(
+        WrongKind::Clock => format!(
             ", {:.0} sigma",
             wrong.jump_s.abs() * play.information.sqrt()
         ),
         _ => String::new(),
     };
     let line = format!(
-        "{words}: camera {} {} {}, told {told_s:.1} s{sigmas}: {verdict}: {}",
+        "{words}: camera {} {} {}, evident {evident_s:.1} s{sigmas}: {verdict}: {}",
         wrong.camera,
         wrong.tag,
         wrong.words,

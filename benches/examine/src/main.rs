@@ -1,10 +1,11 @@
 //! How honest fusion is on scenes that nobody has seen: random ones by class, with exact truth.
 //!
 //! `cargo run --release -p sextant-examine -- CLASS FROM TO` runs the seeds FROM..TO of a class (`all`: of each)
-//! and prints a line a scene and one of them all: rms of poses in mm and degrees and the worst, NEES per degree of freedom, share
-//! inside the 95 % ellipsoid, share of instants with a tracked pose, rms against the Cramér-Rao bound where two views see the body at
-//! once, error of poses foreseen by 33 ms that 95 % do not exceed, poses flipped by more than 20 degrees and said to be tracked, faults
-//! named (there is none), the difference made by another order of arrival, scenes whose NEES lies in 0.7 to 1.5.
+//! and prints a line a scene and one of them all: rms of poses in mm and degrees and the worst, NEES per degree of
+//! freedom, share inside the 95 % ellipsoid, share of instants with a tracked pose, rms against the Cramér-Rao bound
+//! where two views see the body at once, error of poses foreseen by 33 ms that 95 % do not exceed, poses flipped by
+//! more than 20 degrees and said to be tracked, faults named (there is none), the difference made by another order of
+//! arrival, scenes whose NEES lies in 0.7 to 1.5.
 //!
 //! `-- refine FROM TO` asks what a proposed calibration is worth ([`refine`]).
 //! `-- phones ...` measures browsers as cameras ([`phones`]).
@@ -50,7 +51,8 @@ fn main() {
     }
     let (Some(wanted), Some(from), Some(to)) = (arguments.first(), number(1), number(2)) else {
         eprintln!(
-            "examine phones ..., examine refine FROM TO, examine faults KIND FROM TO, examine quiet MINUTES FROM TO, examine CLASS FROM TO; CLASS is one of"
+            "examine phones ..., examine refine FROM TO, examine faults KIND FROM TO, examine \
+             quiet MINUTES FROM TO, examine CLASS FROM TO; CLASS is one of"
         );
         CLASSES
             .iter()

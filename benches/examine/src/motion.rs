@@ -1,4 +1,5 @@
-//! Motions of bodies: smooth ones, and ones of legs of steady acceleration, as of bodies that are struck, halted or thrown.
+//! Motions of bodies: smooth ones, and ones of legs of steady acceleration, as of bodies that are struck, halted or
+//! thrown.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use sextant_geometry::Pose;
@@ -10,9 +11,9 @@ pub struct Wave([[f64; 3]; 2]);
 
 impl Wave {
     /// `speed` is the highest, `amplitude` bounds either sine.
-    pub fn new(speed: f64, hertz: (f64, f64), amplitude: f64, random: &mut Random) -> Self {
+    pub fn new(speed: f64, hertz: [f64; 2], amplitude: f64, random: &mut Random) -> Self {
         Self([(); 2].map(|()| {
-            let rate = std::f64::consts::TAU * random.within(hertz.0, hertz.1);
+            let rate = std::f64::consts::TAU * random.within(hertz[0], hertz[1]);
             let size = (0.5 * random.within(0.3, 1.0) * speed / rate).min(amplitude);
             [size, rate, random.within(0.0, std::f64::consts::TAU)]
         }))
@@ -54,7 +55,7 @@ pub struct Segments(Vec<Segment>);
 
 impl Motion {
     /// Up to so many m/s and rad/s.
-    pub fn smooth(speed: f64, turning: f64, hertz: (f64, f64), random: &mut Random) -> Self {
+    pub fn smooth(speed: f64, turning: f64, hertz: [f64; 2], random: &mut Random) -> Self {
         let wave = |place: usize| match place {
             0..3 => Wave::new(speed / 1.73, hertz, 0.12, random),
             _ => Wave::new(0.5 * turning / 1.73, hertz, 0.6, random),

@@ -1,12 +1,13 @@
 //! Phones as cameras: what four browsers that play rendered films find of two objects that are carried about.
 //!
-//! `phones film FOLDER [--seed N] [--size WxH] [--seconds N]` writes a film a phone, `CAMERA.mjpeg` at 30 images a second, and
-//! `scenario.toml` with the truth; objects are back where they began when a film ends, so that it can be repeated.
-//! `phones score FOLDER SITE RECORDING` compares the poses of a recording with that truth. SITE is the folder that `sextant calibrate site`
-//! wrote. The world frame of a site, the frames of its objects and the start of the films are free: the rigid motions and the common
-//! shift in time that fit best are removed. The truth in frames and time of the recording goes to `FOLDER/truth/OBJECT.tum`, for
-//! `sextant replay RECORDING --against OBJECT.tum --align rigid`.
-//! `phones clocks FOLDER RECORDING` says by how much the films fell behind on a machine without time for them: then nothing else counts.
+//! `phones film FOLDER [--seed N] [--size WxH] [--seconds
+//! N]` writes a film a phone, `CAMERA.mjpeg` at 30 images a second, and  `scenario.toml` with the truth; objects are
+//! back where they began when a film ends, so that it can be repeated. `phones score FOLDER SITE RECORDING` compares
+//! the poses of a recording with that truth. SITE is the folder that `sextant calibrate site` wrote. The world frame of
+//! a site, the frames of its objects and the start of the films are free: the rigid motions and the common shift in
+//! time that fit best are removed. The truth in frames and time of the recording goes to `FOLDER/truth/OBJECT.tum`, for
+//! `sextant replay RECORDING --against OBJECT.tum --align rigid`.  `phones clocks FOLDER RECORDING` says by how much
+//! the films fell behind on a machine without time for them: then nothing else counts.
 
 mod film;
 mod film_clock;

@@ -1,8 +1,9 @@
-//! What a proposed calibration is worth: sites whose files are wrong in a known way, ten minutes of ordinary use, then the proposal taken.
+//! What a proposed calibration is worth: sites whose files are wrong in a known way, ten minutes of ordinary use, then
+//! the proposal taken.
 //!
-//! A line a scene: residuals of the images held back before and after, px; rms error of poses of further images, mm and degrees, by the
-//! files, by the proposal and by exact files. No image shows the frames of the world and of an object, so that the rigid motions of both that
-//! fit best are taken off first.
+//! A line a scene: residuals of the images held back before and after, px; rms error of poses of further images, mm and
+//! degrees, by the files, by the proposal and by exact files. No image shows the frames of the world and of an object,
+//! so that the rigid motions of both that fit best are taken off first.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -83,10 +84,10 @@ pub fn examine(seeds: std::ops::Range<u64>) {
     }
 }
 
-fn refined(error: &Error, seed: u64) -> Outcome {
+fn refined(error: &Error, seed: u64) -> RefineOutcome {
     let scene = Scene::new(Class::Base, seed);
     let random = &mut Random(seed);
-    let truth = Models {
+    let truth = SiteModels {
         rig: scene.truth.clone(),
         objects: scene.bodies.iter().map(|body| body.model.clone()).collect(),
     };
@@ -106,7 +107,7 @@ fn refined(error: &Error, seed: u64) -> Outcome {
     let proposal = machine.proposal();
     let refined = proposal.as_ref().map_or_else(
         || files.clone(),
-        |proposal| Models {
+        |proposal| SiteModels {
             rig: proposal.rig.clone().unwrap_or_else(|| files.rig.clone()),
             objects: if proposal.objects.is_empty() {
                 files.objects.clone()
@@ -115,7 +116,7 @@ fn refined(error: &Error, seed: u64) -> Outcome {
             },
         },
     );
-    Outcome {
+    RefineOutcome {
         cameras: scene.truth.cameras().len(),
         at_once: scene.clocks.iter().all(|clock| clock.phase_s == 0.0),
         noise_px: scene.sigma_px,
@@ -127,7 +128,7 @@ fn refined(error: &Error, seed: u64) -> Outcome {
     }
 }
 
-struct Outcome {
+struct RefineOutcome {
     cameras: usize,
     /// Whether all cameras take their images at the same time.
     at_once: bool,
@@ -140,7 +141,7 @@ struct Outcome {
     faults: Vec<String>,
 }
 
-impl fmt::Display for Outcome {
+impl fmt::Display for RefineOutcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let how = if self.at_once { "at once" } else { "in turn" };
         write!(f, "{} cameras {how}, {:.3} px", self.cameras, self.noise_px)?;
@@ -173,17 +174,17 @@ impl fmt::Display for Outcome {
 }
 
 #[derive(Clone)]
-struct Models {
+struct SiteModels {
     rig: Rig,
     objects: Vec<ObjectModel>,
 }
 
-impl Models {
+impl SiteModels {
     fn wrong_by(&self, error: &Error, random: &mut Random) -> Self {
         let camera = |camera: &Camera| {
             let pose = camera
                 .world_from_camera
-                .map(|pose| off(&pose, error.cameras, random));
+                .map(|pose| off(&pose, error.cameras.0, error.cameras.1, random));
             let mut numbers = camera.lens.parameters();
             let factor = 1.0 + error.focal * random.gauss();
             numbers[0] *= factor;
@@ -200,7 +201,7 @@ impl Models {
             let tag = |tag: &ObjectTag| ObjectTag {
                 object_from_tag: tag
                     .object_from_tag
-                    .map(|pose| off(&pose, error.tags, random)),
+                    .map(|pose| off(&pose, error.tags.0, error.tags.1, random)),
                 ..tag.clone()
             };
             made(ObjectModel::new(
@@ -230,7 +231,7 @@ impl Models {
     }
 }
 
-fn off(pose: &Pose, (position_m, orientation_rad): (f64, f64), random: &mut Random) -> Pose {
+fn off(pose: &Pose, position_m: f64, orientation_rad: f64, random: &mut Random) -> Pose {
     let turn = UnitQuaternion::from_scaled_axis(random.gaussian(orientation_rad));
     Pose::from_parts(
         (pose.translation.vector + random.gaussian(position_m)).into(),

@@ -24,7 +24,8 @@ macro_rules! classes {
 }
 
 classes! {
-    "base" Base "2 to 6 cameras around a cube or an irregular body, up to 0.5 m/s and 180 deg/s; half of them fire at once"
+    "base" Base "2 to 6 cameras around a cube or an irregular body, up to 0.5 m/s and 180 deg/s; \
+     half of them fire at once"
     "lone" Lone "one camera"
     "pair" Pair "two cameras"
     "fast" Fast "up to 1.5 m/s and 360 deg/s"
@@ -285,14 +286,14 @@ fn clocks(class: Class, n_cameras: usize, random: &mut Random) -> Vec<Clock> {
 
 fn body(class: Class, index: usize, seconds: f64, random: &mut Random) -> Body {
     let mut motion = match class {
-        Class::Still | Class::StillLone => Motion::smooth(0.0, 0.0, (0.15, 0.6), random),
-        Class::Slow => Motion::smooth(0.02, 0.12, (0.15, 0.6), random),
-        Class::Fast => Motion::smooth(1.5, std::f64::consts::TAU, (0.3, 1.2), random),
+        Class::Still | Class::StillLone => Motion::smooth(0.0, 0.0, [0.15, 0.6], random),
+        Class::Slow => Motion::smooth(0.02, 0.12, [0.15, 0.6], random),
+        Class::Fast => Motion::smooth(1.5, std::f64::consts::TAU, [0.3, 1.2], random),
         Class::Jerks => Motion::jerky(seconds, random),
         Class::StopAndGo => Motion::stop_and_go(seconds, random),
         Class::Thrown => Motion::thrown(seconds, random),
-        Class::Arm => Motion::smooth(0.2, 0.8, (0.15, 0.6), random),
-        _ => Motion::smooth(0.5, std::f64::consts::PI, (0.15, 0.6), random),
+        Class::Arm => Motion::smooth(0.2, 0.8, [0.15, 0.6], random),
+        _ => Motion::smooth(0.5, std::f64::consts::PI, [0.15, 0.6], random),
     };
     if let (true, Motion::Smooth { middle, .. }) = (class.is_wide(), &mut motion) {
         // To the rims of the images.

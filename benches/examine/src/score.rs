@@ -80,7 +80,7 @@ pub fn examined(scene: &Scene, shots: &[Shot]) -> Score {
     }
     score.n_faults = score.faults.len();
     for ((body, time_ns), said) in &last {
-        score.take(scene, (*body, *time_ns), said);
+        score.take(scene, *body, *time_ns, said);
     }
     score.cover(scene, shots, &last);
     let mean = score.consistency.mean_nees() / 6.0;
@@ -122,7 +122,8 @@ impl Score {
     fn take(
         &mut self,
         scene: &Scene,
-        (body, time_ns): (usize, u64),
+        body: usize,
+        time_ns: u64,
         PublishedEstimate { estimate, best }: &PublishedEstimate,
     ) {
         let seconds = seconds_of(time_ns);
@@ -288,7 +289,7 @@ fn known(scene: &Scene, shots: &[&Shot], now_ns: u64) -> Vec<Option<ObjectEstima
 
 impl fmt::Display for Score {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let spread = |values: &Vec<f64>| Spread::of(values.iter().copied());
+        let spread = |values: &Vec<f64>| Spread::from_values(values.iter().copied());
         let errors = self.errors.each_ref().map(spread);
         let rms = errors.map(|errors| errors.map_or(f64::NAN, |errors| errors.rms));
         let worst = errors.map(|errors| errors.map_or(f64::NAN, |errors| errors.max));
@@ -297,7 +298,8 @@ impl fmt::Display for Score {
         let ratio = |half: usize| (self.of_two[half][0] / self.of_two[half][1]).sqrt();
         write!(
             f,
-            "mm {:.4} deg {:.4} worst {:.3} {:.2}  NEES {:.3} inside {:.3}  covered {:.3}  bound {:.2} {:.2}  ahead {:.2} {:.2}  flips {}  faults {}  order {:.0e}  in band {} of {}",
+            "mm {:.4} deg {:.4} worst {:.3} {:.2}  NEES {:.3} inside {:.3}  covered {:.3}  bound \
+             {:.2} {:.2}  ahead {:.2} {:.2}  flips {}  faults {}  order {:.0e}  in band {} of {}",
             rms[0] * 1e3,
             rms[1].to_degrees(),
             worst[0] * 1e3,

@@ -77,7 +77,8 @@ fn visible(scene: &Scene, camera: usize, body: usize, taken_s: f64) -> Vec<(&Obj
             && !is_hidden(
                 scene,
                 body,
-                (world_from_camera.translation.vector, place),
+                world_from_camera.translation.vector,
+                place,
                 taken_s,
             )
         {
@@ -95,7 +96,8 @@ fn pose_of(camera: &Camera) -> Pose {
 fn is_hidden(
     scene: &Scene,
     body: usize,
-    (from, to): (Vector3<f64>, Vector3<f64>),
+    from: Vector3<f64>,
+    to: Vector3<f64>,
     taken_s: f64,
 ) -> bool {
     let others = scene

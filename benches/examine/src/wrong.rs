@@ -1,4 +1,4 @@
-//! What goes wrong in a scene, when it can be told, and what it is to be named.
+//! What goes wrong in a scene, when images show it, and what it is to be named.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -17,7 +17,7 @@ use crate::view::information;
 pub const CHANGE_S: f64 = 3.0;
 
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum WrongKind {
     Camera,
     Slip,
     Size,
@@ -26,18 +26,18 @@ pub enum Kind {
     Shared,
 }
 
-pub const KINDS: [(&str, Kind); 6] = [
-    ("camera", Kind::Camera),
-    ("slip", Kind::Slip),
-    ("size", Kind::Size),
-    ("clock", Kind::Clock),
-    ("twice", Kind::Twice),
-    ("shared", Kind::Shared),
+pub const KINDS: [(&str, WrongKind); 6] = [
+    ("camera", WrongKind::Camera),
+    ("slip", WrongKind::Slip),
+    ("size", WrongKind::Size),
+    ("clock", WrongKind::Clock),
+    ("twice", WrongKind::Twice),
+    ("shared", WrongKind::Shared),
 ];
 
 /// What is wrong.
 pub struct Wrong {
-    kind: Kind,
+    kind: WrongKind,
     pub camera: usize,
     body: usize,
     pub tag: TagId,
@@ -49,7 +49,7 @@ pub struct Wrong {
 
 impl Wrong {
     /// Chooses what goes wrong: a tag that is often seen.
-    pub fn of(kind: Kind, scene: &Scene, random: &mut Random) -> Self {
+    pub fn choose(kind: WrongKind, scene: &Scene, random: &mut Random) -> Self {
         let body = random.count(0, scene.bodies.len() - 1);
         let mut seen: BTreeMap<TagId, usize> = BTreeMap::new();
         for shot in scene.shots(CHANGE_S, CHANGE_S + 3.0, &mut Random(1)) {
@@ -64,7 +64,7 @@ impl Wrong {
             0 => tags[0].tag,
             some => often[random.count(0, some - 1)],
         };
-        let first = usize::from(kind == Kind::Clock);
+        let first = usize::from(kind == WrongKind::Clock);
         let camera = random.count(first, (scene.clocks.len() - 1).max(first));
         let words = String::new();
         Self {
@@ -80,8 +80,8 @@ impl Wrong {
     /// Makes it so.
     pub fn come(&mut self, scene: &mut Scene, random: &mut Random) {
         match self.kind {
-            Kind::Camera => self.bump(scene, random),
-            Kind::Slip => self.change_tag(
+            WrongKind::Camera => self.bump(scene, random),
+            WrongKind::Slip => self.change_tag(
                 scene,
                 |tag, random| {
                     let angle = random.within(0.0, std::f64::consts::TAU);
@@ -90,22 +90,22 @@ impl Wrong {
                 },
                 random,
             ),
-            Kind::Size => self.change_tag(
+            WrongKind::Size => self.change_tag(
                 scene,
                 |tag, random| {
                     tag.size_m *= if random.count(0, 1) == 0 { 0.98 } else { 1.02 };
                 },
                 random,
             ),
-            Kind::Clock => {
+            WrongKind::Clock => {
                 let sign = if random.count(0, 1) == 0 { 1.0 } else { -1.0 };
                 let by_s = sign * random.log_within(0.005, 0.2);
                 scene.clocks[self.camera].offset_s += by_s;
                 self.jump_s = by_s;
                 self.words = format!("{:.1} ms", by_s * 1e3);
             }
-            Kind::Twice => self.print_again(scene, random),
-            Kind::Shared => self.share(scene, random),
+            WrongKind::Twice => self.print_again(scene, random),
+            WrongKind::Shared => self.share(scene, random),
         }
     }
 
@@ -151,7 +151,7 @@ impl Wrong {
                 middle: Pose::translation(place.x, place.y, place.z),
                 spin: Vector3::zeros(),
                 waves: Box::new(std::array::from_fn(|_| {
-                    Wave::new(0.0, (0.2, 0.6), 0.0, random)
+                    Wave::new(0.0, [0.2, 0.6], 0.0, random)
                 })),
             },
             arm: None,
@@ -171,7 +171,7 @@ impl Wrong {
     }
 
     /// Whether the images of all cameras within a period tell it, by body.
-    pub fn is_told(
+    pub fn is_evident(
         &self,
         scene: &Scene,
         images: &BTreeMap<usize, ImageObservation>,
@@ -199,15 +199,15 @@ impl Wrong {
         let bodies = || (0..scene.bodies.len()).map(|body| (body, tags_of(body)));
         let views = || images.values().flat_map(|image| &image.tags);
         match self.kind {
-            Kind::Camera => {
+            WrongKind::Camera => {
                 bodies().any(|(_, tags)| sees(self.camera, &tags) && others(&tags) >= 2)
             }
-            Kind::Clock => bodies().any(|(body, tags)| {
+            WrongKind::Clock => bodies().any(|(body, tags)| {
                 let place = |s: f64| scene.bodies[body].motion.at(s).translation.vector;
                 let speed = (place(at_s + 0.01) - place(at_s)).norm() / 0.01;
                 sees(self.camera, &tags) && others(&tags) >= 1 && speed > 0.1
             }),
-            Kind::Slip | Kind::Size => {
+            WrongKind::Slip | WrongKind::Size => {
                 let own = tags_of(self.body);
                 let seen: BTreeSet<TagId> = views()
                     .map(|tag| tag.tag)
@@ -215,15 +215,15 @@ impl Wrong {
                     .collect();
                 seen.contains(&self.tag) && seen.len() >= 3
             }
-            Kind::Twice | Kind::Shared => images
+            WrongKind::Twice | WrongKind::Shared => images
                 .values()
                 .any(|image| image.tags.iter().filter(|tag| tag.tag == self.tag).count() > 1),
         }
     }
 
-    /// What the images of all cameras within a period tell of the offset of its camera's clock, 1/s²: each by itself and without what is
-    /// known of the motion, so that it is the least. Of the camera's N and the others' M about a body with twist v it is
-    /// vᵀ (N⁻¹ + M⁻¹)⁻¹ v.
+    /// What the images of all cameras within a period tell of the offset of its camera's clock, 1/s²: each by itself
+    /// and without what is known of the motion, so that it is the least. Of the camera's N and the others' M about a
+    /// body with twist v it is vᵀ (N⁻¹ + M⁻¹)⁻¹ v.
     pub fn information(
         &self,
         scene: &Scene,
@@ -238,7 +238,7 @@ impl Wrong {
                 .map(|other| information(scene, *other, body, at_s))
                 .sum::<Matrix6<f64>>()
         };
-        let told = |body: usize| {
+        let offset_information = |body: usize| {
             let (n, m) = (own(body), others(body));
             let at = |s: f64| scene.bodies[body].links(s)[0];
             let v = se3::difference(&at(at_s + STEP_S), &at(at_s)) / STEP_S;
@@ -247,21 +247,21 @@ impl Wrong {
         let seen = images.contains_key(&self.camera);
         (0..scene.bodies.len())
             .filter(|_| seen)
-            .filter_map(told)
+            .filter_map(offset_information)
             .sum()
     }
 
     pub fn is_named_by(&self, scene: &Scene, fault: &Fault) -> bool {
         let own = &scene.truth.cameras()[self.camera].id;
         match (self.kind, fault) {
-            (Kind::Camera, Fault::CameraMoved { camera }) => camera == own,
-            (Kind::Slip, Fault::TagMisplaced { tag, .. }) => *tag == self.tag,
-            (Kind::Size, Fault::TagSize { tag, .. }) => *tag == self.tag,
-            (Kind::Clock, Fault::ClockOff { camera, .. } | Fault::Untimely { camera, .. }) => {
+            (WrongKind::Camera, Fault::CameraMoved { camera }) => camera == own,
+            (WrongKind::Slip, Fault::TagMisplaced { tag, .. }) => *tag == self.tag,
+            (WrongKind::Size, Fault::TagSize { tag, .. }) => *tag == self.tag,
+            (WrongKind::Clock, Fault::ClockOff { camera, .. } | Fault::Untimely { camera, .. }) => {
                 camera == own
             }
             (
-                Kind::Twice | Kind::Shared,
+                WrongKind::Twice | WrongKind::Shared,
                 Fault::DuplicateTag { tag, .. } | Fault::TagElsewhere { tag, .. },
             ) => *tag == self.tag,
             _ => false,
@@ -270,7 +270,7 @@ impl Wrong {
 
     pub fn is_in_doubt_by(&self, scene: &Scene, fault: &Fault) -> bool {
         let own = &scene.truth.cameras()[self.camera].id;
-        matches!(fault, Fault::CamerasDisagree { a, b } if self.kind == Kind::Camera && (a == own || b == own))
+        matches!(fault, Fault::CamerasDisagree { a, b } if self.kind == WrongKind::Camera && (a == own || b == own))
     }
 }
 

@@ -1,7 +1,7 @@
 //! Repeats one detection, to be counted by callgrind or timed at its best: `repeat write DIR` makes the images,
 //! `repeat DETECTOR FILE N` works on one of them, DETECTOR being sextant, edges,
-//! tracking (best mean of nine images, a round of its scan), stages (best of each), raw (grey made of the image as a Bayer
-//! mosaic, which comes before detection on an RZ/A2M), or with the feature `peer` c or c20.
+//! tracking (best mean of nine images, a round of its scan), stages (best of each), raw (grey made of the image as a
+//! Bayer mosaic, which comes before detection on an RZ/A2M), or with the feature `peer` c or c20.
 
 use sextant_apriltag::{Detector, Image, Options, Refinement, Stage, Tracker};
 use sextant_benches::{HEIGHT, StageClock, WIDTH, pictures};
@@ -11,9 +11,9 @@ use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-type Outcome = Result<(), Box<dyn Error>>;
+type RunResult = Result<(), Box<dyn Error>>;
 
-fn main() -> Outcome {
+fn main() -> RunResult {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["write", folder] => write(Path::new(folder)),
@@ -23,7 +23,7 @@ fn main() -> Outcome {
 }
 
 /// Bare pixels, a file an image.
-fn write(folder: &Path) -> Outcome {
+fn write(folder: &Path) -> RunResult {
     fs::create_dir_all(folder)?;
     for picture in pictures()? {
         let name = picture.name.replace(", ", "-").replace(' ', "-");
@@ -32,7 +32,7 @@ fn write(folder: &Path) -> Outcome {
     Ok(())
 }
 
-fn repeat(detector: &str, pixels: &[u8], n: u32) -> Outcome {
+fn repeat(detector: &str, pixels: &[u8], n: u32) -> RunResult {
     match detector {
         "sextant" => ours(Refinement::Photometric, pixels, n),
         "edges" => ours(Refinement::Edges, pixels, n),
@@ -49,7 +49,7 @@ fn repeat(detector: &str, pixels: &[u8], n: u32) -> Outcome {
     }
 }
 
-fn ours(refinement: Refinement, pixels: &[u8], n: u32) -> Outcome {
+fn ours(refinement: Refinement, pixels: &[u8], n: u32) -> RunResult {
     let mut detector = Detector::new(Options {
         refinement,
         ..Options::default()
@@ -60,7 +60,7 @@ fn ours(refinement: Refinement, pixels: &[u8], n: u32) -> Outcome {
 }
 
 /// Each image is processed in nine variants, one after the other.
-fn tracking(pixels: &[u8], n: u32) -> Outcome {
+fn tracking(pixels: &[u8], n: u32) -> RunResult {
     const ROUND: u32 = 9;
     let mut tracker = Tracker::new(Options::default())?;
     let image = Image::new(pixels, WIDTH, HEIGHT, WIDTH)?;
@@ -76,7 +76,7 @@ fn tracking(pixels: &[u8], n: u32) -> Outcome {
     Ok(())
 }
 
-fn stages(pixels: &[u8], n: u32) -> Outcome {
+fn stages(pixels: &[u8], n: u32) -> RunResult {
     let mut detector = Detector::new(Options::default())?;
     let image = Image::new(pixels, WIDTH, HEIGHT, WIDTH)?;
     let mut best = [Duration::MAX; Stage::ALL.len()];
@@ -84,7 +84,7 @@ fn stages(pixels: &[u8], n: u32) -> Outcome {
         let mut clock = StageClock::start();
         detector.detect_observed(&image, &mut clock);
         for (best, stage) in best.iter_mut().zip(Stage::ALL) {
-            *best = (*best).min(clock.of(stage));
+            *best = (*best).min(clock.time(stage));
         }
     }
     for (best, stage) in best.iter().zip(Stage::ALL) {
@@ -94,7 +94,7 @@ fn stages(pixels: &[u8], n: u32) -> Outcome {
     Ok(())
 }
 
-fn raw(pixels: &[u8], n: u32) -> Outcome {
+fn raw(pixels: &[u8], n: u32) -> RunResult {
     let model = &Circuit::Bayer2Grayscale.models()[0];
     let mosaic = Raster::new(pixels, [WIDTH, HEIGHT])?;
     let mut grey = vec![0; pixels.len()];

@@ -1,4 +1,6 @@
-"""A running demo and a small recording, for the tests that need them; `SEXTANT_BINARY` is the program, as `cargo xtask python-test` sets it."""
+"""A running demo and a small recording, for the tests that need them; `SEXTANT_BINARY` is the program, as
+`cargo xtask python-test` sets it.
+"""
 
 import json
 import os
@@ -72,7 +74,9 @@ def recording(binary, tmp_path_factory):
     """A folder with `poses.jsonl` of a replayed recording, and its rig and object files."""
     folder = tmp_path_factory.mktemp("recording")
     site = folder / "site"
-    subprocess.run([binary, "simulate", "--seconds", "1", "--cameras", "2", "--objects", "1", "--out", site], check=True)
+    subprocess.run(
+        [binary, "simulate", "--seconds", "1", "--cameras", "2", "--objects", "1", "--out", site], check=True
+    )
     files = ["--rig", site / "rig.toml", "--object", site / "cuboid.toml"]
     subprocess.run([binary, "replay", site, *files, "--out", folder / "poses.jsonl"], check=True)
     return folder

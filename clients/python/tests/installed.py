@@ -1,4 +1,6 @@
-"""What `pip install sextant` gives, tried in the environment that runs this: the command line, poses of its demo, a change, a recording and a calibration. For `cargo xtask wheel`."""
+"""What `pip install sextant` gives, tried in the environment that runs this: the command line, poses of its demo, a
+change, a recording and a calibration. For `cargo xtask wheel`.
+"""
 
 import asyncio
 import json

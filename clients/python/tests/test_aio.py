@@ -1,4 +1,6 @@
-"""Asynchronous programs against a running demo: the same poses, the end of `async with`, cancellation and Ctrl-C, wrong inputs."""
+"""Asynchronous programs against a running demo: the same poses, the end of `async with`, cancellation and Ctrl-C, wrong
+inputs.
+"""
 
 import asyncio
 import subprocess
@@ -27,7 +29,9 @@ def test_what_blocks_is_awaited(demo):
     async def look():
         async with sextant.aio.connect(demo) as site:
             assert set(await site.objects()) == {"cuboid", "prism", "frustum"}
-            pose, transform = await asyncio.gather(site.pose("cuboid", PATIENCE), site.transform("cuboid", "prism", PATIENCE))
+            pose, transform = await asyncio.gather(
+                site.pose("cuboid", PATIENCE), site.transform("cuboid", "prism", PATIENCE)
+            )
             assert pose.object == "cuboid" and (transform.a, transform.b) == ("cuboid", "prism")
             assert await site.rig() == site.blocking.rig()
             assert (await site.set(await site.rig())).outcome.to_json() == "same"
@@ -109,7 +113,9 @@ def test_the_loop_runs_while_the_site_is_closed(demo, monkeypatch, is_cancelled)
 )
 def test_ctrl_c_ends_a_program_that_waits(demo, what):
     code = INTERRUPTED.format(endpoint=demo, what=what)
-    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE, preexec_fn=heed_ctrl_c)
+    ended = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE, preexec_fn=heed_ctrl_c
+    )
     assert ended.returncode != 0 and ended.stderr.strip().endswith("KeyboardInterrupt"), ended.stderr
 
 

@@ -1,4 +1,6 @@
-"""A recording of a demo as USD and glTF, read by OpenUSD, pygltflib and trimesh: poses, visibility, tags and what cameras see are the recorded ones."""
+"""A recording of a demo as USD and glTF, read by OpenUSD, pygltflib and trimesh: poses, visibility, tags and what
+cameras see are the recorded ones.
+"""
 
 import json
 import subprocess
@@ -15,7 +17,11 @@ FLOAT32 = 2e-6
 def recorded(binary, demo, tmp_path_factory):
     """A recording, and its poses by object and capture time."""
     file = tmp_path_factory.mktemp("animation") / "site.mcap"
-    subprocess.run([binary, "record", file, "--connect", demo, "--site", "demo", "--duration", "3"], check=True, capture_output=True)
+    subprocess.run(
+        [binary, "record", file, "--connect", demo, "--site", "demo", "--duration", "3"],
+        check=True,
+        capture_output=True,
+    )
     poses = {}
     for _, key, message in sextant.read_messages(file):
         if key.endswith("/pose"):
@@ -70,7 +76,10 @@ def pixels(camera, points):
 def before(camera):
     """Points in the world before a camera."""
     pose = camera.world_from_camera
-    return numpy.array([[0.1, 0.2, 2.0], [-0.3, 0.1, 1.0], [0.2, -0.2, 3.0]]) @ rotation(pose.orientation).T + pose.position
+    return (
+        numpy.array([[0.1, 0.2, 2.0], [-0.3, 0.1, 1.0], [0.2, -0.2, 3.0]]) @ rotation(pose.orientation).T
+        + pose.position
+    )
 
 
 def test_usd_opens_it_and_poses_agree(binary, recorded):
@@ -97,7 +106,10 @@ def test_usd_opens_it_and_poses_agree(binary, recorded):
             mesh = UsdGeom.Mesh(stage.GetPrimAtPath(f"/Site/Objects/{name}/{tag.family}_{tag.id}"))
             corners = numpy.array(mesh.GetPointsAttr().Get())
             half = tag.size_m / 2
-            assert numpy.abs(corners - [[-half, half, 0], [half, half, 0], [half, -half, 0], [-half, -half, 0]]).max() < 1e-7
+            assert (
+                numpy.abs(corners - [[-half, half, 0], [half, half, 0], [half, -half, 0], [-half, -half, 0]]).max()
+                < 1e-7
+            )
             local = numpy.array(UsdGeom.Xformable(mesh).GetLocalTransformation()).T
             placed = tag.object_from_tag
             assert numpy.abs(local - motion(placed.position, placed.orientation)).max() < 1e-12
@@ -200,11 +212,18 @@ def test_a_replay_is_an_animation(binary, recording, tmp_path):
     compared = 0
     for pose in poses:
         if pose["state"] == "tracking":
-            found = numpy.array(prim.ComputeLocalToWorldTransform(Usd.TimeCode((pose["t_ns"] - start_ns) / 1e9 * rate))).T
+            found = numpy.array(
+                prim.ComputeLocalToWorldTransform(Usd.TimeCode((pose["t_ns"] - start_ns) / 1e9 * rate))
+            ).T
             assert numpy.abs(found - motion(pose["position"], pose["orientation"])).max() < 1e-9
             compared += 1
     assert compared > 20
-    failed = subprocess.run([binary, "replay", site, *files, "--out", out, "--frame", "robot.toml"], capture_output=True, text=True, check=False)
+    failed = subprocess.run(
+        [binary, "replay", site, *files, "--out", out, "--frame", "robot.toml"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert failed.returncode == 2 and "leave out --frame" in failed.stderr
 
 

@@ -18,7 +18,11 @@ def test_a_replay_is_read_as_points_and_rotations(binary, recording):
     point, rotation = c3d["parameters"]["POINT"], c3d["parameters"]["ROTATION"]
     assert point["LABELS"]["value"] == rotation["LABELS"]["value"] == ["cuboid"] and point["UNITS"]["value"] == ["mm"]
     start_ns = int(c3d["parameters"]["MANUFACTURER"]["START_TIME_NS"]["value"][0])
-    points, residuals, rotations = c3d["data"]["points"], c3d["data"]["meta_points"]["residuals"], c3d["data"]["rotations"]
+    points, residuals, rotations = (
+        c3d["data"]["points"],
+        c3d["data"]["meta_points"]["residuals"],
+        c3d["data"]["rotations"],
+    )
     assert points.shape[2] == rotations.shape[3] == c3d["header"]["points"]["last_frame"] + 1
     times = start_ns + numpy.arange(points.shape[2]) / point["RATE"]["value"][0] * 1e9
 

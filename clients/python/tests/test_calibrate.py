@@ -1,4 +1,6 @@
-"""Calibrations from recordings and of a running demo: reports as they are typed, partial results, failures, the end of those that run."""
+"""Calibrations from recordings and of a running demo: reports as they are typed, partial results, failures, the end of
+those that run.
+"""
 
 import asyncio
 import shutil
@@ -25,7 +27,9 @@ def simulated(binary, tmp_path_factory):
 @pytest.fixture
 def files(simulated, tmp_path):
     """Rig and object files that may be written."""
-    return {name: shutil.copy(simulated / f"{file}.toml", tmp_path) for name, file in (("rig", "rig"), ("object", "cuboid"))}
+    return {
+        name: shutil.copy(simulated / f"{file}.toml", tmp_path) for name, file in (("rig", "rig"), ("object", "cuboid"))
+    }
 
 
 def check(value, of, where):
@@ -55,7 +59,9 @@ def test_reports_are_as_they_are_typed(simulated, files, tmp_path):
     site = calibrate.site(simulated, size=[0.057, "2:0.06", "3:0.06"], out=tmp_path / "found")
     check(site, calibrate.SiteReport, "site")
     assert (tmp_path / "found" / "rig.toml").is_file()
-    robot = calibrate.robot(simulated, poses=simulated / "cuboid.tum", rig=rig, object=cuboid, out=tmp_path / "robot.toml")
+    robot = calibrate.robot(
+        simulated, poses=simulated / "cuboid.tum", rig=rig, object=cuboid, out=tmp_path / "robot.toml"
+    )
     check(robot, calibrate.RobotReport, "robot")
     for tags in ({"size": 0.057}, {"size": 0.057, "tags": "0,1,2:0.06"}):
         learned = calibrate.learn(simulated, rig=rig, id="pad", out=tmp_path / "pad.toml", **tags)
@@ -159,7 +165,9 @@ def test_a_calibration_computes_from_its_images_where_its_program_is_killed(demo
         f"sextant.calibrate.rig(sextant.connect({demo!r}), rig=sys.argv[1], object=sys.argv[2],\n"
         "    progress=lambda progress: print(progress['images'], flush=True))"
     )
-    with subprocess.Popen([sys.executable, "-c", code, *in_force.values()], stdout=subprocess.PIPE, text=True) as program:
+    with subprocess.Popen(
+        [sys.executable, "-c", code, *in_force.values()], stdout=subprocess.PIPE, text=True
+    ) as program:
         while int(program.stdout.readline()) < 60:
             pass
         program.send_signal(signal.SIGKILL)

@@ -67,7 +67,11 @@ def test_the_covariance_of_a_transform_is_that_of_numeric_jacobians():
 
     def moved(one, step):
         position = numpy.array(one.position) + step[:3]
-        return replace(one, position=tuple(position), orientation=rotations.product(rotations.exponential(step[3:]), one.orientation))
+        return replace(
+            one,
+            position=tuple(position),
+            orientation=rotations.product(rotations.exponential(step[3:]), one.orientation),
+        )
 
     def error(left, right):
         turn = rotations.logarithm(rotations.product(left[1], rotations.inverse(right[1])))

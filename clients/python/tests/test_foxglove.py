@@ -1,5 +1,5 @@
-"""`sextant foxglove` on a running demo, read by a WebSocket client that shares nothing with it. Every topic of the guide appears; a message
-of each is decoded by the schema that was announced for it."""
+"""`sextant foxglove` on a running demo, read by a WebSocket client that shares nothing with it. Every topic of the
+guide appears; a message of each is decoded by the schema that was announced for it."""
 
 import base64
 import json

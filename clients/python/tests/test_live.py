@@ -128,7 +128,13 @@ def test_what_does_not_exist_is_named_with_what_does(demo):
     nobody = f"tcp/127.0.0.1:{free_port()}"
     with pytest.raises(sextant.NoRouterError, match="refused.*start the site"):
         sextant.connect(nobody, timeout=0.5)
-    for wrong in ({"endpoint": "nonsense"}, {"endpoint": "quic/h:1"}, {"user": "ann"}, {"keys": "/nowhere"}, {"endpoint": []}):
+    for wrong in (
+        {"endpoint": "nonsense"},
+        {"endpoint": "quic/h:1"},
+        {"user": "ann"},
+        {"keys": "/nowhere"},
+        {"endpoint": []},
+    ):
         with pytest.raises(sextant.OptionsError):
             sextant.connect(**wrong)
 

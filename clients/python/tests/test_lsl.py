@@ -1,4 +1,6 @@
-"""`python -m sextant.lsl` on a running demo, read by pylsl's inlets: samples are the poses of the site's objects at their capture times by LSL's clock."""
+"""`python -m sextant.lsl` on a running demo, read by pylsl's inlets: samples are the poses of the site's objects at
+their capture times by LSL's clock.
+"""
 
 import subprocess
 import sys
@@ -65,7 +67,15 @@ def test_the_clock_follows_this_machines_clock_and_its_steps():
 
 
 def test_the_last_estimate_of_each_capture_time_is_given_once():
-    poses = [pose(10, x=1.0), pose(10, x=2.0), pose(5), pose(20, x=3.0), pose(10), pose(20, x=4.0), pose(15, name="ball")]
+    poses = [
+        pose(10, x=1.0),
+        pose(10, x=2.0),
+        pose(5),
+        pose(20, x=3.0),
+        pose(10),
+        pose(20, x=4.0),
+        pose(15, name="ball"),
+    ]
     found = [(p.object, p.t_ns, p.position[0]) for p in lsl.latest_estimates(iter(poses), hold_s=60) if p is not None]
     assert found == [("cube", 10, 2.0), ("cube", 20, 4.0), ("ball", 15, 0.0)]
 
@@ -151,7 +161,9 @@ def test_wrong_options_say_what_to_do(demo):
     pylsl()
     failed = subprocess.run([*command, "teapot"], capture_output=True, text=True, timeout=60, check=False)
     assert failed.returncode == 1 and "no object 'teapot'; it has" in failed.stderr, failed.stderr
-    failed = subprocess.run([*command, "cuboid", "--duration", "-1"], capture_output=True, text=True, timeout=60, check=False)
+    failed = subprocess.run(
+        [*command, "cuboid", "--duration", "-1"], capture_output=True, text=True, timeout=60, check=False
+    )
     assert failed.returncode == 2 and "--duration" in failed.stderr, failed.stderr
 
 

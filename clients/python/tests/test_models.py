@@ -1,4 +1,6 @@
-"""Rig, objects and camera settings of a running site, changed from Python: answers, refusals, taking back, and who may not."""
+"""Rig, objects and camera settings of a running site, changed from Python: answers, refusals, taking back, and who may
+not.
+"""
 
 import getpass
 import subprocess
@@ -48,7 +50,9 @@ def test_a_rig_is_changed_and_the_change_is_taken_back(site):
     answer = site.set(shifted(before, [0.001, 0, 0]))
     assert (answer.key, answer.outcome.to_json(), answer.followers) == ("config/rig", "taken", ())
     after = site.rig()
-    assert after.cameras[0].world_from_camera.position[0] == pytest.approx(before.cameras[0].world_from_camera.position[0] + 0.001)
+    assert after.cameras[0].world_from_camera.position[0] == pytest.approx(
+        before.cameras[0].world_from_camera.position[0] + 0.001
+    )
     # The very same answer counts also where it was given before.
     assert [site.set(after).outcome.to_json() for _ in range(3)] == ["same"] * 3
     former = site.former()
@@ -61,7 +65,9 @@ def test_objects_come_and_go_and_models_change_together(site):
     rig, cuboid = site.rig(), site.objects()["cuboid"].config
     half = replace(cuboid, tags=cuboid.tags[1:])
     other = replace(cuboid, id="other", tags=cuboid.tags[:1])
-    with pytest.raises(sextant.RefusedError, match="is on object cuboid and on object other: print another id") as refused:
+    with pytest.raises(
+        sextant.RefusedError, match="is on object cuboid and on object other: print another id"
+    ) as refused:
         site.set(other)
     tag = cuboid.tags[0]
     assert refused.value.refusal == RefusalSharedTag(TagId(tag.family, tag.id), "cuboid", "other")

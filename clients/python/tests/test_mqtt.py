@@ -1,5 +1,5 @@
-"""`sextant mqtt` on a running demo, through Mosquitto, read by paho: poses, discovery by Home Assistant, events, the last will, passwords, TLS, and a
-broker that comes back."""
+"""`sextant mqtt` on a running demo, through Mosquitto, read by paho: poses, discovery by Home Assistant, events, the
+last will, passwords, TLS, and a broker that comes back."""
 
 import json
 import shutil
@@ -43,7 +43,10 @@ class Subscriber:
 @contextmanager
 def broker(folder, port, *lines):
     file = folder / "mosquitto.conf"
-    file.write_text("\n".join(["user root", f"listener {port} localhost", *(lines or ["allow_anonymous true"])]) + "\n", encoding="utf-8")
+    file.write_text(
+        "\n".join(["user root", f"listener {port} localhost", *(lines or ["allow_anonymous true"])]) + "\n",
+        encoding="utf-8",
+    )
     with running(MOSQUITTO, "-c", file) as process:
         yield process
 
@@ -74,7 +77,9 @@ def test_poses_discovery_events_and_the_end(binary, demo, published, tmp_path):
         first, second = Subscriber(port), Subscriber(port)
         pose = json.loads(first.payload("sextant/demo/object/cuboid/pose"))
         same = published.find(lambda p: p.object == "cuboid" and p.t_ns == pose["t_ns"])
-        assert numpy.array_equal(same.position, pose["position"]) and numpy.array_equal(same.orientation, pose["orientation"])
+        assert numpy.array_equal(same.position, pose["position"]) and numpy.array_equal(
+            same.orientation, pose["orientation"]
+        )
         assert second.payload("sextant/demo/object/cuboid/pose")
         assert first.payload("sextant/demo/status") == "online"
 
@@ -84,7 +89,14 @@ def test_poses_discovery_events_and_the_end(binary, demo, published, tmp_path):
         ids = [component["unique_id"] for component in device["components"].values()]
         assert len(set(ids)) == len(ids) == 5
 
-        event = {"sequence": 1, "t_ns": 1, "object": "cuboid", "event": "entered", "zone": "table", "position": [0, 0, 0]}
+        event = {
+            "sequence": 1,
+            "t_ns": 1,
+            "object": "cuboid",
+            "event": "entered",
+            "zone": "table",
+            "position": [0, 0, 0],
+        }
         config = zenoh.Config.from_json5(json.dumps({"mode": "client", "connect": {"endpoints": [demo]}}))
         with zenoh.open(config) as session:
             for payload in (b"\xff", b"[]", json.dumps(event).encode()):
@@ -143,7 +155,16 @@ def test_a_broker_that_restarts_gets_everything_again(binary, demo, tmp_path):
 
 def test_tls_and_passwords(binary, demo, tmp_path):
     certificate, key, users = (str(tmp_path / name) for name in ("broker.pem", "broker.key", "users"))
-    names = ["-subj", "/CN=localhost", "-addext", "subjectAltName=DNS:localhost", "-addext", "basicConstraints=critical,CA:FALSE", "-days", "2"]
+    names = [
+        "-subj",
+        "/CN=localhost",
+        "-addext",
+        "subjectAltName=DNS:localhost",
+        "-addext",
+        "basicConstraints=critical,CA:FALSE",
+        "-days",
+        "2",
+    ]
     files = ["-keyout", key, "-out", certificate]
     curve = ["-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes"]
     subprocess.run(["openssl", "req", "-x509", *curve, *names, *files], check=True, capture_output=True)

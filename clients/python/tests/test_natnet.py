@@ -1,5 +1,6 @@
-"""`sextant natnet` on a running demo, read by clients that people use: libmotioncapture (Crazyswarm2) by multicast, and the client `natnet` by
-unicast and by multicast, at the same time. Their poses are those of the site to the resolution of 32 bits."""
+"""`sextant natnet` on a running demo, read by clients that people use: libmotioncapture (Crazyswarm2) by multicast, and
+the client `natnet` by unicast and by multicast, at the same time. Their poses are those of the site to the resolution
+of 32 bits."""
 
 import socket
 import struct

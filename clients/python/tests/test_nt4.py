@@ -1,5 +1,5 @@
-"""`sextant nt4` on a running demo, at a server of WPILib's own ntcore: values are `struct:Pose3d` with their schema, at the capture time by the server's
-clock; a server that restarts gets them again."""
+"""`sextant nt4` on a running demo, at a server of WPILib's own ntcore: values are `struct:Pose3d` with their schema, at
+the capture time by the server's clock; a server that restarts gets them again."""
 
 import struct
 import subprocess
@@ -26,7 +26,9 @@ def newest(instance):
 
 def is_published(published, value):
     x, y, z, qw, qx, qy, qz = struct.unpack("<7d", value.getRaw())
-    same = lambda pose: pose.object == "cuboid" and numpy.array_equal([*pose.position, *pose.orientation], [x, y, z, qx, qy, qz, qw])
+    same = lambda pose: pose.object == "cuboid" and numpy.array_equal(
+        [*pose.position, *pose.orientation], [x, y, z, qx, qy, qz, qw]
+    )
     return published.find(same)
 
 

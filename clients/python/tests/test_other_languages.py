@@ -1,4 +1,6 @@
-"""The clients in MATLAB's language and in Julia on a running demo: what they read is what the site published, and what they say where there is no bridge."""
+"""The clients in MATLAB's language and in Julia on a running demo: what they read is what the site published, and what
+they say where there is no bridge.
+"""
 
 import json
 import shutil
@@ -52,7 +54,10 @@ OCTAVE = pytest.param(
     ),
 )
 JULIA_ITSELF = pytest.param(
-    ("julia", "-e"), JULIA, "julia", marks=pytest.mark.skipif(not has("julia", "-e", "using JSON"), reason="needs Julia with JSON")
+    ("julia", "-e"),
+    JULIA,
+    "julia",
+    marks=pytest.mark.skipif(not has("julia", "-e", "using JSON"), reason="needs Julia with JSON"),
 )
 
 
@@ -67,7 +72,9 @@ class TestClient:
         port = ready["page"].rsplit(":", 1)[1]
         t_ns, text = self.output(interpreter, program, folder, port).split(" ", 1)
         read = json.loads(text)
-        close = lambda pose: numpy.allclose([*pose.position, *pose.orientation], [*read["position"], *read["orientation"]], rtol=0, atol=1e-6)
+        close = lambda pose: numpy.allclose(
+            [*pose.position, *pose.orientation], [*read["position"], *read["orientation"]], rtol=0, atol=1e-6
+        )
         pose = published.find(lambda pose: pose.object == "cuboid" and pose.t_ns == int(t_ns) and close(pose))
         assert numpy.allclose(pose.covariance.ravel(), numpy.ravel(read["covariance"]), rtol=1e-3)
 

@@ -1,4 +1,6 @@
-"""`sextant psn` on a running demo, read by two receivers of pypsn in the group: trackers have the names and poses of the site's objects."""
+"""`sextant psn` on a running demo, read by two receivers of pypsn in the group: trackers have the names and poses of
+the site's objects.
+"""
 
 import subprocess
 

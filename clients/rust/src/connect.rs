@@ -31,15 +31,15 @@ impl SiteOptions {
         }
     }
 
-    /// A router of the site, `tcp/<address>:<port>` or, with keys, `quic/<address>:<port>`. Of several the first that answers is used;
-    /// they speak the same protocol. Default: `tcp/127.0.0.1:7447`, with keys that port by TLS.
+    /// A router of the site, `tcp/<address>:<port>` or, with keys, `quic/<address>:<port>`. Of several the first that
+    /// answers is used; they speak the same protocol. Default: `tcp/127.0.0.1:7447`, with keys that port by TLS.
     pub fn endpoint(mut self, endpoint: &str) -> Self {
         self.endpoints.push(endpoint.to_owned());
         self
     }
 
-    /// The folder of keys of a protected site, as `sextant keys add` makes it for a viewer or an operator: certificates with a
-    /// `quic/` endpoint, user name and password with a `tcp/` endpoint.
+    /// The folder of keys of a protected site, as `sextant keys add` makes it for a viewer or an operator: certificates
+    /// with a `quic/` endpoint, user name and password with a `tcp/` endpoint.
     pub fn keys(mut self, folder: impl AsRef<Path>) -> Self {
         self.keys = Some(folder.as_ref().to_owned());
         self
@@ -77,7 +77,7 @@ impl SiteOptions {
             },
             other => Error::Network(other),
         })?;
-        Ok(Site::new(bus, Keys::of(site), self.timeout))
+        Ok(Site::new(bus, Keys::for_site(site), self.timeout))
     }
 
     fn network(&self) -> Result<(BusOptions, Security), Error> {

@@ -11,7 +11,8 @@ use std::time::Duration;
 pub enum Error {
     /// No router answered in time.
     #[error(
-        "no router answers at {endpoints}{}: start the site (`sextant demo` or `sextant fusion`), or check the endpoint and the keys",
+        "no router answers at {endpoints}{}: start the site (`sextant demo` or `sextant \
+         fusion`), or check the endpoint and the keys",
         in_parentheses(.cause)
     )]
     NoRouter {
@@ -94,7 +95,8 @@ pub enum Error {
     },
     /// The object was not estimated around this time.
     #[error(
-        "no pose of {object:?} at {t_ns}: its poses around that time are {:.3} s apart, too far to interpolate", gap.as_secs_f64()
+        "no pose of {object:?} at {t_ns}: its poses around that time are {:.3} s apart, too far \
+         to interpolate", gap.as_secs_f64()
     )]
     Gap {
         /// The object.

@@ -18,17 +18,17 @@ const FRESH: Duration = Duration::from_secs(1);
 /// The last poses of one object, filled by the network and read by anyone.
 #[derive(Debug, Default)]
 pub(crate) struct History {
-    state: Mutex<State>,
+    state: Mutex<HistoryState>,
     arrival: Condvar,
 }
 
 #[derive(Debug, Default)]
-struct State {
+struct HistoryState {
     poses: VecDeque<Pose>,
     last_arrival: Option<Instant>,
 }
 
-impl State {
+impl HistoryState {
     fn insert(&mut self, pose: Pose) {
         let kept_ns = KEPT.as_nanos() as u64;
         let newest = self.poses.back().map_or(pose.t_ns, |last| last.t_ns);
@@ -97,7 +97,7 @@ impl History {
 
     /// The pose at a time, interpolated; waits until `deadline` for poses after that time.
     pub(crate) fn at(&self, object: &str, t_ns: u64, deadline: Instant) -> Result<Pose, Error> {
-        let covered = |state: &State| {
+        let covered = |state: &HistoryState| {
             let is_past = state.poses.back().is_some_and(|last| last.t_ns >= t_ns);
             is_past.then(|| interpolated(state, object, t_ns))
         };
@@ -105,7 +105,11 @@ impl History {
             .unwrap_or_else(|| interpolated(&self.lock(), object, t_ns))
     }
 
-    fn wait_for<T>(&self, deadline: Instant, wanted: impl Fn(&State) -> Option<T>) -> Option<T> {
+    fn wait_for<T>(
+        &self,
+        deadline: Instant,
+        wanted: impl Fn(&HistoryState) -> Option<T>,
+    ) -> Option<T> {
         let mut state = self.lock();
         loop {
             if let Some(found) = wanted(&state) {
@@ -120,13 +124,13 @@ impl History {
         }
     }
 
-    fn lock(&self) -> MutexGuard<'_, State> {
+    fn lock(&self) -> MutexGuard<'_, HistoryState> {
         // No code of a caller runs under the lock, so a poisoned state is a whole one.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-fn interpolated(state: &State, object: &str, t_ns: u64) -> Result<Pose, Error> {
+fn interpolated(state: &HistoryState, object: &str, t_ns: u64) -> Result<Pose, Error> {
     let Some((before, after)) = state.around(t_ns) else {
         let ends = state.poses.front().zip(state.poses.back());
         return Err(Error::NotCovered {

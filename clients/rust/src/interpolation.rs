@@ -4,8 +4,8 @@
 //!
 //! - The errors of successive estimates are correlated to an unknown degree. For any correlation, the covariance of
 //!   `(1 - s) a + s b` is at most `(1 - s) Cov(a) + s Cov(b)`, since the difference is `s (1 - s) E[(a - b)(a - b)']`.
-//! - Even motion leaves out acceleration, of which the velocities at both ends tell: the remainder of linear interpolation over
-//!   an interval `T` is `s (1 - s) / 2 * T * (v_b - v_a)`. It enters as an error of that size.
+//! - Even motion leaves out acceleration, of which the velocities at both ends tell: the remainder of linear
+//!   interpolation over an interval `T` is `s (1 - s) / 2 * T * (v_b - v_a)`. It enters as an error of that size.
 
 use crate::Pose;
 use nalgebra::{Matrix6, Vector6};
@@ -72,7 +72,7 @@ pub(crate) mod tests {
 
     const START: u64 = 1_800_000_000_000_000_000;
 
-    /// A pose `seconds` after the start, at rest unless told otherwise.
+    /// A pose `seconds` after the start, at rest unless a twist is given.
     pub(crate) fn pose(seconds: f64, position: Vector3<f64>, turn: Vector3<f64>) -> Pose {
         Pose {
             object: "cube".into(),

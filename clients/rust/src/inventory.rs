@@ -185,8 +185,8 @@ impl Site {
         })
     }
 
-    /// Sites of the same router that have nodes, this one under another version of the contract included. A protected router
-    /// names none.
+    /// Sites of the same router that have nodes, this one under another version of the contract included. A protected
+    /// router names none.
     fn other_sites(&self) -> Vec<String> {
         let tokens = self.bus.alive_keys("sextant/*/*/alive/*/*");
         let tokens = tokens.unwrap_or_default();

@@ -1,5 +1,5 @@
-//! Subscribes to a Sextant site: which cameras and objects there are, the pose of each object as it moves, at a time, and
-//! relative to another object.
+//! Subscribes to a Sextant site: which cameras and objects there are, the pose of each object as it moves, at a time,
+//! and relative to another object.
 //!
 //! ```no_run
 //! use sextant_client::Site;
@@ -13,9 +13,9 @@
 //! }
 //! ```
 //!
-//! [`Site`] is the place to start. A connection that breaks is made again without help, and subscriptions go on. Every queue has a
-//! bound and counts what it drops ([`Messages::counts`]). Metres, radians, nanoseconds since the Unix epoch by the clock of the
-//! cameras; `a_from_b` maps points of b into a.
+//! [`Site`] is the place to start. A connection that breaks is made again without help, and subscriptions go on. Every
+//! queue has a bound and counts what it drops ([`Messages::counts`]). Metres, radians, nanoseconds since the Unix epoch
+//! by the clock of the cameras; `a_from_b` maps points of b into a.
 //!
 //! Threads: a [`Site`] is shared by reference or in an `Arc`. Its methods block for as long as their docs say; only
 //! [`MessageStream`] is asynchronous, and it works with any executor.

@@ -1,4 +1,5 @@
-//! Messages as they come: an iterator that blocks, or a stream; behind both one bounded queue that drops the oldest and counts.
+//! Messages as they come: an iterator that blocks, or a stream; behind both one bounded queue that drops the oldest and
+//! counts.
 
 use sextant_queue::{DropRule, Queue, StreamBounds};
 use sextant_zenoh_bus::{Bus, CallbackSubscription};
@@ -22,8 +23,8 @@ pub struct Counts {
     pub refused: u64,
 }
 
-/// A subscription as an iterator: `next` waits without a time limit, also while the router is unreachable. Dropping it ends
-/// the subscription.
+/// A subscription as an iterator: `next` waits without a time limit, also while the router is unreachable. Dropping it
+/// ends the subscription.
 #[derive(Debug)]
 pub struct Messages<T> {
     inbox: Arc<Inbox<T>>,

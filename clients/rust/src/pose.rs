@@ -15,7 +15,8 @@ pub struct Pose {
     pub epoch: u64,
     /// Number of this pose since the fusion node started; gaps within an epoch are messages that were lost.
     pub sequence: u64,
-    /// The instant that the pose is for, ns since the Unix epoch: the middle of an exposure, by the clock of the cameras.
+    /// The instant that the pose is for, ns since the Unix epoch: the middle of an exposure, by the clock of the
+    /// cameras.
     pub t_ns: u64,
     /// When the fusion node published it, ns since the Unix epoch by its own clock.
     pub published_ns: u64,
@@ -25,8 +26,8 @@ pub struct Pose {
     pub position: Vector3<f64>,
     /// The object's axes in the world.
     pub orientation: UnitQuaternion<f64>,
-    /// Covariance over (x, y, z, rx, ry, rz), m and rad, in world axes, about the object's origin: the estimated attitude is
-    /// `exp(r)` times the true one.
+    /// Covariance over (x, y, z, rx, ry, rz), m and rad, in world axes, about the object's origin: the estimated
+    /// attitude is `exp(r)` times the true one.
     pub covariance: Matrix6<f64>,
     /// Velocity of the object's origin, world axes, m/s.
     pub velocity: Vector3<f64>,

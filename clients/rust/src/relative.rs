@@ -21,8 +21,9 @@ pub struct Transform {
     pub position: Vector3<f64>,
     /// The axes of b in a.
     pub orientation: UnitQuaternion<f64>,
-    /// Covariance over (x, y, z, rx, ry, rz), m and rad, in the axes of a, about the origin of b. It takes the errors of both
-    /// objects for independent; errors that the cameras have in common cancel in part, so that it is rather too large.
+    /// Covariance over (x, y, z, rx, ry, rz), m and rad, in the axes of a, about the origin of b. It takes the errors
+    /// of both objects for independent; errors that the cameras have in common cancel in part, so that it is rather too
+    /// large.
     pub covariance: Matrix6<f64>,
 }
 
@@ -48,8 +49,8 @@ impl Transform {
     }
 }
 
-/// To first order the error of `a_from_b` is `R_a' (e_b - e_a + d x r_a, r_b - r_a)` with errors `(e, r)` of both poses and
-/// `d` from a to b, all in world axes.
+/// To first order the error of `a_from_b` is `R_a' (e_b - e_a + d x r_a, r_b - r_a)` with errors `(e, r)` of both poses
+/// and `d` from a to b, all in world axes.
 fn covariance(a: &Pose, b: &Pose) -> Matrix6<f64> {
     let lever = so3::hat(&(b.position - a.position));
     let mut by_a = -Matrix6::<f64>::identity();

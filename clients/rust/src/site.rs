@@ -3,7 +3,7 @@
 use crate::history::History;
 use crate::messages::Inbox;
 use crate::{Error, Messages, Pose, SiteOptions, Transform};
-use sextant_proto::{AnyMessage, Keys, Kind, Message, ObjectPose, Observations};
+use sextant_proto::{AnyMessage, Keys, Message, MessageKind, ObjectPose, Observations};
 use sextant_site_mirror::SiteMirror;
 use sextant_site_model::{CameraId, ObjectId};
 use sextant_zenoh_bus::{Bus, CallbackSubscription, Item};
@@ -123,9 +123,9 @@ impl Site {
         pose.ok_or_else(|| self.no_pose(object, started, &history))
     }
 
-    /// The pose of an object at a time, interpolated between the poses before and after it, with a covariance that allows for what
-    /// happened in between. Waits for a pose after that time for at most `timeout`. Poses are kept for 10 s, from the first request for
-    /// this object.
+    /// The pose of an object at a time, interpolated between the poses before and after it, with a covariance that
+    /// allows for what happened in between. Waits for a pose after that time for at most `timeout`. Poses are kept for
+    /// 10 s, from the first request for this object.
     ///
     /// # Errors
     /// An object that the site does not have, or a time without poses around it.
@@ -134,8 +134,8 @@ impl Site {
         self.follow(object)?.at(object, t_ns, deadline)
     }
 
-    /// Where object `b` is in the frame of object `a`: both at the newest time at which both are known, waiting for that
-    /// for at most `timeout`.
+    /// Where object `b` is in the frame of object `a`: both at the newest time at which both are known, waiting for
+    /// that for at most `timeout`.
     ///
     /// # Errors
     /// An object that the site does not have, or none of its poses in time.
@@ -189,7 +189,7 @@ impl Site {
     ) -> Result<Messages<T>, Error> {
         let inbox = Inbox::new();
         let intake = Arc::clone(&inbox);
-        let most = Kind::Observations.max_bytes();
+        let most = MessageKind::Observations.max_bytes();
         let subscription = self
             .bus
             .subscribe_with(key, most, move |item| intake.push(read(&item)))?;
@@ -227,7 +227,8 @@ impl Site {
     }
 }
 
-/// Reads valid messages of their key's camera or object; poses by the fusion node that publishes now, none of older epochs.
+/// Reads valid messages of their key's camera or object; poses by the fusion node that publishes now, none of older
+/// epochs.
 fn messages(keys: Keys) -> impl Fn(&Item) -> Option<AnyMessage> + Send + Sync + 'static {
     let (mirror, begun) = (Mutex::new(SiteMirror::default()), Instant::now());
     move |item| {

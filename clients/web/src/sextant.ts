@@ -1,9 +1,11 @@
-// AprilTags and ArUco markers in pictures, by the detector of Sextant's camera nodes, compiled to WebAssembly with 128-bit vectors.
+// AprilTags and ArUco markers in pictures, by the detector of Sextant's camera nodes, compiled to WebAssembly with
+// 128-bit vectors.
 //
 //     const detector = await Detector.load({ families: ["tag36h11"] });
 //     for (const tag of detector.detect(context.getImageData(0, 0, width, height))) console.log(tag.id, tag.corners);
 //
-// Runs in pages, in workers and in Node.js. One detector works on one image at a time; each has an instance of the module.
+// Runs in pages, in workers and in Node.js. One detector works on one image at a time; each has an instance of the
+// module.
 
 /** x right, y down; (0, 0) is the centre of the top left pixel. */
 export type Point = [x: number, y: number];
@@ -51,11 +53,15 @@ export interface Options {
   minEdgePx?: number;
   /** Tags printed white for black (default: no). */
   inverted?: boolean;
-  /** For consecutive images: searches where tags were and a tenth of the rest, at a fraction of the time (default: no). */
+  /**
+   * For consecutive images: searches where tags were and a tenth of the rest, at a fraction of the time (default: no).
+   */
   tracking?: boolean;
 }
 
-/** An image of grey bytes, `stride` bytes a row (default: `width`), or an `ImageData` of red, green, blue and opacity. */
+/**
+ * An image of grey bytes, `stride` bytes a row (default: `width`), or an `ImageData` of red, green, blue and opacity.
+ */
 export interface Picture {
   data: Uint8Array | Uint8ClampedArray;
   width: number;
@@ -138,7 +144,10 @@ export class Detector {
     }
   }
 
-  /** Loads the module, from beside this file unless `source` says otherwise. Fails for wrong options, and in browsers without SIMD. */
+  /**
+   * Loads the module, from beside this file unless `source` says otherwise. Fails for wrong options, and in browsers
+   * without SIMD.
+   */
   static async load(options: Options = {}, source: URL | string | BufferSource | WebAssembly.Module = beside()): Promise<Detector> {
     const code = source instanceof URL || typeof source === "string" ? await bytesOf(source) : source;
     const module = code instanceof WebAssembly.Module ? code : await WebAssembly.compile(code);
@@ -170,7 +179,10 @@ export class Detector {
     return new Uint8Array(this.#module.memory.buffer as ArrayBuffer, begin, length);
   }
 
-  /** The tags in an image that was written into [`pixels`]: grey (one channel) or red, green, blue and one more, which are lost. */
+  /**
+   * The tags in an image that was written into [`pixels`]: grey (one channel) or red, green, blue and one more, which
+   * are lost.
+   */
   detectPixels(width: number, height: number, stride: number, channels: 1 | 4): Tag[] {
     const count = this.#checked(this.#module.sextant_detect(width, height, stride, channels));
     const figures = this.#figures(count * FIGURES_OF_TAG);
@@ -183,7 +195,10 @@ export class Detector {
     return { brightness, sharpness };
   }
 
-  /** Poses of a tag of the last image by its place in the list, the better first: two where its perspective leaves a doubt. `sizeM` is the edge of its black square. */
+  /**
+   * Poses of a tag of the last image by its place in the list, the better first: two where its perspective leaves a
+   * doubt. `sizeM` is the edge of its black square.
+   */
   poses(tag: number, lens: Lens, sizeM: number): Pose[] {
     this.#numbers([sizeM, lens.fx, lens.fy, lens.cx, lens.cy, ...(lens.distortion ?? [0, 0, 0, 0, 0])]);
     const count = this.#checked(this.#module.sextant_pose(tag));

@@ -1,4 +1,5 @@
-// Finds tags in the images of a folder, compares them with those that its `images.json` gives, and writes a message of each kind beside them:
+// Finds tags in the images of a folder, compares them with those that its `images.json` gives, and writes a message of
+// each kind beside them:
 //
 //     node test/same-tags.mjs DIR
 //

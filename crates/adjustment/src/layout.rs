@@ -106,7 +106,8 @@ impl TagColumns {
     }
 }
 
-/// Columns of one camera: six of the pose, one of the clock, one of the line delay, then those of the lens, if free, without gaps.
+/// Columns of one camera: six of the pose, one of the clock, one of the line delay, then those of the lens, if free,
+/// without gaps.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct CameraColumns {
     /// First of the six columns of the pose.

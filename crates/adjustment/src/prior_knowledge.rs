@@ -22,7 +22,8 @@ pub struct PriorKnowledge {
     pub tag_position_m: f64,
     /// A tag's size, relative. Default 0.3.
     pub tag_size: f64,
-    /// A direction whose standard deviation exceeds this share of the prior is weak. Default 0.05: 15 cm or 3 degrees of a camera.
+    /// A direction whose standard deviation exceeds this share of the prior is weak. Default 0.05: 15 cm or 3 degrees
+    /// of a camera.
     pub weak_part: f64,
 }
 
@@ -70,7 +71,8 @@ impl PriorKnowledge {
             KeptParameter::CameraRotation { .. }
             | KeptParameter::TagRotation { .. }
             | KeptParameter::ArmRotation { .. } => self.rotation,
-            // A focal length of 1000 pixels stands for all lenses: only the order of magnitude matters for comparing directions.
+            // A focal length of 1000 pixels stands for all lenses: only the order of magnitude matters for comparing
+            // directions.
             KeptParameter::Lens { parameter, .. } if parameter < 4 => self.lens * 1000.0,
             KeptParameter::Lens { .. } => self.distortion,
             KeptParameter::Clock { .. } | KeptParameter::ArmDelay => self.clock_s,

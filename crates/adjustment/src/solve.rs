@@ -21,8 +21,8 @@ pub struct BundleOptions {
     pub kernel: Kernel,
     /// Most iterations. Default 60.
     pub max_iterations: usize,
-    /// The iteration ends when a step lowers the sum of squared errors (in sigma squared) by less. Default 1e-3: a thirtieth
-    /// of a standard deviation.
+    /// The iteration ends when a step lowers the sum of squared errors (in sigma squared) by less. Default 1e-3: a
+    /// thirtieth of a standard deviation.
     pub tolerance: f64,
     /// Prior standard deviations; they bound what noise leaves and determine which directions are weak.
     pub prior: PriorKnowledge,
@@ -60,8 +60,8 @@ pub struct BundleSolution {
     pub arm: Vec<ArmResidual>,
     /// Sum of the robust squares.
     pub cost: f64,
-    /// Logarithm of the evidence for the model (Laplace's approximation), up to what models of the same images have in common. `None` where
-    /// something is not determined at all.
+    /// Logarithm of the evidence for the model (Laplace's approximation), up to what models of the same images have in
+    /// common. `None` where something is not determined at all.
     pub log_evidence: Option<f64>,
     /// Steps tried.
     pub iterations: usize,
@@ -273,8 +273,8 @@ impl Fit {
         (self.squares_px / self.weights.max(f64::MIN_POSITIVE)).sqrt()
     }
 
-    /// Two rows a corner, less the parameters that they determine; at least a tenth of the rows, since a modelled motion
-    /// determines parameters too.
+    /// Two rows a corner, less the parameters that they determine; at least a tenth of the rows, since a modelled
+    /// motion determines parameters too.
     fn variance_factor(&self, parameters: usize) -> f64 {
         let rows = 2.0 * self.weights;
         let freedom = (rows - parameters as f64).max(0.1 * rows);

@@ -1,8 +1,8 @@
 //! Compares the edges of a decoded tag's modules with the picture.
 //!
-//! Input: an image, a tag and its fitted corners. Output: the share of the edges between black and white modules, border and ring included, at
-//! which the picture brightens towards the white one. Corners that a fit placed beside the border leave edges without a step: the
-//! border's own, and those of modules that the displaced homography moves.
+//! Input: an image, a tag and its fitted corners. Output: the share of the edges between black and white modules,
+//! border and ring included, at which the picture brightens towards the white one. Corners that a fit placed beside the
+//! border leave edges without a step: the border's own, and those of modules that the displaced homography moves.
 
 use crate::Image;
 use crate::homography::{Homography, POINTS, Points};
@@ -14,17 +14,19 @@ use sextant_tag_families::white_modules;
 /// Most modules along a printed tag.
 const MOST_MODULES: usize = 16;
 
-/// Distance from an edge at which its two sides are sampled, in pixels: beyond usual blur, and less than corners may be off.
+/// Distance from an edge at which its two sides are sampled, in pixels: beyond usual blur, and less than corners may be
+/// off.
 const AWAY_PX: f32 = 2.0;
 
 /// The same as a share of a module, at most: so as not to reach the next edge.
 const AWAY_SHARE: f32 = 0.4;
 
-/// Least step at an edge, as a share of the tag's contrast. Strong blur leaves little of the step; texture has as many wrong steps as right ones.
+/// Least step at an edge, as a share of the tag's contrast. Strong blur leaves little of the step; texture has as many
+/// wrong steps as right ones.
 const LEAST_STEP: f32 = 0.1;
 
-/// Share of the edges between modules of different colours at which the picture shows a step; those outside the image do not count. `None`
-/// for a degenerate quad, or if the image shows no edge.
+/// Share of the edges between modules of different colours at which the picture shows a step; those outside the image
+/// do not count. `None` for a degenerate quad, or if the image shows no edge.
 pub(crate) fn measure(image: &Image<'_>, reading: &Reading, quad: &Quad) -> Option<f32> {
     let away = (AWAY_PX / module_px(reading, quad)).min(AWAY_SHARE);
     share_of_steps(image, reading, quad, away)
@@ -36,8 +38,8 @@ pub(crate) fn module_px(reading: &Reading, quad: &Quad) -> f32 {
     width.min(height) / f32::from(reading.family.data().border_width)
 }
 
-/// Moves sides and corners of a quad by up to a module each as long as more edges agree (a pattern search, coarse to fine: Hooke & Jeeves,
-/// J. ACM 8, 1961).
+/// Moves sides and corners of a quad by up to a module each as long as more edges agree (a pattern search, coarse to
+/// fine: Hooke & Jeeves, J. ACM 8, 1961).
 pub(crate) fn improve(image: &Image<'_>, reading: &Reading, quad: &Quad) -> Quad {
     const STEPS_IN_MODULES: [f32; 3] = [0.6, 0.3, 0.15];
     const MOST_MOVES: usize = 8;

@@ -1,7 +1,7 @@
 //! Other ways to read an image in which no tag was found: inverted, mirrored, with other families.
 //!
-//! Input: an image and the options without success. Output: what would have been found otherwise, as a hint for people. It takes several
-//! detections and allocates, so that it is not for every image.
+//! Input: an image and the options without success. Output: what would have been found otherwise, as a hint for people.
+//! It takes several detections and allocates, so that it is not for every image.
 
 use crate::{Detection, Detector, Family, Image, Options};
 use std::fmt;
@@ -26,8 +26,8 @@ const MANY_BITS: usize = 30;
 const FEW_BITS_TAGS: usize = 3;
 
 impl Alternative {
-    /// The way to read most tags, among those that differ from the options; `None` if there is none. The other families are tried
-    /// as well as those of the options.
+    /// The way to read most tags, among those that differ from the options; `None` if there is none. The other families
+    /// are tried as well as those of the options.
     pub fn find(image: &Image<'_>, options: &Options, others: &[Family]) -> Option<Self> {
         let mirrored = mirrored(image);
         let flipped = image.with_pixels(&mirrored);
@@ -54,7 +54,7 @@ impl Alternative {
                 let found = Self {
                     inverted,
                     mirrored: is_mirrored,
-                    ..Self::of(detector.detect(image))
+                    ..Self::from_tags(detector.detect(image))
                 };
                 let most = best.as_ref().map_or(0, |best| best.n_tags);
                 if found.n_tags > most {
@@ -66,7 +66,7 @@ impl Alternative {
     }
 
     /// The tags that were read without a wrong bit, of the families of which there is evidence.
-    fn of(tags: &[Detection]) -> Self {
+    fn from_tags(tags: &[Detection]) -> Self {
         let read = |family: Family| {
             let read = tags.iter().filter(move |tag| tag.hamming == 0);
             read.filter(|tag| tag.family == family).count()

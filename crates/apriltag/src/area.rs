@@ -1,7 +1,7 @@
 //! A part of an image that is searched for tags.
 //!
-//! Input: a rectangle of the image. Output: the rectangle as an image of its own that shares the pixels, and the map from its coordinates
-//! to those of the image.
+//! Input: a rectangle of the image. Output: the rectangle as an image of its own that shares the pixels, and the map
+//! from its coordinates to those of the image.
 
 use crate::Image;
 use crate::components::Component;
@@ -38,7 +38,8 @@ impl Area {
         quad.map(|[x, y]| [self.left as f32 + x, self.top as f32 + y])
     }
 
-    /// Whether a component may continue beyond the area: it reaches an edge of the area that is not an edge of the image.
+    /// Whether a component may continue beyond the area: it reaches an edge of the area that is not an edge of the
+    /// image.
     pub(crate) fn cuts(&self, component: &Component, image: &Image<'_>) -> bool {
         let (columns, rows) = (component.columns(), component.rows());
         let (right, bottom) = (self.left + self.width, self.top + self.height);
@@ -52,8 +53,8 @@ impl Area {
         self.width * self.height
     }
 
-    /// The smallest area that contains these columns and rows, starts at a tile and has the least size of an image; `None` if it is
-    /// outside the image.
+    /// The smallest area that contains these columns and rows, starts at a tile and has the least size of an image;
+    /// `None` if it is outside the image.
     pub(crate) fn enclosing(columns: [f32; 2], rows: [f32; 2], image: &Image<'_>) -> Option<Self> {
         let (left, width) = clip(columns, image.width())?;
         let (top, height) = clip(rows, image.height())?;

@@ -80,8 +80,9 @@ impl BitPlane {
         }
     }
 
-    /// Erodes the plane: clears bits with a clear neighbour to the left, right, above or below, and those between two diagonal clear ones,
-    /// since corners that touch within a pixel would stay connected. Pixels outside the image are clear.
+    /// Erodes the plane: clears bits with a clear neighbour to the left, right, above or below, and those between two
+    /// diagonal clear ones, since corners that touch within a pixel would stay connected. Pixels outside the image are
+    /// clear.
     #[inline(always)]
     fn erode(&mut self) {
         self.above.fill(0);

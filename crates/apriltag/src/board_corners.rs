@@ -1,7 +1,7 @@
 //! Corners of tags on calibration boards: saddle points between black and white squares.
 //!
-//! Input: an image and a tag with corners from its pattern or its edges. Output: the corners that its family defines, from saddle points
-//! where these are visible, otherwise extrapolated from the tag with a larger covariance.
+//! Input: an image and a tag with corners from its pattern or its edges. Output: the corners that its family defines,
+//! from saddle points where these are visible, otherwise extrapolated from the tag with a larger covariance.
 
 use crate::Image;
 use crate::detection::Detection;
@@ -12,13 +12,13 @@ use crate::reading::Reading;
 use crate::saddle::{self, Guess, RADIUS_PX, Saddle};
 use sextant_tag_families::Board;
 
-/// Standard deviation of a corner without a visible saddle point, in pixels and as a share of the edge: spreading ink and glare move
-/// the edges of a tag, and lens distortion adds to the extrapolation.
+/// Standard deviation of a corner without a visible saddle point, in pixels and as a share of the edge: spreading ink
+/// and glare move the edges of a tag, and lens distortion adds to the extrapolation.
 const UNSEEN_PX: f32 = 0.2;
 const UNSEEN_SHARE: f32 = 0.01;
 
-/// A white square with fewer saddle points than this may be one of a board whose black squares do not touch, as print, glare or
-/// sharpening leave them.
+/// A white square with fewer saddle points than this may be one of a board whose black squares do not touch, as print,
+/// glare or sharpening leave them.
 const LEAST_TOUCHING: usize = 2;
 /// Distances of black squares from the edges of such a board, as shares of a square's edge.
 const GAPS: [f32; 5] = [0.01, 0.02, 0.03, 0.042, 0.055];
@@ -33,8 +33,8 @@ pub(crate) fn refine(image: &Image<'_>, reading: &Reading, tag: &mut Detection) 
         None | Some(Board::Chessboard) => true,
         Some(Board::Aprilgrid) => {
             let module = 2.0 / f32::from(tag.family.data().border_width);
-            // A border of two modules lies within a corner, a square of two and more beyond it. What hides a corner spoils the edges'
-            // fit, too, which wrong bits tell.
+            // A border of two modules lies within a corner, a square of two and more beyond it. What hides a corner
+            // spoils the edges' fit, too, which wrong bits tell.
             take_saddles(image, reading, tag, 1.0, 1.6 * module) == 4 || tag.hamming == 0
         }
         Some(Board::Charuco) => {
@@ -91,8 +91,8 @@ fn square_around(image: &Image<'_>, reading: &Reading, marker: &Quad) -> Option<
     (n >= 2).then(|| agreeing(most).sum::<f32>() / n as f32)
 }
 
-/// Moves each corner to this many half edges from the centre of the tag and then to the saddle point there, if nothing else is
-/// visible around it. Returns the number of saddle points; without any, all corners stay.
+/// Moves each corner to this many half edges from the centre of the tag and then to the saddle point there, if nothing
+/// else is visible around it. Returns the number of saddle points; without any, all corners stay.
 fn take_saddles(
     image: &Image<'_>,
     reading: &Reading,
@@ -158,7 +158,8 @@ fn find_gapped(image: &Image<'_>, guess: &Guess, edge_px: f32) -> Option<Saddle>
     found.min_by(|a, b| variance(a).total_cmp(&variance(b)))
 }
 
-/// A chessboard corner belongs to two white squares. Each reports it with half of the information, so that it counts once.
+/// A chessboard corner belongs to two white squares. Each reports it with half of the information, so that it counts
+/// once.
 pub(crate) fn share_corners(tags: &mut [Detection]) {
     let is_square = |tag: &Detection| tag.family.data().board == Some(Board::Charuco);
     for i in 0..tags.len() {

@@ -1,14 +1,15 @@
 //! Plain chessboards: their inner corners with sub-pixel accuracy, in columns and rows.
 //!
-//! Input: an image and the number of inner corners. Output: squares of the board between inner corners, as detections of the family
-//! `chessboard`. The stages: candidates (saddle points of the smoothed image), links between neighbours along edges of squares, the
-//! lattice that links span, missing corners by local prediction, and the place of the lattice on the board. Nothing assumes straight
-//! lines beyond neighbours, so that fisheye lenses work. Blurred images are searched at half, a quarter and an eighth of their size.
+//! Input: an image and the number of inner corners. Output: squares of the board between inner corners, as detections
+//! of the family `chessboard`. The stages: candidates (saddle points of the smoothed image), links between neighbours
+//! along edges of squares, the lattice that links span, missing corners by local prediction, and the place of the
+//! lattice on the board. Nothing assumes straight lines beyond neighbours, so that fisheye lenses work. Blurred images
+//! are searched at half, a quarter and an eighth of their size.
 //!
-//! A chessboard has no ids. If it is seen in part, its place on the board remains unknown: indices then start at 0 in the seen part,
-//! which serves to calibrate a lens, but not to compare cameras. A whole board has one orientation if it has an even number of
-//! squares in one direction and an odd one in the other; otherwise it looks the same upside down, and the orientation is the one in
-//! which the columns run to the right in the image.
+//! A chessboard has no ids. If it is seen in part, its place on the board remains unknown: indices then start at 0 in
+//! the seen part, which serves to calibrate a lens, but not to compare cameras. A whole board has one orientation if it
+//! has an even number of squares in one direction and an odd one in the other; otherwise it looks the same upside down,
+//! and the orientation is the one in which the columns run to the right in the image.
 //!
 //! Unlike the detector, this allocates for every image.
 
@@ -65,7 +66,7 @@ pub struct ChessboardView {
 /// The chessboard in an image, if there is one.
 pub fn find_chessboard(image: &Image<'_>, board: BoardShape) -> Option<ChessboardView> {
     let mut best = seen(image, board);
-    let mut reduced = Reduced::of(image);
+    let mut reduced = Reduced::halve(image);
     for level in 1..=REDUCED {
         let is_whole = best.as_ref().is_some_and(|view| view.n_missing(board) == 0);
         if is_whole || reduced.width.min(reduced.height) < LEAST_PX {
@@ -78,14 +79,14 @@ pub fn find_chessboard(image: &Image<'_>, board: BoardShape) -> Option<Chessboar
             view.enlarge(level);
             best = Some(view);
         }
-        reduced = Reduced::of(&half);
+        reduced = Reduced::halve(&half);
     }
     best
 }
 
 /// The chessboard in an image of one size.
 fn seen(image: &Image<'_>, board: BoardShape) -> Option<ChessboardView> {
-    let smoothed = Smoothed::of(image);
+    let smoothed = Smoothed::smooth(image);
     let candidates = candidates::candidates(&smoothed);
     let links = links::links(&smoothed, &candidates);
     let mut best: Option<ChessboardView> = None;
@@ -151,7 +152,7 @@ struct Reduced {
 }
 
 impl Reduced {
-    fn of(image: &Image<'_>) -> Self {
+    fn halve(image: &Image<'_>) -> Self {
         let (width, height) = (image.width() / 2, image.height() / 2);
         let mut pixels = Vec::with_capacity(width * height);
         for y in 0..height {

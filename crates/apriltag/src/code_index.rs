@@ -25,7 +25,8 @@ pub(crate) struct CodeIndex {
     n_bits: usize,
     part_bits: usize,
     max_hamming: u32,
-    /// Whether what is no tag often matches a code word: the family has few bits, or has words as plain as a single white bar.
+    /// Whether what is no tag often matches a code word: the family has few bits, or has words as plain as a single
+    /// white bar.
     pub(crate) is_weak: bool,
     /// Most ambiguous bits with which a match is still significant.
     pub(crate) bits_to_spare: usize,
@@ -70,7 +71,8 @@ impl CodeIndex {
         part << self.part_bits | value as usize
     }
 
-    /// The nearest code word within the allowed distance; exact ones first, then fewer turns, then those found by earlier parts.
+    /// The nearest code word within the allowed distance; exact ones first, then fewer turns, then those found by
+    /// earlier parts.
     pub(crate) fn find(&self, observed: u64) -> Option<Match> {
         let mut nearest = None;
         let mut allowed = self.max_hamming + 1;
@@ -96,8 +98,8 @@ const MOST_CHANCE: f64 = 5e-4;
 /// Least distance of a family that was chosen for it, and so lacks plain words such as a single white bar.
 const LEAST_DISTANCE: u8 = 3;
 
-/// Number of bit errors to correct: at most what the family's distance allows, and so few that random bits match a code word in some
-/// orientation with a probability of `MOST_CHANCE` at most, or no more often than without correction.
+/// Number of bit errors to correct: at most what the family's distance allows, and so few that random bits match a code
+/// word in some orientation with a probability of `MOST_CHANCE` at most, or no more often than without correction.
 fn correctable(family: &FamilyData) -> u32 {
     let by_distance = u32::from(family.min_hamming.saturating_sub(1) / 2);
     (1..=by_distance)
@@ -106,8 +108,8 @@ fn correctable(family: &FamilyData) -> u32 {
         .unwrap_or(0)
 }
 
-/// Most ambiguous bits. Each doubles the probability that random bits match a code word; beyond one in thirty the code word adds too
-/// little evidence to a complete border.
+/// Most ambiguous bits. Each doubles the probability that random bits match a code word; beyond one in thirty the code
+/// word adds too little evidence to a complete border.
 fn bits_to_spare(family: &FamilyData) -> usize {
     const HARDLY_WORTH: f64 = 1.0 / 32.0;
     let doublings = (HARDLY_WORTH / chance(family, 0)).log2();
@@ -216,7 +218,11 @@ mod tests {
 
     proptest! {
         #[test]
-        fn two_wrong_bits_are_corrected_and_three_are_not(id in 0_usize..587, turns in 0_u32..4, bits in prop::collection::btree_set(0_u32..36, 1..4)) {
+        fn two_wrong_bits_are_corrected_and_three_are_not(
+            id in 0_usize..587,
+            turns in 0_u32..4,
+            bits in prop::collection::btree_set(0_u32..36, 1..4),
+        ) {
             let data = Family::Tag36h11.data();
             let wrong = bits.iter().fold(data.codes[id], |code, bit| code ^ 1 << bit);
             let found = CodeIndex::new(data, 2).find(rotate_code(wrong, 36, (4 - turns) % 4));

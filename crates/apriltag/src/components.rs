@@ -1,17 +1,17 @@
 //! Connected components of black pixels, joined run by run.
 //!
-//! Input: the bit plane, two rows at a time. Output: runs with their component, and the bounding box of each component. Pixels that touch at
-//! a corner are connected (8-connectivity). Therefore adjacent columns that are black in either of two rows are connected, and a run
-//! covers both rows. (He, Chao & Suzuki, A run-based two-scan labeling algorithm, IEEE Trans. Image Processing
-//! 17, 2008, with the blocks of Grana, Borghesani & Cucchiara, IEEE Trans. Image Processing 19, 2010; touching runs are
-//! found in whole words here, without unpredictable branches.)
+//! Input: the bit plane, two rows at a time. Output: runs with their component, and the bounding box of each component.
+//! Pixels that touch at a corner are connected (8-connectivity). Therefore adjacent columns that are black in either of
+//! two rows are connected, and a run covers both rows. (He, Chao & Suzuki, A run-based two-scan labeling algorithm,
+//! IEEE Trans. Image Processing 17, 2008, with the blocks of Grana, Borghesani & Cucchiara, IEEE Trans. Image
+//! Processing 19, 2010; touching runs are found in whole words here, without unpredictable branches.)
 
 mod runs;
 
-use crate::bit_plane::{BitPlane, RowPair};
+use crate::bit_plane::BitPlane;
 use crate::kernels::{WORD, vectorise};
 use crate::quad::Quad;
-use runs::{UNLABELLED, find_spans, join_pairs};
+use runs::{NumberedPair, UNLABELLED, find_spans, join_pairs};
 use std::mem;
 use std::ops::Range;
 
@@ -54,8 +54,8 @@ impl Component {
         2 * u32::from(self.top_pair)..2 * u32::from(self.bottom_pair) + 2
     }
 
-    /// Whether its box and runs allow it to be the border of a tag with this mean edge at least. A border is a closed band, so in this
-    /// share of its rows at least it has two runs; a tag may be narrow when viewed from the side.
+    /// Whether its box and runs allow it to be the border of a tag with this mean edge at least. A border is a closed
+    /// band, so in this share of its rows at least it has two runs; a tag may be narrow when viewed from the side.
     pub(crate) fn may_be_border(&self, min_edge_px: f32, least_open: f32) -> bool {
         /// Narrowest view of a tag that can be read, as a share of its edge.
         const NARROWEST: f32 = 0.3;
@@ -151,23 +151,26 @@ impl Components {
         self.labels[..self.n_runs].fill(UNLABELLED);
         self.n_runs = 0;
         self.parts.clear();
-        let mut above = (RowPair::default(), 0);
+        let mut above = NumberedPair::default();
         for (pair, number) in plane.row_pairs().zip(0..) {
             let first = self.n_runs;
             if first + pair.live.len() * WORD / 2 > self.max_runs {
-                above = (RowPair::default(), 0);
+                above = NumberedPair::default();
                 continue;
             }
             self.n_runs += find_spans(&pair, &mut self.spans[first..]);
-            let here = (pair, first);
+            let here = NumberedPair {
+                rows: pair,
+                first_run: first,
+            };
             join_pairs(&mut self.labels, &mut self.parts, &here, &above);
             above = here;
             self.measure(first, number);
         }
     }
 
-    /// Adds the last pair of rows to the parts. A run that touches no earlier one begins a part. A separate function, because the loops
-    /// of its caller leave too few registers.
+    /// Adds the last pair of rows to the parts. A run that touches no earlier one begins a part. A separate function,
+    /// because the loops of its caller leave too few registers.
     #[inline(never)]
     fn measure(&mut self, first: usize, pair: u16) {
         let runs = first..self.n_runs;

@@ -19,7 +19,8 @@ pub struct Detection {
     pub corners: [[f32; 2]; 4],
     /// Covariance of each corner as (xx, xy, yy) in square pixels.
     pub corner_covariance: [[f32; 3]; 4],
-    /// Covariance between the corners of each of [`sextant_geometry::CORNER_PAIRS`] as (xx, xy, yx, yy) in square pixels.
+    /// Covariance between the corners of each of [`sextant_geometry::CORNER_PAIRS`] as (xx, xy, yx, yy) in square
+    /// pixels.
     pub corner_cross_covariance: [[f32; 4]; 6],
     /// How the corners were refined.
     pub refinement: Refinement,

@@ -11,7 +11,7 @@ use crate::quad::middle;
 use crate::quad_finder::{Outline, QuadFinder};
 use crate::sighting::{Decoder, Sighting};
 use crate::tiles::Tiles;
-use crate::view::View;
+use crate::view::ImageView;
 use crate::{
     Detection, Image, Observer, Options, OptionsError, Pass, Refinement, Rejection, Report, Stage,
 };
@@ -21,8 +21,8 @@ use std::mem;
 /// Most tags in an image; the report counts what is dropped.
 const MAX_SIGHTINGS: usize = 1024;
 
-/// Least contrast in dim images, in standard deviations of the noise. Noise alone rarely reaches it, so that flat dim images cost no more
-/// than flat bright ones.
+/// Least contrast in dim images, in standard deviations of the noise. Noise alone rarely reaches it, so that flat dim
+/// images cost no more than flat bright ones.
 const DIM_IN_SIGMA: f32 = 8.0;
 
 /// Mean distance of the edge of a border from the centres of its outermost pixels, in pixels.
@@ -73,9 +73,10 @@ impl Detector {
         })
     }
 
-    /// Sets the lens through which tags are fitted from the next image on. Corners remain pixels of the image: with a lens they are the
-    /// true corners, without one they have a bias from distortion inside the tag. Messages and recordings contain corners
-    /// fitted without a lens, like those of other detectors; the estimator corrects the distortion bias.
+    /// Sets the lens through which tags are fitted from the next image on. Corners remain pixels of the image: with a
+    /// lens they are the true corners, without one they have a bias from distortion inside the tag. Messages and
+    /// recordings contain corners fitted without a lens, like those of other detectors; the estimator corrects the
+    /// distortion bias.
     pub fn set_lens(&mut self, lens: Option<Lens>) {
         self.patterns.lens = lens;
     }
@@ -94,8 +95,8 @@ impl Detector {
         self.detect_within(image, &[Area::whole(image)], observer)
     }
 
-    /// Searches areas of the image, one after the other. Each uses the least noise of those before it, since a small area may contain
-    /// little but tags.
+    /// Searches areas of the image, one after the other. Each uses the least noise of those before it, since a small
+    /// area may contain little but tags.
     pub(crate) fn detect_within(
         &mut self,
         image: &Image<'_>,
@@ -111,7 +112,7 @@ impl Detector {
         };
         let mut negative = mem::take(&mut self.negative);
         let image = match self.options.inverted {
-            true => &negative.of(image),
+            true => &negative.invert(image),
             false => image,
         };
         for area in areas {
@@ -151,8 +152,8 @@ impl Detector {
         }
     }
 
-    /// Computes the tiles of an area and its contrast threshold; returns whether any tile exceeds it. Allocates only if no area of this
-    /// size came before.
+    /// Computes the tiles of an area and its contrast threshold; returns whether any tile exceeds it. Allocates only if
+    /// no area of this size came before.
     fn measure(&mut self, part: &Image<'_>) -> bool {
         let (width, height) = (part.width(), part.height());
         self.plane.make_room(width, height);
@@ -163,7 +164,8 @@ impl Detector {
         let over_noise = |in_sigma: f32| (noise_sigma * in_sigma).min(64.0) as u8;
         let gate = over_noise(self.options.min_contrast_in_sigma).max(self.options.min_contrast);
         let dim_gate = over_noise(DIM_IN_SIGMA).max(self.options.min_dim_contrast);
-        // Paper is at least a quarter brighter than what is printed on it, so an image with no bright tile has no tag of high contrast.
+        // Paper is at least a quarter brighter than what is printed on it, so an image with no bright tile has no tag
+        // of high contrast.
         self.is_dim = self.tiles.are_below(gate.saturating_mul(4));
         let contrast_gate = if self.is_dim {
             dim_gate.min(gate)
@@ -211,7 +213,7 @@ impl Detector {
             self.report.quads += 1;
             observer.quad_found(quad);
         }
-        let view = View {
+        let view = ImageView {
             image,
             border: pass.border(),
             min_contrast: f32::from(self.min_contrast()),

@@ -1,17 +1,17 @@
 //! Sub-pixel corners from straight lines through the edges of the border.
 //!
-//! Input: a quad accurate to about a pixel. Output: the quad between four lines, each fitted to the points of steepest grey along its side,
-//! with the covariance of the corners from their scatter.
+//! Input: a quad accurate to about a pixel. Output: the quad between four lines, each fitted to the points of steepest
+//! grey along its side, with the covariance of the corners from their scatter.
 
 mod profiles;
 
 use crate::homography::POINTS;
 use crate::quad::{Line, Point, Quad, distance, intersect_sides};
-use crate::view::View;
+use crate::view::ImageView;
 use profiles::{MAX_GROUPS, Profiles};
 
-/// Standard deviation of the position of a line in addition to the scatter of its crossings, in pixels: along an edge parallel to rows or
-/// columns all profiles have the same phase in the pixel grid and the same error.
+/// Standard deviation of the position of a line in addition to the scatter of its crossings, in pixels: along an edge
+/// parallel to rows or columns all profiles have the same phase in the pixel grid and the same error.
 const SHARED_ERROR_PX: f32 = 0.015;
 
 /// Covariance of corners that are known from the outline only: half a pixel.
@@ -42,9 +42,9 @@ impl Corners {
     }
 }
 
-/// Refines the quad of an outline to a fraction of a pixel, with lines through a few points on each edge; without such points the quad is
-/// returned unchanged.
-pub(crate) fn fit_coarsely(view: &View<'_>, quad: &Quad) -> Corners {
+/// Refines the quad of an outline to a fraction of a pixel, with lines through a few points on each edge; without such
+/// points the quad is returned unchanged.
+pub(crate) fn fit_coarsely(view: &ImageView<'_>, quad: &Quad) -> Corners {
     let outline = Corners {
         quad: *quad,
         covariance: [OUTLINE_COVARIANCE; 4],
@@ -54,15 +54,15 @@ pub(crate) fn fit_coarsely(view: &View<'_>, quad: &Quad) -> Corners {
 }
 
 /// Refines a quad that is accurate to a fraction of a pixel, as well as lines allow.
-pub(crate) fn fit_finely(view: &View<'_>, quad: &Quad) -> Option<Corners> {
+pub(crate) fn fit_finely(view: &ImageView<'_>, quad: &Quad) -> Option<Corners> {
     fit(view, quad, &Profiles::fine(quad))
 }
 
 /// Fits a line to each side.
-fn fit(view: &View<'_>, quad: &Quad, profiles: &Profiles) -> Option<Corners> {
+fn fit(view: &ImageView<'_>, quad: &Quad, profiles: &Profiles) -> Option<Corners> {
     let mut sides = [Side::default(); 4];
     for (i, side) in sides.iter_mut().enumerate() {
-        *side = Side::fit(view, (quad[i], quad[(i + 1) % 4]), profiles)?;
+        *side = Side::fit(view, quad[i], quad[(i + 1) % 4], profiles)?;
     }
     let quad = intersect_sides(&sides.map(|side| side.line))?;
     let covariance: [[f32; 3]; 4] =
@@ -84,13 +84,13 @@ struct Side {
 
 impl Side {
     /// Fits the side from a to b by weighted least squares, then again without outliers.
-    fn fit(view: &View<'_>, (a, b): (Point, Point), profiles: &Profiles) -> Option<Self> {
+    fn fit(view: &ImageView<'_>, a: Point, b: Point, profiles: &Profiles) -> Option<Self> {
         /// Scatter of crossings up to which none is an outlier, in pixels.
         const USUAL_PX: f32 = 0.05;
         const STRAY_IN_SIGMA: f32 = 2.5;
         let [nx, ny] = Line::through(a, b)?.normal;
         let mut crossings = [[Crossing::default(); POINTS]; MAX_GROUPS];
-        let crossings = profiles.find_crossings(view, (a, b), [nx, ny], &mut crossings);
+        let crossings = profiles.find_crossings(view, a, b, [nx, ny], &mut crossings);
         let fit = LineFit::through(crossings)?;
         let limit = STRAY_IN_SIGMA * fit.scatter.max(USUAL_PX);
         for crossing in &mut *crossings {
@@ -108,7 +108,8 @@ impl Side {
     }
 }
 
-/// Crossing of an edge and a profile: position along the side from its centre and distance beyond it, in pixels, and steepness.
+/// Crossing of an edge and a profile: position along the side from its centre and distance beyond it, in pixels, and
+/// steepness.
 #[derive(Clone, Copy, Debug, Default)]
 struct Crossing {
     along: f32,

@@ -24,7 +24,8 @@ impl Homography {
     /// Maps the corners of the square -1..1 to a quad.
     ///
     /// On these corners u, v, u v and 1 are orthogonal. A corner p times its denominator w = g u + h v + 1 is linear
-    /// in u and v. Therefore the sum of u v w p is zero, which determines g and h; the sums of u w p, v w p and w p determine the rest.
+    /// in u and v. Therefore the sum of u v w p is zero, which determines g and h; the sums of u w p, v w p and w p
+    /// determine the rest.
     pub(crate) fn square_to_quad(quad: &Quad) -> Option<Self> {
         let origin = middle(quad);
         let means = |axis: usize| {

@@ -1,6 +1,7 @@
 //! The convex hull of an outline, and the four of its vertices that span the largest area.
 //!
-//! Input: the first and last column of each row. Output: vertices at pixel centres, clockwise in the image (y points down).
+//! Input: the first and last column of each row. Output: vertices at pixel centres, clockwise in the image (y points
+//! down).
 
 use crate::components::{Span, make_room};
 
@@ -18,8 +19,8 @@ impl Hull {
         make_room(&mut self.vertices, 4 * height + 2);
     }
 
-    /// Hull of rows from the given one on, of which the first and the last may be empty: down the right side and up the left (Andrew's
-    /// monotone chain).
+    /// Hull of rows from the given one on, of which the first and the last may be empty: down the right side and up the
+    /// left (Andrew's monotone chain).
     #[inline(always)]
     pub(crate) fn build(&mut self, top: u32, rows: &[Span]) {
         self.vertices.clear();
@@ -61,8 +62,8 @@ impl Hull {
         sides.map(|&[a, b]| twice(a, b)).sum::<i32>() as f32 / 2.0
     }
 
-    /// Four vertices that span a (locally) largest area, clockwise: an extreme one, the one farthest from it, the farthest on
-    /// either side of their diagonal, then each optimised once given its neighbours.
+    /// Four vertices that span a (locally) largest area, clockwise: an extreme one, the one farthest from it, the
+    /// farthest on either side of their diagonal, then each optimised once given its neighbours.
     pub(crate) fn largest_quad(&self) -> Option<[usize; 4]> {
         let n = self.vertices.len() / 2;
         let farthest_from = |i: usize| {

@@ -1,7 +1,7 @@
 //! The hot loops, each once, in plain Rust that the compiler vectorises.
 //!
-//! On x86-64 they are compiled twice: for the baseline and for AVX2; both give the same bytes. Only this module selects which one runs.
-//! On 32-bit and 64-bit ARM and for WebAssembly the target determines the vector instructions.
+//! On x86-64 they are compiled twice: for the baseline and for AVX2; both give the same bytes. Only this module selects
+//! which one runs. On 32-bit and 64-bit ARM and for WebAssembly the target determines the vector instructions.
 
 use crate::Image;
 use crate::homography::{Homography, POINTS, Points};
@@ -65,8 +65,8 @@ macro_rules! vectorise {
 }
 pub(crate) use vectorise;
 
-/// A row padded by the reach of a line on both sides, never with the colour of a border outside the image. Its pixels begin after the
-/// padding.
+/// A row padded by the reach of a line on both sides, never with the colour of a border outside the image. Its pixels
+/// begin after the padding.
 pub(crate) type PaddedRow = [u8; LINE_REACH + Image::MAX_WIDTH + WORD];
 
 /// A value for each tile of a word.
@@ -84,9 +84,9 @@ pub(crate) struct Levels {
 /// The pixel rows of a row of tiles, padded by the reach of a line above and below.
 pub(crate) type PaddedRows<'a> = [&'a PaddedRow; TILE + 2 * LINE_REACH];
 
-/// Sets the words of a row of tiles, pixel row by pixel row, one bit per pixel with the least significant bit leftmost. `levels` are
-/// those of the words from `first` on. `is_set` computes the bits of a word from the position of its first pixel and the low levels, middle levels
-/// and line depths of its pixels.
+/// Sets the words of a row of tiles, pixel row by pixel row, one bit per pixel with the least significant bit leftmost.
+/// `levels` are those of the words from `first` on. `is_set` computes the bits of a word from the position of its first
+/// pixel and the low levels, middle levels and line depths of its pixels.
 #[inline(always)]
 pub(crate) fn threshold(
     rows: &PaddedRows<'_>,
@@ -127,8 +127,8 @@ pub(crate) fn is_beyond<const DARK: bool>(
     array::from_fn(|i| all_or_nothing((middle[i] > 0) & ((pixels[i] < middle[i]) == DARK)))
 }
 
-/// Whether pixels are below the low level, or below the middle level and part of a dark line: darker by its depth than pixels within
-/// reach on both sides, left and right or above and below.
+/// Whether pixels are below the low level, or below the middle level and part of a dark line: darker by its depth than
+/// pixels within reach on both sides, left and right or above and below.
 #[inline(always)]
 pub(crate) fn is_black_or_line(
     rows: &PaddedRows<'_>,
@@ -185,7 +185,8 @@ fn top_bits(bytes: &Pixels) -> u64 {
     use std::arch::x86_64::{_mm_loadu_si128, _mm_movemask_epi8};
     let quarters = bytes.as_chunks::<16>().0.iter().rev();
     quarters.fold(0, |bits, quarter| {
-        // SAFETY: every such processor has SSE2; the quarter holds the 16 bytes that are read, which need not be aligned.
+        // SAFETY: every such processor has SSE2; the quarter holds the 16 bytes that are read, which need not be
+        // aligned.
         let here = unsafe { _mm_movemask_epi8(_mm_loadu_si128(quarter.as_ptr().cast())) };
         bits << 16 | u64::from(here as u16)
     })
@@ -375,8 +376,11 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_bit_is_what_is_told_by_the_pixels_and_the_levels_of_their_tile(
-            rows in prop::collection::vec(prop::collection::vec(0_u8..40, 3 * WORD + 2 * LINE_REACH), TILE + 2 * LINE_REACH),
+        fn a_bit_follows_from_the_pixels_and_the_levels_of_their_tile(
+            rows in prop::collection::vec(
+                prop::collection::vec(0_u8..40, 3 * WORD + 2 * LINE_REACH),
+                TILE + 2 * LINE_REACH,
+            ),
             levels in prop::collection::vec(levels(0_u8..40), 2),
             first in 0_usize..2,
         ) {
@@ -393,14 +397,17 @@ mod tests {
             for (x, y) in (0..3 * WORD).flat_map(|x| (0..TILE).map(move |y| (x, y))) {
                 let (here, tile) = (rows[y + LINE_REACH][x + LINE_REACH], x % WORD / TILE);
                 let brightest = |pixel: &dyn Fn(usize) -> u8, side: Range<usize>| side.map(pixel).max().unwrap();
-                let sides: [&dyn Fn(usize) -> u8; 2] = [&|i| rows[y + LINE_REACH][x + i], &|i| rows[y + i][x + LINE_REACH]];
+                let sides: [&dyn Fn(usize) -> u8; 2] =
+                    [&|i| rows[y + LINE_REACH][x + i], &|i| rows[y + i][x + LINE_REACH]];
                 let depth = sides.map(|pixel| {
                     let nearer = brightest(pixel, 0..LINE_REACH).min(brightest(pixel, LINE_REACH + 1..LINE_SPAN));
                     nearer.saturating_sub(here)
                 });
                 let is_line = |least: u8| depth.into_iter().any(|depth| depth >= least);
                 let levels = (x / WORD).checked_sub(first).and_then(|word| levels.get(word));
-                let [low, middle, least] = levels.map_or([0; 3], |levels| [levels.low, levels.middle, levels.depth].map(|tiles| tiles[tile]));
+                let [low, middle, least] = levels.map_or([0; 3], |levels| {
+                    [levels.low, levels.middle, levels.depth].map(|tiles| tiles[tile])
+                });
                 let expected = [
                     (&dark, here < middle),
                     (&bright, middle > 0 && here >= middle),

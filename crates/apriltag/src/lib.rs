@@ -7,8 +7,9 @@
 //! - [`Report`], [`Observer`]: counts and events of a detection.
 //! - [`find_chessboard`]: the inner corners of a plain chessboard.
 //!
-//! Corners are pixels with (0, 0) at the centre of the top left pixel. The detector knows no metres, no clock and no network, and a
-//! lens only if one is given to fit distorted edges. It does not allocate once it has processed an image of a size.
+//! Corners are pixels with (0, 0) at the centre of the top left pixel. The detector knows no metres, no clock and no
+//! network, and a lens only if one is given to fit distorted edges. It does not allocate once it has processed an image
+//! of a size.
 
 mod agreement;
 mod alternative;

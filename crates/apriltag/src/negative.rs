@@ -9,9 +9,9 @@ pub(crate) struct Negative {
 }
 
 impl Negative {
-    /// Grey levels subtracted from the brightest one, so that a dim image remains dim. Allocates only if no image of this size
-    /// came before.
-    pub(crate) fn of(&mut self, image: &Image<'_>) -> Image<'_> {
+    /// Grey levels subtracted from the brightest one, so that a dim image remains dim. Allocates only if no image of
+    /// this size came before.
+    pub(crate) fn invert(&mut self, image: &Image<'_>) -> Image<'_> {
         let (width, height) = (image.width(), image.height());
         let rows = (0..height).map(|y| image.row(y));
         let brightest = rows.clone().flatten().copied().max().unwrap_or(u8::MAX);
@@ -34,6 +34,6 @@ mod tests {
         let image = Image::new(&pixels, 18, 16, 20).unwrap();
         let mut negative = Negative::default();
         let expected: Vec<u8> = (0..18).map(|x| 34 - 2 * x).collect();
-        assert_eq!(negative.of(&image).row(15), expected);
+        assert_eq!(negative.invert(&image).row(15), expected);
     }
 }

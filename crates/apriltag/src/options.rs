@@ -6,29 +6,29 @@ use sextant_tag_families::Family;
 /// Tunables of a [`crate::Detector`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
-    /// Families to detect; at least one, each once. Default: `tag36h11`. Each further one costs a decoding of every quad and adds its
-    /// own rate of false detections.
+    /// Families to detect; at least one, each once. Default: `tag36h11`. Each further one costs a decoding of every
+    /// quad and adds its own rate of false detections.
     pub families: Vec<Family>,
-    /// Most bit errors corrected, 0 to 2 (default 2), and never more than the distance and size of the family allow. As in AprilTag,
-    /// false detections become likely beyond 2.
+    /// Most bit errors corrected, 0 to 2 (default 2), and never more than the distance and size of the family allow. As
+    /// in AprilTag, false detections become likely beyond 2.
     pub max_hamming: u8,
-    /// Shortest edge of a tag in pixels, 6 to 1000 (default 8). Below 8 a module of `tag36h11` is narrower than a pixel and
-    /// unreadable; raise it to save time if all tags are close.
+    /// Shortest edge of a tag in pixels, 6 to 1000 (default 8). Below 8 a module of `tag36h11` is narrower than a pixel
+    /// and unreadable; raise it to save time if all tags are close.
     pub min_edge_px: f32,
-    /// Least difference between black and white in grey levels, 4 to 128 (default 20). Lower finds tags behind haze or glare and costs
-    /// time wherever there is texture.
+    /// Least difference between black and white in grey levels, 4 to 128 (default 20). Lower finds tags behind haze or
+    /// glare and costs time wherever there is texture.
     pub min_contrast: u8,
-    /// Least difference between black and white in dim images, where almost nothing is bright enough for `min_contrast`, 4 to 128
-    /// (default 8) and never more than `min_contrast`. Below it, rounding to whole grey levels destroys a tag. In dim images it is at
-    /// least eight standard deviations of the noise.
+    /// Least difference between black and white in dim images, where almost nothing is bright enough for
+    /// `min_contrast`, 4 to 128 (default 8) and never more than `min_contrast`. Below it, rounding to whole grey levels
+    /// destroys a tag. In dim images it is at least eight standard deviations of the noise.
     pub min_dim_contrast: u8,
     /// Least difference between black and white in standard deviations of the image's noise, 3 to 20 (default 6.5: the
     /// range of the 144 pixels around a tile exceeds it in one flat tile of 25).
     pub min_contrast_in_sigma: f32,
     /// Least decision margin in grey levels, 0 to 100 (default 4). False detections have small margins.
     pub min_margin: f32,
-    /// Whether tags are printed inverted, white for black and black for white (default: no). Around a tag lies black then, where
-    /// others have white paper. Costs a pass over the image.
+    /// Whether tags are printed inverted, white for black and black for white (default: no). Around a tag lies black
+    /// then, where others have white paper. Costs a pass over the image.
     pub inverted: bool,
     /// How corners are refined (default: photometric).
     pub refinement: Refinement,

@@ -1,16 +1,16 @@
 //! Corners from the whole pattern: a rendering of the decoded tag is fitted to the pixels.
 //!
-//! Input: an image, the upright quad of a decoded tag and its code word. Output: corners with covariance, or `None` if the edges alone are
-//! more accurate.
+//! Input: an image, the upright quad of a decoded tag and its code word. Output: corners with covariance, or `None` if
+//! the edges alone are more accurate.
 //!
 //! The rendering is light(u, v) * (black + (white - black) * response(coverage)), where coverage is the blurred pattern
 //! ([`Pattern`]), light is a plane over the tag that is 1 at its middle, and response(c) = c + gain c (1 - c) models
 //! the tone curve, glare and spreading ink. Gauss-Newton on 18 parameters: the homography (8), black, white,
-//! the light's slope (2), the blur's covariance (3), which takes in the lens and straight motion, the halo of sharpening or
-//! glare, the grey that blur mixes in from beyond the ring, and the gain. (Least squares on images: Baker & Matthews,
-//! Lucas-Kanade 20 years on, IJCV 2004.) It uses a subset of the
-//! pixels first, then all of them, usually once. The covariance is that of least squares, inflated where residuals along a line of the
-//! pattern are correlated, unlike noise.
+//! the light's slope (2), the blur's covariance (3), which takes in the lens and straight motion, the halo of
+//! sharpening or glare, the grey that blur mixes in from beyond the ring, and the gain. (Least squares on images: Baker
+//! & Matthews, Lucas-Kanade 20 years on, IJCV 2004.) It uses a subset of the pixels first, then all of them, usually
+//! once. The covariance is that of least squares, inflated where residuals along a line of the pattern are correlated,
+//! unlike noise.
 
 #![allow(
     clippy::needless_range_loop,
@@ -28,25 +28,27 @@ mod undistortion;
 
 use crate::Image;
 use crate::edges::Corners;
+use crate::quad::Quad;
 use crate::reading::Reading;
-use equations::Equations;
+use equations::PixelEquations;
 use model::{Model, TUKEY};
 use parameters::{BLUR, PARAMETERS};
 use pattern::{MOST_EDGES, Pattern};
 use pixels::Pixels;
 use sextant_geometry::{CORNER_PAIRS, Lens};
-use state::{Row, State, dot};
+use state::{PatternState, Row, dot};
 use undistortion::Undistortion;
 
-/// Ratio of the true to the estimated variance of the edges, at most: the scatter of a line does not show what blur adds to all of it
-/// from beside the border.
+/// Ratio of the true to the estimated variance of the edges, at most: the scatter of a line does not show what blur
+/// adds to all of it from beside the border.
 const UNSTATED: f32 = 9.0;
 
-/// Variance of corners, in square pixels, below which edges show no scatter: they run along rows and columns of a drawing.
+/// Variance of corners, in square pixels, below which edges show no scatter: they run along rows and columns of a
+/// drawing.
 const EXACT_VARIANCE: f32 = 0.02 * 0.02;
 
-/// Usual residuals from optics, sharpening and compression, as a share of the contrast. Pixels within them are not treated as
-/// occluded or lit by something else.
+/// Usual residuals from optics, sharpening and compression, as a share of the contrast. Pixels within them are not
+/// treated as occluded or lit by something else.
 const MODEL_SCALE: f32 = 0.03;
 
 /// Usual residuals before the first step, when corners may be off by tenths of a pixel, as a share of the contrast.
@@ -62,7 +64,7 @@ const ROUNDING: f32 = 0.29;
 #[derive(Debug, Default)]
 pub(crate) struct PatternFitter {
     pixels: Pixels,
-    equations: Equations,
+    equations: PixelEquations,
     /// Lens that distorts the tags, if it is known.
     pub(crate) lens: Option<Lens>,
 }
@@ -90,7 +92,7 @@ impl PatternFitter {
             None => edges.quad,
         };
         let levels = (reading.white - reading.black).max(1.0);
-        let mut state = State::start(&start, reading.black / levels)?;
+        let mut state = PatternState::start(&start, reading.black / levels)?;
         let mut outline = model::outline(&pattern, &state);
         if let Some(undistortion) = &undistortion {
             outline = outline.map(|place| undistortion.pixel(place).unwrap_or(place));
@@ -108,7 +110,8 @@ impl PatternFitter {
         let squares = rows.as_flattened().iter().map(|row| dot(row, row));
         let mean_variance = variance * squares.sum::<f32>() / 8.0;
 
-        // Where all edges cross their pixels alike in a sharp picture without noise, a fit may come to rest beside them.
+        // Where all edges cross their pixels alike in a sharp picture without noise, a fit may come to rest beside
+        // them.
         let exact =
             noise_sigma == 0.0 && state.is_sharp() && edges.mean_variance() < EXACT_VARIANCE;
         let surer = mean_variance < UNSTATED * edges.mean_variance();
@@ -121,31 +124,18 @@ impl PatternFitter {
                 (*corner, *rows) = undistortion.shown(*corner, *rows)?;
             }
         }
-        let shared = |a: &Row, b: &Row| variance * dot(a, b);
-        Some(Corners {
-            quad,
-            covariance: rows
-                .each_ref()
-                .map(|[x, y]| [shared(x, x), shared(x, y), shared(y, y)]),
-            cross_covariance: CORNER_PAIRS.map(|pair| {
-                let [[ax, ay], [bx, by]] = pair.map(|corner| &rows[corner]);
-                [
-                    shared(ax, bx),
-                    shared(ax, by),
-                    shared(ay, bx),
-                    shared(ay, by),
-                ]
-            }),
-        })
+        Some(with_covariance(quad, &rows, variance))
     }
 
-    /// Iterates with a subset of the pixels and no halo until the corners are approximately right, then with all until convergence, with less
-    /// weight for outliers. Returns the factor by which variances exceed those of the last equations.
+    /// Iterates with a subset of the pixels and no halo until the corners are approximately right, then with all until
+    /// convergence, with less weight for outliers. Returns the factor by which variances exceed those of the last
+    /// equations.
     #[inline(always)]
-    fn settle(&mut self, pattern: &Pattern, levels: f32, state: &mut State) -> Option<f32> {
+    fn settle(&mut self, pattern: &Pattern, levels: f32, state: &mut PatternState) -> Option<f32> {
         const ENOUGH_GROUPS: usize = 10;
-        // Iterations with a few pixels, and with all, end when a step moves corners and changes the blur by less than this. Convergence is
-        // quadratic: one more step with all pixels would move corners by about a thousandth of a pixel.
+        // Iterations with a few pixels, and with all, end when a step moves corners and changes the blur by less than
+        // this. Convergence is quadratic: one more step with all pixels would move corners by about a thousandth of a
+        // pixel.
         const REST_PX: [f32; 2] = [0.2, 0.02];
         const REST_VARIANCE: [f32; 2] = [0.4, 0.2];
         const MOST_STEPS: usize = 6;
@@ -188,5 +178,26 @@ impl PatternFitter {
         } else {
             PARAMETERS
         });
+    }
+}
+
+/// Corners with the covariances that the whitened rows of their derivatives have at this variance of a residual.
+#[inline(always)]
+fn with_covariance(quad: Quad, rows: &[[Row; 2]; 4], variance: f32) -> Corners {
+    let shared = |a: &Row, b: &Row| variance * dot(a, b);
+    Corners {
+        quad,
+        covariance: rows
+            .each_ref()
+            .map(|[x, y]| [shared(x, x), shared(x, y), shared(y, y)]),
+        cross_covariance: CORNER_PAIRS.map(|pair| {
+            let [[ax, ay], [bx, by]] = pair.map(|corner| &rows[corner]);
+            [
+                shared(ax, bx),
+                shared(ax, by),
+                shared(ay, bx),
+                shared(ay, by),
+            ]
+        }),
     }
 }

@@ -1,7 +1,7 @@
 //! Fits a quadrilateral to a component.
 //!
-//! Input: the runs of a component. Output: four corners, clockwise in the image, within about a pixel of the corners of the border, or the
-//! reason why the outline is no quadrilateral.
+//! Input: the runs of a component. Output: four corners, clockwise in the image, within about a pixel of the corners of
+//! the border, or the reason why the outline is no quadrilateral.
 
 use crate::Rejection;
 use crate::bit_plane::BitPlane;
@@ -55,8 +55,8 @@ impl QuadFinder {
         let rows = self.rows[..n_pairs].as_flattened();
         let filled: u32 = rows.iter().map(|[left, end]| u32::from(end - left)).sum();
         self.hull.build(component.rows().start, rows);
-        // A border closes around what is within it; part of a side may be occluded. Pixels reach half a pixel beyond the hull of
-        // their centres, all along its perimeter, which is twice its longer extent at least.
+        // A border closes around what is within it; part of a side may be occluded. Pixels reach half a pixel beyond
+        // the hull of their centres, all along its perimeter, which is twice its longer extent at least.
         let whole = self.hull.area() + component.width().max(2 * component.n_pairs()) as f32;
         require(filled as f32 >= LEAST_FILLED * whole, Rejection::NotAQuad)?;
         let corners = self.hull.largest_quad().ok_or(Rejection::NotAQuad)?;
@@ -99,7 +99,8 @@ fn to_point(pixel: Pixel) -> Point {
     pixel.map(|coordinate| coordinate as f32)
 }
 
-/// Moves the sides between four vertices outwards, each by half the distance of the farthest vertex beyond it and by the overhang.
+/// Moves the sides between four vertices outwards, each by half the distance of the farthest vertex beyond it and by
+/// the overhang.
 fn circumscribe(hull: &Hull, corners: [usize; 4], overhang_px: f32) -> Option<Quad> {
     let mut moved = [Line::default(); 4];
     for (i, line) in moved.iter_mut().enumerate() {

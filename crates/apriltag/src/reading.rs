@@ -7,9 +7,9 @@ mod modules;
 
 use crate::code_index::{CodeIndex, Match};
 use crate::quad::Quad;
-use crate::view::View;
+use crate::view::ImageView;
 use crate::{Options, Pass, Rejection};
-use layout::Layout;
+use layout::ModuleLayout;
 use modules::{Modules, USUAL_BLUR_PX};
 use sextant_tag_families::{Board, BorderColour, Family, FamilyData};
 use std::collections::BTreeSet;
@@ -21,7 +21,7 @@ pub(crate) struct Reader {
     border: BorderColour,
     /// Whether black squares touch the borders of the tags.
     is_touched: bool,
-    layout: Layout,
+    layout: ModuleLayout,
     /// Least share of the rows within its border that contain white.
     pub(crate) least_open: f32,
     index: CodeIndex,
@@ -49,7 +49,7 @@ impl Reader {
             family,
             border: data.border,
             is_touched: data.board == Some(Board::Aprilgrid),
-            layout: Layout::new(data),
+            layout: ModuleLayout::new(data),
             least_open: least_open(data),
             most_in_doubt: (data.bits.len() / LEAST_PLAIN).min(index.bits_to_spare),
             index,
@@ -63,7 +63,7 @@ impl Reader {
     }
 
     #[inline(always)]
-    pub(crate) fn read(&self, view: &View<'_>, quad: &Quad) -> Result<Reading, ReadFailure> {
+    pub(crate) fn read(&self, view: &ImageView<'_>, quad: &Quad) -> Result<Reading, ReadFailure> {
         let mut modules =
             Modules::new(view, &self.layout, quad).map_err(|reason| failure(reason, false))?;
         let (contrast, right) = (modules.contrast(), modules.right_in_rings());
@@ -80,8 +80,8 @@ impl Reader {
         }
         let rings_are_right = (right[0] + right[1]) / 2.0 >= MOSTLY_RIGHT;
         let reading = self.recognise(&modules, rings_are_right)?;
-        // Letters and texture show a code word of few bits now and then, so that the word alone is no evidence: border, ring
-        // and bits must be all that a tag's are. The frame has three times as many modules as the word.
+        // Letters and texture show a code word of few bits now and then, so that the word alone is no evidence: border,
+        // ring and bits must be all that a tag's are. The frame has three times as many modules as the word.
         if self.index.is_weak
             && !(modules.rings_are_whole() && modules.n_in_doubt() <= self.most_in_doubt)
         {
@@ -126,8 +126,8 @@ impl Reader {
     }
 }
 
-/// Share of the rows within a border, or of its columns if these are fewer, that contain white: of the code word with the fewest,
-/// reduced by blur.
+/// Share of the rows within a border, or of its columns if these are fewer, that contain white: of the code word with
+/// the fewest, reduced by blur.
 fn least_open(data: &FamilyData) -> f32 {
     const LEFT_BY_BLUR: f32 = 0.3;
     let edge = 0..data.border_width as i8;
@@ -143,8 +143,8 @@ fn least_open(data: &FamilyData) -> f32 {
     LEFT_BY_BLUR * open.min().unwrap_or(0) as f32 / f32::from(data.border_width)
 }
 
-/// Why a tag was not decoded, and whether better corners might help: with corners off by a pixel, border and ring are still mostly right, and
-/// there are bits of both colours.
+/// Why a tag was not decoded, and whether better corners might help: with corners off by a pixel, border and ring are
+/// still mostly right, and there are bits of both colours.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ReadFailure {
     pub(crate) reason: Rejection,
@@ -167,8 +167,8 @@ const MOSTLY_RIGHT: f32 = 0.85;
 /// Share of the least contrast that is required while corners may be off by a pixel.
 const NEARLY: f32 = 0.8;
 
-/// Least mean distance of the bits of each colour from the threshold, as a share of the contrast. It is a half in a sharp image, less
-/// with blur or wrong corners, and almost zero without bits of one colour.
+/// Least mean distance of the bits of each colour from the threshold, as a share of the contrast. It is a half in a
+/// sharp image, less with blur or wrong corners, and almost zero without bits of one colour.
 const LEAST_CLARITY: f32 = 0.25;
 
 /// Strong blur, from defocus or camera shake, as a standard deviation in pixels.

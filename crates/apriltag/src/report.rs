@@ -37,14 +37,14 @@ impl Stage {
 /// The classifications of border pixels, each a pass over the image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pass {
-    /// Black borders that black squares touch, on an AprilGrid: pixels darker than the middle level whose neighbours are too, which
-    /// separates a tag from the squares at its corners.
+    /// Black borders that black squares touch, on an AprilGrid: pixels darker than the middle level whose neighbours
+    /// are too, which separates a tag from the squares at its corners.
     Eroded,
-    /// Black borders: pixels darker than the middle between the darkest and the brightest level nearby. Texture, undershoot of
-    /// sharpening and blur leave them on that side of the middle.
+    /// Black borders: pixels darker than the middle between the darkest and the brightest level nearby. Texture,
+    /// undershoot of sharpening and blur leave them on that side of the middle.
     Middle,
-    /// Black borders that the middle level joins with something else: pixels close to the darkest level nearby, which separates a tag in
-    /// shadow from bright surroundings, and dark lines.
+    /// Black borders that the middle level joins with something else: pixels close to the darkest level nearby, which
+    /// separates a tag in shadow from bright surroundings, and dark lines.
     Black,
     /// White borders: pixels brighter than the middle level.
     White,
@@ -70,7 +70,8 @@ pub enum Rejection {
     NotAQuad,
     /// The quad is too small, too narrow or too skewed.
     Shape,
-    /// Inside and outside of the quad's edges lack contrast; or a ChArUco marker has no chessboard corner where its family defines one.
+    /// Inside and outside of the quad's edges lack contrast; or a ChArUco marker has no chessboard corner where its
+    /// family defines one.
     FaintBorder,
     /// No code word of any family is near enough.
     NoCode,
@@ -129,13 +130,15 @@ pub trait Observer {
     /// A pass begins; the next one uses another threshold.
     fn pass_began(&mut self, _pass: Pass) {}
 
-    /// All pixels of the border's colour: column and row of each, and its component, a number that is unique within the pass.
+    /// All pixels of the border's colour: column and row of each, and its component, a number that is unique within the
+    /// pass.
     fn labelled(&mut self, _pixels: impl Iterator<Item = ([u16; 2], u32)>) {}
 
     /// A quad was found around a candidate; corners in pixels, clockwise from any.
     fn quad_found(&mut self, _corners: &[[f32; 2]; 4]) {}
 
-    /// A candidate was rejected; corners of its quad, or of its bounding box if it has none, in pixels, clockwise from any.
+    /// A candidate was rejected; corners of its quad, or of its bounding box if it has none, in pixels, clockwise from
+    /// any.
     fn rejected(&mut self, _reason: Rejection, _corners: &[[f32; 2]; 4]) {}
 
     /// The sub-pixel corners of a tag were found; `before` are those with which it was decoded, in the same order.

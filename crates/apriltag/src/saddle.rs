@@ -1,12 +1,13 @@
 //! Saddle points with sub-pixel accuracy: crossings of two edges where black and white squares alternate.
 //!
-//! Input: an image, an approximate position, directions of the edges, and the radius within which nothing else is visible. Output: position
-//! and covariance, or `None` where the image contains something else.
+//! Input: an image, an approximate position, directions of the edges, and the radius within which nothing else is
+//! visible. Output: position and covariance, or `None` where the image contains something else.
 //!
-//! Grey is mean + swing E(a) E(b), where a and b are the distances from the two edges in standard deviations of the blur and E is the
-//! odd step response of the blur. Gauss-Newton on seven parameters: position (2), directions of the edges (2), blur, mean and
-//! swing. Where black squares do not touch, a white line of known width lies along either edge, between the product of both step
-//! responses of each black square. Tone curve, glare and spreading ink move edges but not the saddle, since they act equally on both sides.
+//! Grey is mean + swing E(a) E(b), where a and b are the distances from the two edges in standard deviations of the
+//! blur and E is the odd step response of the blur. Gauss-Newton on seven parameters: position (2), directions of the
+//! edges (2), blur, mean and swing. Where black squares do not touch, a white line of known width lies along either
+//! edge, between the product of both step responses of each black square. Tone curve, glare and spreading ink move
+//! edges but not the saddle, since they act equally on both sides.
 
 use crate::Image;
 use crate::quad::{Point, distance};
@@ -20,11 +21,12 @@ type Matrix = SMatrix<f32, PARAMETERS, PARAMETERS>;
 /// Least radius with enough pixels for all parameters, and the largest, beyond which lenses bend edges.
 pub(crate) const RADIUS_PX: [f32; 2] = [2.2, 5.0];
 
-/// Largest residual of a saddle, as a share of the swing: sharp images leave 0.15; where three of the four quadrants have
-/// one colour, the best fit leaves 1.4.
+/// Largest residual of a saddle, as a share of the swing: sharp images leave 0.15; where three of the four quadrants
+/// have one colour, the best fit leaves 1.4.
 const MOST_RESIDUAL: f32 = 0.3;
 
-/// Range of the swing as a share of half the tag's contrast. A fit to something else often has a much larger swing and a wide blur.
+/// Range of the swing as a share of half the tag's contrast. A fit to something else often has a much larger swing and
+/// a wide blur.
 const SWING: std::ops::RangeInclusive<f32> = 0.5..=1.6;
 
 /// Largest blur of a saddle, as a share of the radius: with more, no flat area is left within the radius.
@@ -40,13 +42,15 @@ const ROUNDING: f32 = 0.29;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Guess {
     pub(crate) place: Point,
-    /// Directions of the edges, of any length; the quadrant between them is the brighter one where the swing is positive.
+    /// Directions of the edges, of any length; the quadrant between them is the brighter one where the swing is
+    /// positive.
     pub(crate) edges: [Point; 2],
     /// Grey of that quadrant minus that of its neighbours; negative where it is darker.
     pub(crate) step: f32,
     /// Radius within which nothing else is visible, in pixels.
     pub(crate) radius_px: f32,
-    /// Distance of black squares from the edges, in pixels: half the width of a white line between them, 0 where they touch.
+    /// Distance of black squares from the edges, in pixels: half the width of a white line between them, 0 where they
+    /// touch.
     pub(crate) gap_px: f32,
 }
 
@@ -116,8 +120,8 @@ impl<'a> Window<'a> {
     }
 
     #[inline(always)]
-    fn equations(&self, model: &Model) -> Equations {
-        let mut equations = Equations::default();
+    fn equations(&self, model: &Model) -> SaddleEquations {
+        let mut equations = SaddleEquations::default();
         let [x, y] = self.place;
         let squared = self.radius_px * self.radius_px;
         let span = |at: f32| (at - self.radius_px).ceil() as usize..=(at + self.radius_px) as usize;
@@ -293,14 +297,14 @@ fn step(x: f32) -> (f32, f32) {
 }
 
 #[derive(Default)]
-struct Equations {
+struct SaddleEquations {
     matrix: Matrix,
     vector: Vector,
     squares: f32,
     n: usize,
 }
 
-impl Equations {
+impl SaddleEquations {
     #[inline(always)]
     fn add(&mut self, derivatives: &Vector, residual: f32) {
         self.matrix.syger(1.0, derivatives, derivatives, 1.0);

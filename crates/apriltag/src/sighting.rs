@@ -7,12 +7,12 @@ use crate::kernels::vectorise;
 use crate::photometric::PatternFitter;
 use crate::quad::{Point, Quad, distance, mean_edge, middle};
 use crate::reading::{ReadFailure, Reader, Reading};
-use crate::view::View;
+use crate::view::ImageView;
 use crate::{Detection, Image, Options, Pass, Refinement, Rejection};
 use sextant_tag_families::Family;
 
-/// Share of the pattern's edges that agree with the picture, below which corners are doubted: usually all do, and seven in ten where a line
-/// of the border is beside its edge.
+/// Share of the pattern's edges that agree with the picture, below which corners are doubted: usually all do, and seven
+/// in ten where a line of the border is beside its edge.
 const LEAST_AGREEMENT: f32 = 0.85;
 
 /// Sub-pixel corners of a sighting.
@@ -36,15 +36,15 @@ impl Sighting {
         distance(middle(&self.quad), point) < mean_edge(&self.quad) / 2.0
     }
 
-    /// The detection with corners from the whole pattern where these are more accurate than those from edges, or from the saddle points of
-    /// a calibration board.
+    /// The detection with corners from the whole pattern where these are more accurate than those from edges, or from
+    /// the saddle points of a calibration board.
     pub(crate) fn refine(
         &self,
         image: &Image<'_>,
         mut patterns: Option<&mut PatternFitter>,
         noise_sigma: f32,
     ) -> Option<Detection> {
-        let view = View {
+        let view = ImageView {
             image,
             border: self.reading.family.data().border,
             min_contrast: 0.0,
@@ -81,7 +81,7 @@ impl Sighting {
     /// Corners from a quad, by the whole pattern or by the edges.
     fn locate(
         &self,
-        view: &View<'_>,
+        view: &ImageView<'_>,
         quad: &Quad,
         patterns: Option<&mut PatternFitter>,
         noise_sigma: f32,
@@ -126,17 +126,19 @@ impl Decoder {
         readers.filter(move |reader| reader.takes_part_in(pass))
     }
 
-    /// Least share of the rows within a border that contain white, over the families of a pass; `None` without families.
+    /// Least share of the rows within a border that contain white, over the families of a pass; `None` without
+    /// families.
     pub(crate) fn least_open(&self, pass: Pass) -> Option<f32> {
         let open = self.readers(pass).map(|reader| reader.least_open);
         open.reduce(f32::min)
     }
 
-    /// Reads a tag of one of the families of a pass within a quad; if that fails or has bit errors, again with corners from its edges.
+    /// Reads a tag of one of the families of a pass within a quad; if that fails or has bit errors, again with corners
+    /// from its edges.
     pub(crate) fn sight(
         &self,
         pass: Pass,
-        view: &View<'_>,
+        view: &ImageView<'_>,
         quad: &Quad,
     ) -> Result<Sighting, Rejection> {
         let wrong = |read: &Result<Sighting, _>| match read {
@@ -162,7 +164,7 @@ impl Decoder {
     }
 
     /// The result of the first family that decodes; otherwise, a retry is worthwhile if it is for any family.
-    fn read(&self, pass: Pass, view: &View<'_>, quad: &Quad) -> Result<Sighting, ReadFailure> {
+    fn read(&self, pass: Pass, view: &ImageView<'_>, quad: &Quad) -> Result<Sighting, ReadFailure> {
         let mut failure = ReadFailure {
             reason: Rejection::NoCode,
             can_retry: false,

@@ -1,9 +1,9 @@
 //! Tiles of 4x4 pixels: the extrema around each, whether their contrast exceeds the noise, and thresholds between
 //! black and white.
 //!
-//! Input: an image. Output: thresholds for each tile, 0 where the contrast is within the noise. As in AprilTag 2 (Wang & Olson,
-//! IROS 2016, section III-A), the extrema are those of the 3x3 tiles around each. The contrast gate is measured here, so that
-//! noise costs no time in later stages.
+//! Input: an image. Output: thresholds for each tile, 0 where the contrast is within the noise. As in AprilTag 2 (Wang
+//! & Olson, IROS 2016, section III-A), the extrema are those of the 3x3 tiles around each. The contrast gate is
+//! measured here, so that noise costs no time in later stages.
 
 use crate::Image;
 use crate::kernels::{Levels, TILE, TILES_IN_WORD, TilesOfWord, WORD, vectorise};
@@ -63,8 +63,8 @@ impl Tiles {
 
     /// Standard deviation of the noise in grey levels, from the ranges of the flattest tiles.
     ///
-    /// The range of 16 normal values has its tenth percentile at 2.6 sigma. Sixteen rows of tiles are sampled, without clipped
-    /// tiles, whose noise is too small.
+    /// The range of 16 normal values has its tenth percentile at 2.6 sigma. Sixteen rows of tiles are sampled, without
+    /// clipped tiles, whose noise is too small.
     pub(crate) fn noise_sigma(&self) -> f32 {
         const PERCENTILE: u32 = 10;
         const RANGE_IN_SIGMA: f32 = 2.6;
@@ -103,8 +103,8 @@ impl Tiles {
 
     /// Sets the thresholds of tiles where black and white differ by at least the gate; returns whether there are any.
     ///
-    /// A low threshold lies a quarter of the tile's own range above its minimum, unless that range is much less than the contrast around it,
-    /// and above the noise of black.
+    /// A low threshold lies a quarter of the tile's own range above its minimum, unless that range is much less than
+    /// the contrast around it, and above the noise of black.
     pub(crate) fn set_levels(&mut self, gate: u8) -> bool {
         let mut columns = [[u8::MAX; _], [0; _]];
         vectorise!({
@@ -161,8 +161,8 @@ impl Tiles {
         }
     }
 
-    /// Thresholds of a row of tiles, the last of which also covers the pixels below it, and the range of words with live
-    /// tiles.
+    /// Thresholds of a row of tiles, the last of which also covers the pixels below it, and the range of words with
+    /// live tiles.
     pub(crate) fn levels(&self, row: usize) -> (&[Levels], Range<usize>) {
         let row = row.min(self.rows - 1);
         (&self.levels[self.row(row)], self.live_words[row].clone())

@@ -1,8 +1,8 @@
 //! Detection in image sequences: searches only parts of each image.
 //!
 //! Input: consecutive images of one camera at a regular rate. Output: the tags decoded in the current image, as
-//! [`crate::Detector`] reports them. Each image is searched where known tags are predicted ([`track`]) and in one further
-//! part, so that ten images cover the whole area ([`scan`]).
+//! [`crate::Detector`] reports them. Each image is searched where known tags are predicted ([`track`]) and in one
+//! further part, so that ten images cover the whole area ([`scan`]).
 
 mod scan;
 mod track;

@@ -4,14 +4,14 @@ use crate::Image;
 use sextant_tag_families::BorderColour;
 
 #[derive(Clone, Copy)]
-pub(crate) struct View<'a> {
+pub(crate) struct ImageView<'a> {
     pub(crate) image: &'a Image<'a>,
     pub(crate) border: BorderColour,
     /// Least difference between black and white, in grey levels.
     pub(crate) min_contrast: f32,
 }
 
-impl View<'_> {
+impl ImageView<'_> {
     /// Sign of the step in grey from the inside of a border outwards.
     pub(crate) fn sign(&self) -> f32 {
         match self.border {

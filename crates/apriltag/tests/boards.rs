@@ -23,7 +23,7 @@ fn detect(pixels: &[u8], families: &[Family]) -> Vec<Detection> {
 fn tag(family: Family, id: u32, edge_px: f64, random: &mut Random) -> Tag {
     Tag {
         margin: 12.0,
-        ..Tag::turned((family, id), edge_px, 35.0, random)
+        ..Tag::turned(family, id, edge_px, 35.0, random)
     }
 }
 

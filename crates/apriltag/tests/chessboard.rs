@@ -138,7 +138,8 @@ fn corners(view: &ChessboardView) -> BTreeMap<[u16; 2], [f32; 2]> {
     corners
 }
 
-/// Largest distance of a corner from where it is, with the columns and rows of the board as given or turned by half a turn.
+/// Largest distance of a corner from where it is, with the columns and rows of the board as given or turned by half a
+/// turn.
 fn worst(view: &ChessboardView, scene: &Scene, is_turned: bool) -> f64 {
     let distances = corners(view).into_iter().map(|([column, row], [x, y])| {
         let place = match is_turned {

@@ -349,8 +349,8 @@ fn joint_covariance(found: &Detection) -> SMatrix<f64, 8, 8> {
     joint
 }
 
-/// Over many drawn tags: squared errors of all corners per degree of freedom, of the tag's place and of its turn in the image, against
-/// what the joint covariance says of each.
+/// Over many drawn tags: squared errors of all corners per degree of freedom, of the tag's place and of its turn in the
+/// image, against what the joint covariance says of each.
 fn normalised_errors() -> [f64; 3] {
     let (camera, mut random) = (Camera::new(120, 112), Random(7));
     let mut sums = [0.0; 3];

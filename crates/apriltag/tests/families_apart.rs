@@ -25,7 +25,7 @@ fn detect_in(pixels: &[u8], family: Family) -> Vec<Detection> {
 
 /// A tag so many pixels wide, turned at random.
 fn tag(family: Family, id: u32, edge_px: f64, random: &mut Random) -> Tag {
-    Tag::turned((family, id), edge_px, 40.0, random)
+    Tag::turned(family, id, edge_px, 40.0, random)
 }
 
 #[test]
@@ -69,8 +69,8 @@ fn blurred_tags_of_many_bits_are_none_of_few() {
     }
 }
 
-/// The same code words within borders of one module and of two: the outermost bits of either lie about where those of the other
-/// end, so that some pass for those of the other. A border of two has no room for the least tags.
+/// The same code words within borders of one module and of two: the outermost bits of either lie about where those of
+/// the other end, so that some pass for those of the other. A border of two has no room for the least tags.
 #[test]
 fn tags_with_a_border_of_two_modules_are_none_with_one_and_the_other_way_round() {
     let families = [Family::Tag36h11, Family::Tag36h11b2];

@@ -1,4 +1,5 @@
-//! Every processor finds the same tags, with corners within 0.01 px of those that an x86-64 found, which are in `processors.txt`.
+//! Every processor finds the same tags, with corners within 0.01 px of those that an x86-64 found, which are in
+//! `processors.txt`.
 //!
 //! With `SEXTANT_WRITE_PROCESSORS=1` the test writes that file anew instead of reading it.
 

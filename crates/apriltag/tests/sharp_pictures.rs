@@ -1,4 +1,5 @@
-//! Pictures that no camera takes: every edge falls between two pixels, and there is no noise, as in exported boards and screenshots.
+//! Pictures that no camera takes: every edge falls between two pixels, and there is no noise, as in exported boards and
+//! screenshots.
 
 #![allow(clippy::unwrap_used)]
 
@@ -95,7 +96,8 @@ fn lone(family: Family, module_px: f64) -> Sheet {
     }
 }
 
-/// Every tag of the sheet is read without a wrong bit, and the corners that it claims to know well are where the picture has them.
+/// Every tag of the sheet is read without a wrong bit, and the corners that it claims to know well are where the
+/// picture has them.
 fn assert_read(sheet: &Sheet, family: Family, module_px: f64) {
     // Edges that fall within a pixel are drawn at its nearer side.
     let rounding_px = if module_px.fract() == 0.0 { 0.0 } else { 0.71 };

@@ -1,7 +1,8 @@
-//! The bundle adjustment at the size of a large site: 20 cameras, 2000 instants, an object of 24 tags of which one is known.
+//! The bundle adjustment at the size of a large site: 20 cameras, 2000 instants, an object of 24 tags of which one is
+//! known.
 //!
-//! `cargo bench -p sextant-calibrator --bench bundle` with synchronised cameras; with `-- free-running`, cameras that take images
-//! when they like and whose clocks are off, so that the object's motion and the clocks are sought too.
+//! `cargo bench -p sextant-calibrator --bench bundle` with synchronised cameras; with `-- free-running`, cameras that
+//! take images when they like and whose clocks are off, so that the object's motion and the clocks are sought too.
 
 #![allow(
     clippy::unwrap_used,
@@ -120,7 +121,7 @@ fn truth(free_running: bool, noise: &mut Random) -> Bundle {
             } else {
                 0.0
             };
-            let image = image(&bundle, (camera, at), delay, noise);
+            let image = image(&bundle, camera, at, delay, noise);
             bundle.images.extend(image);
         }
     }
@@ -129,7 +130,8 @@ fn truth(free_running: bool, noise: &mut Random) -> Bundle {
 
 fn image(
     bundle: &Bundle,
-    (camera, instant): (usize, usize),
+    camera: usize,
+    instant: usize,
     delay: f64,
     noise: &mut Random,
 ) -> Option<BundleImage> {

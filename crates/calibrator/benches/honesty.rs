@@ -1,5 +1,5 @@
-//! Whether stated standard deviations are honest: of two hundred simulated calibrations each, how many true values lie within
-//! two of them. Ends with 1 where that is not between 90 and 99 %.
+//! Whether stated standard deviations are honest: of two hundred simulated calibrations each, how many true values lie
+//! within two of them. Ends with 1 where that is not between 90 and 99 %.
 //!
 //! `cargo bench -p sextant-calibrator --bench honesty`, for one of them with `-- rig`, `-- lens` or `-- learn`.
 
@@ -42,7 +42,7 @@ fn rig(seed: u64) -> Errors {
         origin: Origin::FirstCamera,
     };
     let mut session = RigSession::new(scene::blind(&truth), plan).unwrap();
-    for image in scene::walk(&truth, &scene::board(), (24, 0.3), noise, seed) {
+    for image in scene::walk(&truth, &scene::board(), 24, 0.3, noise, seed) {
         session.handle(&image);
     }
     let found = session.solve().unwrap();
@@ -104,10 +104,10 @@ fn learn(seed: u64) -> Errors {
     let mut noise = scene::Random::new(seed);
     for at in 0..45 {
         let seconds = 0.2 * f64::from(at);
-        let seen = (&truth, &scene::turned(seconds));
         session.handle(&scene::image(
             &camera,
-            seen,
+            &truth,
+            &scene::turned(seconds),
             seconds,
             scene::SHARP,
             &mut noise,

@@ -1,6 +1,6 @@
-//! How near lenses come to the truth, and how near they could: of twenty sets of board images (640x480, Brown-Conrady, noise of
-//! 0.1 pixels) each the errors, the deviations that the images allow at best, and how many sets meet the target: focal
-//! length within 0.05 %, centre within 0.5 pixels, 0.1 pixels on average over the picture.
+//! How near lenses come to the truth, and how near they could: of twenty sets of board images (640x480, Brown-Conrady,
+//! noise of 0.1 pixels) each the errors, the deviations that the images allow at best, and how many sets meet the
+//! target: focal length within 0.05 %, centre within 0.5 pixels, 0.1 pixels on average over the picture.
 //!
 //! `cargo bench -p sextant-calibrator --bench lens`
 
@@ -37,7 +37,7 @@ struct Errors {
 }
 
 impl Errors {
-    fn of(found: &LensCalibration) -> Self {
+    fn measure(found: &LensCalibration) -> Self {
         let truth = board_walk::ordinary();
         let (t, f) = (truth.intrinsics(), found.lens.intrinsics());
         let sigma = &found.sigmas;
@@ -83,7 +83,7 @@ fn thirty(seed: u64, depth: [f64; 2]) -> Errors {
     for image in walk.images() {
         session.handle(&image).unwrap();
     }
-    Errors::of(&session.solve().unwrap())
+    Errors::measure(&session.solve().unwrap())
 }
 
 /// As many as the hints ask for.
@@ -98,7 +98,7 @@ fn guided(seed: u64) -> Errors {
             break;
         }
     }
-    Errors::of(&session.solve().unwrap())
+    Errors::measure(&session.solve().unwrap())
 }
 
 fn tell(what: &str, of_seed: impl Fn(u64) -> Errors) {
@@ -110,7 +110,8 @@ fn tell(what: &str, of_seed: impl Fn(u64) -> Errors) {
     let met = all.iter().filter(|errors| errors.meet_the_target()).count();
     let views = all.iter().map(|errors| errors.views).sum::<usize>() as f64 / all.len() as f64;
     println!(
-        "{what}, {views:.0} views: {met} of {SETS} meet the target; focal length {:.3} % (bound {:.3}), centre {:.2}, {:.2} px (bound \
+        "{what}, {views:.0} views: {met} of {SETS} meet the target; focal length {:.3} % (bound \
+         {:.3}), centre {:.2}, {:.2} px (bound \
          {:.2}, {:.2}), over the picture {:.3} px",
         rms(&|e| e.error[0]),
         rms(&|e| e.bound[0]),

@@ -1,5 +1,5 @@
-//! What the calibration of a site from nothing reaches, on simulated recordings: a line a seed with the largest errors and how many
-//! stated standard deviations they are.
+//! What the calibration of a site from nothing reaches, on simulated recordings: a line a seed with the largest errors
+//! and how many stated standard deviations they are.
 //!
 //! `cargo bench -p sextant-calibrator --bench site -- [triggered|free|rolling] [first seed] [seeds]`.
 
@@ -72,7 +72,8 @@ fn main() {
         ),
     ];
     println!(
-        "kind         seed   cameras mm    deg sigmas   focal % sigmas   tags mm    deg   clock ms sigmas   line delay % sigmas   seconds"
+        "kind         seed   cameras mm    deg sigmas   focal % sigmas   tags mm    deg   clock \
+         ms sigmas   line delay % sigmas   seconds"
     );
     for (name, kind) in kinds {
         if arguments
@@ -90,9 +91,10 @@ fn main() {
             match session.solve() {
                 Err(error) => println!("{name:12} {seed:4}   {error}"),
                 Ok(found) => {
-                    let errors = SiteErrors::of(&found, &truth);
+                    let errors = SiteErrors::measure(&found, &truth);
                     println!(
-                        "{name:12} {seed:4} {:12.3} {:6.3} {:6.2} {:9.3} {:6.2} {:9.3} {:6.3} {:10.3} {:6.2} {:14.2} {:6.2} {:9.1}",
+                        "{name:12} {seed:4} {:12.3} {:6.3} {:6.2} {:9.3} {:6.2} {:9.3} {:6.3} \
+                         {:10.3} {:6.2} {:14.2} {:6.2} {:9.1}",
                         errors.camera_mm,
                         errors.camera_deg,
                         errors.camera_sigmas,

@@ -101,7 +101,8 @@ impl AdjustmentResult {
     }
 }
 
-/// A tag whose chi-square (eight degrees of freedom) exceeds this is an outlier: seven sigma. The robust loss handles smaller errors.
+/// A tag whose chi-square (eight degrees of freedom) exceeds this is an outlier: seven sigma. The robust loss handles
+/// smaller errors.
 const GATE: f64 = 400.0;
 /// Median of a sum of eight squared normal deviates.
 const MEDIAN_OF_EIGHT: f64 = 7.344;
@@ -171,8 +172,8 @@ impl Adjustment {
         }
     }
 
-    /// Puts an instant to the time of each image by the clocks as they are, where the motion is modelled; those of images that show what
-    /// does not move stay.
+    /// Puts an instant to the time of each image by the clocks as they are, where the motion is modelled; those of
+    /// images that show what does not move stay.
     pub(crate) fn anchor_anew(&mut self) {
         let moving =
             |image: &UsedImage| matches!(self.instants[image.instant].body, BodyId::Moving(_));
@@ -205,8 +206,8 @@ impl Adjustment {
         (self.instants, self.images) = (instants, images);
     }
 
-    /// Stretches of instants from all over the recording, at most so many instants in all, the same number of each body, with their
-    /// images. Within a single stretch the clock of a camera is hard to tell from its position.
+    /// Stretches of instants from all over the recording, at most so many instants in all, the same number of each
+    /// body, with their images. Within a single stretch the clock of a camera is hard to tell from its position.
     pub(crate) fn excerpt(&self, most: usize) -> Self {
         let runs = self.runs();
         let share = most / runs.iter().filter(|run| run.len() > 1).count().max(1);
@@ -248,8 +249,8 @@ impl Adjustment {
         (self.instants.len() * if self.motion.is_some() { 12 } else { 6 }) as f64
     }
 
-    /// Updates the corner noise of each camera, as a multiple of the detector's, from its median tag; returns the largest change of its
-    /// logarithm.
+    /// Updates the corner noise of each camera, as a multiple of the detector's, from its median tag; returns the
+    /// largest change of its logarithm.
     pub(crate) fn measure_noise(&mut self, bundle: &Bundle, parameters: f64) -> f64 {
         self.noise.resize(self.cameras.len(), 1.0);
         let mut sums = vec![Vec::new(); self.cameras.len()];

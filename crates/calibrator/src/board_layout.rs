@@ -1,8 +1,8 @@
-//! Which of OpenCV's two layouts a ChArUco board has: the upper left square black, or white with a marker (before version 4.6, with an
-//! even number of rows).
+//! Which of OpenCV's two layouts a ChArUco board has: the upper left square black, or white with a marker (before
+//! version 4.6, with an even number of rows).
 //!
-//! Both have the same markers in the same order, at other squares. White squares that touch at a corner report the same point of the
-//! image, which tells the layouts apart without any lens or pose.
+//! Both have the same markers in the same order, at other squares. White squares that touch at a corner report the same
+//! point of the image, which tells the layouts apart without any lens or pose.
 
 use nalgebra::distance;
 use sextant_site_model::{ImageObservation, ObjectModel, TagCorners, TagId};
@@ -21,13 +21,15 @@ const TIMES: usize = 3;
 pub enum OtherLayout {
     /// The file has the layout since OpenCV 4.6.
     #[error(
-        "the board in the images begins with a marker in its upper left corner, where the board file has a black square: \
+        "the board in the images begins with a marker in its upper left corner, where the board \
+         file has a black square: \
         it is of OpenCV's layout before version 4.6; add `legacyPattern: true` to the file that describes the board"
     )]
     Legacy,
     /// The file has the layout before OpenCV 4.6.
     #[error(
-        "the board in the images begins with a black square in its upper left corner, where the board file has a marker: \
+        "the board in the images begins with a black square in its upper left corner, where the \
+         board file has a marker: \
         it is of OpenCV's layout since version 4.6; remove `legacyPattern` from the file that describes the board"
     )]
     Current,
@@ -48,7 +50,7 @@ pub struct LayoutCheck {
 
 impl LayoutCheck {
     /// Of a ChArUco board in one of the layouts that differ; none for any other object.
-    pub fn of(object: &ObjectModel) -> Option<Self> {
+    pub fn for_board(object: &ObjectModel) -> Option<Self> {
         let places = places_of(object)?;
         let bound = |axis: usize| places.keys().map(|place| place[axis]).max();
         let [columns, rows] = [bound(0)? + 1, bound(1)? + 1];

@@ -1,8 +1,8 @@
 //! A first guess of where tags sit on an object, from images that show several of them.
 //!
-//! Two tags of one image propose up to four relative poses (two branches each); the right one recurs in every image while the
-//! mirrored ones turn with the view. So each pair votes over its images, the strongest pairs make a spanning tree, and the
-//! tree places every tag relative to its root.
+//! Two tags of one image propose up to four relative poses (two branches each); the right one recurs in every image
+//! while the mirrored ones turn with the view. So each pair votes over its images, the strongest pairs make a spanning
+//! tree, and the tree places every tag relative to its root.
 
 use crate::graph::PoseGraph;
 use crate::image_store::{TagSpec, TagView};
@@ -28,7 +28,8 @@ pub(crate) type Group<'a> = Vec<GroupedView<'a>>;
 
 /// Groups looked at of one pair: more add little.
 const MOST_GROUPS: usize = 40;
-/// A pair's guess may be off by this part of the tag's size in the image, and by pixels; and once it was adjusted to all groups.
+/// A pair's guess may be off by this part of the tag's size in the image, and by pixels; and once it was adjusted to
+/// all groups.
 const LOOSE: (f64, f64) = (0.5, 4.0);
 const TIGHT: (f64, f64) = (0.15, 2.0);
 /// Guesses that are adjusted, and by how much they differ at least, radians.
@@ -41,7 +42,8 @@ const ROUGH_PX: f64 = 1.0;
 /// Less agreement than this (in groups) joins nothing.
 const LEAST_STRENGTH: f64 = 0.5;
 
-/// Tags joined by every pair's consensus; strength is the number of agreeing groups, less where a rival agrees with them too.
+/// Tags joined by every pair's consensus; strength is the number of agreeing groups, less where a rival agrees with
+/// them too.
 pub(crate) fn joined_tags(groups: &[Group<'_>], wanted: &[TagSpec]) -> PoseGraph {
     let mut pairs: BTreeMap<[usize; 2], Vec<[GroupedView<'_>; 2]>> = BTreeMap::new();
     for group in groups {
@@ -86,8 +88,9 @@ pub(crate) fn thinned<T: Copy>(views: Vec<T>) -> Vec<T> {
         .collect()
 }
 
-/// The relative pose that explains the groups best, and how many it explains. Candidates are refined on all groups before they are
-/// compared: a mirrored one explains single images nearly as well as the right one where perspective is weak.
+/// The relative pose that explains the groups best, and how many it explains. Candidates are refined on all groups
+/// before they are compared: a mirrored one explains single images nearly as well as the right one where perspective is
+/// weak.
 fn consensus(views: &[[GroupedView<'_>; 2]], sizes: [f64; 2]) -> Option<(f64, Pose)> {
     let mut candidates: Vec<(f64, Pose)> = Vec::new();
     for [a, b] in views {
@@ -123,7 +126,8 @@ fn consensus(views: &[[GroupedView<'_>; 2]], sizes: [f64; 2]) -> Option<(f64, Po
     (votes >= LEAST_STRENGTH).then_some((votes * clear, best))
 }
 
-/// The relative pose adjusted to all groups, with the first tag as the object's frame, and the sum of the robust squares.
+/// The relative pose adjusted to all groups, with the first tag as the object's frame, and the sum of the robust
+/// squares.
 fn refined(views: &[[GroupedView<'_>; 2]], pose: &Pose, sizes: [f64; 2]) -> Option<(f64, Pose)> {
     let tag = |at: usize, object_from_tag: Pose| BundleTag {
         object_from_tag,

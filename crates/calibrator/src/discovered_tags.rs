@@ -41,7 +41,8 @@ impl DiscoveredTags {
         }
         if !self.loose.is_empty() {
             return format!(
-                "{} moved, but no two of them as one: turn the object so that two of its tags are seen together, or name its tags",
+                "{} moved, but no two of them as one: turn the object so that two of its tags \
+                 are seen together, or name its tags",
                 listed(&self.loose)
             );
         }

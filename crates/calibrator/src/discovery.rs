@@ -1,8 +1,8 @@
 //! Learning an object whose tags are unknown: tags that move as one body belong to it.
 //!
-//! A tag that stands still in front of its camera belongs to the room, and one that moves differently to another object. Unknown sizes
-//! follow from a known one, since all tags of a body share its motion. A [`DiscoverySession`] finds the tags and learns them
-//! with a [`LearnSession`], with the same interface.
+//! A tag that stands still in front of its camera belongs to the room, and one that moves differently to another
+//! object. Unknown sizes follow from a known one, since all tags of a body share its motion. A [`DiscoverySession`]
+//! finds the tags and learns them with a [`LearnSession`], with the same interface.
 
 mod groups;
 mod rigidity;
@@ -34,7 +34,7 @@ pub(crate) struct TagGroups {
 
 impl TagGroups {
     /// Groups the tags of some families by the images of a rig, whose lenses may be approximate.
-    pub(crate) fn of<'a>(
+    pub(crate) fn from_images<'a>(
         rig: &Rig,
         images: impl Iterator<Item = &'a ImageObservation>,
         families: &[Family],
@@ -45,7 +45,7 @@ impl TagGroups {
                 tracks.add(camera, image, families);
             }
         }
-        let groups = Groups::of(&tracks);
+        let groups = Groups::from_tracks(&tracks);
         let mut bodies = groups.moving().to_vec();
         bodies.iter_mut().for_each(|body| body.sort_unstable());
         Self {
@@ -147,9 +147,10 @@ impl DiscoverySession {
 
     /// Groups the tags again, and starts a new session if the object's tags have changed.
     fn regroup(&mut self) {
-        self.groups = Groups::of(&self.tracks);
+        self.groups = Groups::from_tracks(&self.tracks);
         let object = self.groups.object(self.plan.around);
-        let Some(sizes) = object.map(|tags| Sizes::of(&self.plan, tags, self.groups.joints()))
+        let Some(sizes) =
+            object.map(|tags| Sizes::from_ratios(&self.plan, tags, self.groups.joints()))
         else {
             self.inner = None;
             return;
@@ -203,7 +204,9 @@ impl DiscoverySession {
         if found.object.is_empty() {
             return Some(match found.others.as_slice() {
                 [] if self.tracks.is_empty() => "Show the object to the camera".to_owned(),
-                [] => "Take the object into your hand and turn it slowly before the camera, away from what stands still".to_owned(),
+                [] => "Take the object into your hand and turn it slowly before the camera, away \
+                    from what stands still"
+                    .to_owned(),
                 _ => found.several(),
             });
         }
@@ -242,7 +245,7 @@ impl DiscoverySession {
                 found.why_none(self.images.n_received(), self.plan.around),
             ));
         };
-        let sizes = Sizes::of(&self.plan, tags, last.groups.joints());
+        let sizes = Sizes::from_ratios(&self.plan, tags, last.groups.joints());
         if let Gauge::Tag(tag) = self.plan.gauge
             && !sizes.contains(tag)
         {

@@ -1,4 +1,5 @@
-//! Stored images of a session, and the usable tags of an image: known tags, each once, inside the image, with both poses.
+//! Stored images of a session, and the usable tags of an image: known tags, each once, inside the image, with both
+//! poses.
 
 use nalgebra::{Matrix2, Point2, Vector2};
 use sextant_geometry::Pose;
@@ -9,7 +10,8 @@ use std::collections::BTreeMap;
 use crate::verdict::Finding;
 use sextant_adjustment::TagObservation;
 
-/// Standard deviation of a corner without a reported one, pixels. The adjustment estimates the noise; this only sets the unit.
+/// Standard deviation of a corner without a reported one, pixels. The adjustment estimates the noise; this only sets
+/// the unit.
 pub(crate) const DEFAULT_SIGMA_PX: f64 = 0.1;
 /// Added to the reported standard deviation for errors of lens and paper, pixels.
 pub(crate) const FLOOR_PX: f64 = 0.02;
@@ -56,8 +58,8 @@ pub(crate) struct IgnoredTags {
     pub outside: Vec<TagId>,
 }
 
-/// A bounded store of images. When it is full, it drops every second stretch of time and halves its rate, so that the stored images
-/// cover the whole session and simultaneous images stay together.
+/// A bounded store of images. When it is full, it drops every second stretch of time and halves its rate, so that the
+/// stored images cover the whole session and simultaneous images stay together.
 #[derive(Clone, Debug)]
 pub(crate) struct ImageStore {
     images: Vec<ImageObservation>,
@@ -123,7 +125,8 @@ fn is_kept(image: &ImageObservation, every: u64) -> bool {
 
 /// The usable part of an image.
 pub(crate) fn take_in(
-    (index, camera): (usize, &Camera),
+    index: usize,
+    camera: &Camera,
     wanted: &[TagSpec],
     image: &ImageObservation,
 ) -> (ImageView, IgnoredTags) {
@@ -144,7 +147,7 @@ pub(crate) fn take_in(
             over.outside.push(seen.tag);
         } else if !seen.corners.iter().all(|c| is_inside(c, camera.resolution)) {
             // Cut off by the edge of the image: corners outside are extrapolated.
-        } else if let Some(view) = TagView::of(camera, tag, &wanted[tag], seen) {
+        } else if let Some(view) = TagView::from_corners(camera, tag, &wanted[tag], seen) {
             tags.push(view);
         }
     }
@@ -173,7 +176,12 @@ fn is_inside(corner: &Point2<f64>, [width, height]: [u32; 2]) -> bool {
 }
 
 impl TagView {
-    fn of(camera: &Camera, tag: usize, wanted: &TagSpec, seen: &TagCorners) -> Option<Self> {
+    fn from_corners(
+        camera: &Camera,
+        tag: usize,
+        wanted: &TagSpec,
+        seen: &TagCorners,
+    ) -> Option<Self> {
         let poses = tag_poses(&camera.lens, &seen.corners, wanted.size_m);
         let branches: Vec<Pose> = poses.iter().map(|p| p.camera_from_tag).collect();
         (!branches.is_empty()).then(|| Self {

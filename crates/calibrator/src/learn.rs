@@ -1,7 +1,7 @@
 //! Learning a constellation: the tag poses of a rigid object from images while it is turned.
 //!
-//! A [`LearnSession`] handles images one by one, reports progress and instructions at any time, and solves on request. Recorded and live
-//! images are treated alike.
+//! A [`LearnSession`] handles images one by one, reports progress and instructions at any time, and solves on request.
+//! Recorded and live images are treated alike.
 
 pub(crate) mod framing;
 pub(crate) mod gauge;
@@ -82,7 +82,8 @@ pub enum LearnError {
     },
     /// The images of a camera have another resolution than the rig.
     #[error(
-        "{part} % of the tags of camera {camera} lie outside of its {width} x {height} pixels: the rig states another resolution than these images have"
+        "{part} % of the tags of camera {camera} lie outside of its {width} x {height} pixels: \
+         the rig states another resolution than these images have"
     )]
     Resolution {
         /// The camera.
@@ -120,7 +121,8 @@ pub enum LearnError {
     NotDiscovered(String),
     /// No size of any tag is known.
     #[error(
-        "{0}; how large is not to be seen: measure the black square of one and state it, for example with --size NUMBER:METRES"
+        "{0}; how large is not to be seen: measure the black square of one and state it, for \
+         example with --size NUMBER:METRES"
     )]
     SizeUnknown(String),
     /// The adjustment has no start.
@@ -168,7 +170,7 @@ impl LearnSession {
             return Err(LearnError::UnknownOrigin(*origin));
         }
         Ok(Self {
-            coverage: Coverage::of(&wanted),
+            coverage: Coverage::new(&wanted),
             images: ImageStore::at_most(MOST_IMAGES),
             rig,
             plan,
@@ -182,7 +184,7 @@ impl LearnSession {
             return;
         };
         self.coverage
-            .add((index, &self.rig.cameras()[index]), &self.wanted, image);
+            .add(index, &self.rig.cameras()[index], &self.wanted, image);
         self.images.push(image);
     }
 

@@ -1,9 +1,9 @@
 //! Calibration of one lens from images of a board of tags in various poses.
 //!
 //! A [`LensSession`] handles images one by one, reports coverage and where to hold the board next
-//! ([`LensSession::progress`]), and solves ([`LensSession::solve`]): initial values from homographies (Z. Zhang, A flexible new
-//! technique for camera calibration, 2000), bundle adjustment over pinhole, Brown-Conrady and Kannala-Brandt lenses, the choice
-//! between them by cross-validation, and a verdict. Images that do not determine a
+//! ([`LensSession::progress`]), and solves ([`LensSession::solve`]): initial values from homographies (Z. Zhang, A
+//! flexible new technique for camera calibration, 2000), bundle adjustment over pinhole, Brown-Conrady and
+//! Kannala-Brandt lenses, the choice between them by cross-validation, and a verdict. Images that do not determine a
 //! lens are refused with the cause ([`LensRefusal`]).
 //!
 //! The board may be partly visible, some tags may be wrong, and the board's scale has no effect: a board that is

@@ -1,7 +1,7 @@
 //! Calibration: from the tag corners of recorded images to lenses, camera poses and constellations.
 //!
-//! Metres, radians, pixels, seconds and the frames of `crates/geometry/FRAMES.md`. Procedures that a person runs now and then;
-//! nothing of the live path depends on this crate. It knows no image, file, clock or network.
+//! Metres, radians, pixels, seconds and the frames of `crates/geometry/FRAMES.md`. Procedures that a person runs now
+//! and then; nothing of the live path depends on this crate. It knows no image, file, clock or network.
 //!
 //! - [`RigSession`]: where every camera is, from an object carried through what they see.
 //! - [`LearnSession`]: where each tag of an object sits, from images of the object being turned.

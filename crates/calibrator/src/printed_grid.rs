@@ -1,7 +1,7 @@
 //! A flat board of tags, as printed by `sextant print board`: the tag poses from the numbers on the sheet.
 //!
-//! The board's frame has its origin in the middle of the grid, x to the right, y up and z out of the paper, like each of its
-//! tags. Ids run from the top left, row by row. Millimetres on the paper, metres in the object.
+//! The board's frame has its origin in the middle of the grid, x to the right, y up and z out of the paper, like each
+//! of its tags. Ids run from the top left, row by row. Millimetres on the paper, metres in the object.
 
 use sextant_geometry::Pose;
 use sextant_site_model::{IdError, ObjectError, ObjectId, ObjectModel, ObjectTag, TagId};

@@ -1,9 +1,10 @@
 //! Priors of lenses, tag poses and tag sizes, and the scale of their errors at this site.
 //!
-//! Each number has a prior: the sigma beside it in the file or, without one, a default that reflects how such a number usually comes about. Numbers of one
-//! kind share a scale by which their sigmas are multiplied, a variance component that the images determine (D. MacKay, Bayesian
-//! interpolation, 1992; its fixed point, with Jeffreys' prior on the scale): with exact files it falls almost to
-//! zero, with tags glued on by hand it rises. Without information about a kind, its scale stays one.
+//! Each number has a prior: the sigma beside it in the file or, without one, a default that reflects how such a number
+//! usually comes about. Numbers of one kind share a scale by which their sigmas are multiplied, a variance component
+//! that the images determine (D. MacKay, Bayesian interpolation, 1992; its fixed point, with Jeffreys' prior on the
+//! scale): with exact files it falls almost to zero, with tags glued on by hand it rises. Without information about a
+//! kind, its scale stays one.
 
 use nalgebra::{DMatrix, DVector, Point2};
 use sextant_adjustment::{Anchor, BundleCamera, BundleSolution, BundleTag, Freedom, KeptParameter};
@@ -14,18 +15,19 @@ use std::collections::BTreeMap;
 pub(crate) const TAG_SIZE: f64 = 0.005;
 /// Default relative sigma of a focal length that was calibrated on another day.
 const FOCAL: f64 = 0.002;
-/// Default sigmas of the principal point, and of each distortion coefficient by its displacement of a corner of the image, as shares of
-/// the image width.
+/// Default sigmas of the principal point, and of each distortion coefficient by its displacement of a corner of the
+/// image, as shares of the image width.
 const CENTRE: f64 = 0.003;
 const DISTORTION: f64 = 0.002;
-/// Relative sigma of the focal length of an unknown lens about an estimate from single tags; sigmas of its principal point about the middle
-/// of the image, and of radial and tangential distortion by their displacement of a corner of the image, as shares of the image width.
+/// Relative sigma of the focal length of an unknown lens about an estimate from single tags; sigmas of its principal
+/// point about the middle of the image, and of radial and tangential distortion by their displacement of a corner of
+/// the image, as shares of the image width.
 const UNKNOWN_FOCAL: f64 = 0.3;
 const UNKNOWN_CENTRE: f64 = 0.03;
 const UNKNOWN_RADIAL: f64 = 0.1;
 const UNKNOWN_TANGENTIAL: f64 = 0.005;
-/// A scale grows by no more than this beyond one, that of lenses by no more than the second, and not at all where the object is held:
-/// lenses would take on what is wrong with it.
+/// A scale grows by no more than this beyond one, that of lenses by no more than the second, and not at all where the
+/// object is held: lenses would take on what is wrong with it.
 const MOST_SCALE: [f64; 2] = [30.0, 10.0];
 /// Least scale. A scale falls at most by half for every number that the images determine.
 const LEAST_SCALE: f64 = 1e-3;
@@ -98,7 +100,8 @@ struct Member {
 }
 
 impl Priors {
-    /// Priors whose sigmas only shrink: where no pose of a tag has a prior, sizes with weak ones would let the common scale drift.
+    /// Priors whose sigmas only shrink: where no pose of a tag has a prior, sizes with weak ones would let the common
+    /// scale drift.
     pub(crate) fn bounded() -> Self {
         Self {
             is_bounded: true,
@@ -186,8 +189,9 @@ impl Priors {
         });
     }
 
-    /// Frees the parameters of a lens, with their values as the means of their priors. `sigma` has the standard deviation of each, none where it is
-    /// not positive, and whether it is given; from its number, and from the pixels by which one unit of it moves the image's corner.
+    /// Frees the parameters of a lens, with their values as the means of their priors. `sigma` has the standard
+    /// deviation of each, none where it is not positive, and whether it is given; from its number, and from the pixels
+    /// by which one unit of it moves the image's corner.
     fn free_parameters(
         &mut self,
         cameras: &mut [BundleCamera],
@@ -245,7 +249,8 @@ impl Priors {
         self.anchors.push((anchor, true));
     }
 
-    /// Frees the line delay of a camera, with its value as the mean of its prior. The scale of line delays is not estimated.
+    /// Frees the line delay of a camera, with its value as the mean of its prior. The scale of line delays is not
+    /// estimated.
     pub(crate) fn free_line_delay(
         &mut self,
         cameras: &mut [BundleCamera],

@@ -1,7 +1,7 @@
 //! A common interface of the procedures: start with a plan, handle images, report progress, solve.
 //!
-//! Terminal and page display all of them in the same way: number of images, progress, the next instruction, and typed details that
-//! serialise. Recorded and live images are treated alike. Frames and units are those of the sessions
+//! Terminal and page display all of them in the same way: number of images, progress, the next instruction, and typed
+//! details that serialise. Recorded and live images are treated alike. Frames and units are those of the sessions
 //! ([`LensSession`], [`RigSession`], [`LearnSession`]).
 
 mod lens_report;
@@ -9,7 +9,7 @@ mod outcome;
 mod progress;
 
 pub use lens_report::{HeldOut, LensReport, Uncertainty};
-pub use outcome::{Outcome, Product, Report};
+pub use outcome::{ProcedureOutcome, Product, Report};
 pub use progress::{LearnDetails, LensDetails, Progress, ProgressDetails, RigDetails};
 
 use crate::board_layout::{LayoutCheck, OtherLayout};
@@ -81,7 +81,7 @@ impl Plan {
 /// Which procedure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Kind {
+pub enum ProcedureKind {
     /// A camera's lens.
     Lens,
     /// The cameras' poses.
@@ -144,15 +144,15 @@ enum Session {
 }
 
 impl Procedure {
-    /// Starts a session without images. The rig is the site's: a found lens goes into it, a rig's cameras and lenses and those that learning
-    /// sees with are taken from it. For a lens it may be empty.
+    /// Starts a session without images. The rig is the site's: a found lens goes into it, a rig's cameras and lenses
+    /// and those that learning sees with are taken from it. For a lens it may be empty.
     ///
     /// # Errors
     /// A plan that no images can satisfy.
     pub fn start(rig: Rig, plan: Plan) -> Result<Self, ProcedureError> {
         let layout = match &plan {
-            Plan::Lens(plan) => LayoutCheck::of(&plan.board),
-            Plan::Rig(plan) => LayoutCheck::of(&plan.object),
+            Plan::Lens(plan) => LayoutCheck::for_board(&plan.board),
+            Plan::Rig(plan) => LayoutCheck::for_board(&plan.object),
             Plan::Learn(_) | Plan::Discover(_) => None,
         };
         let session = match plan {
@@ -180,11 +180,11 @@ impl Procedure {
     }
 
     /// Which one it is.
-    pub fn kind(&self) -> Kind {
+    pub fn kind(&self) -> ProcedureKind {
         match self.session {
-            Session::Lens(..) => Kind::Lens,
-            Session::Rig(_) => Kind::Rig,
-            Session::Learn(_) | Session::Discover(_) => Kind::Learn,
+            Session::Lens(..) => ProcedureKind::Lens,
+            Session::Rig(_) => ProcedureKind::Rig,
+            Session::Learn(_) | Session::Discover(_) => ProcedureKind::Learn,
         }
     }
 
@@ -221,11 +221,12 @@ impl Procedure {
         findings.collect()
     }
 
-    /// Takes an image in; one of a camera that does not count is passed over. One that says that it is of another size than the lens is for is
-    /// counted and left out ([`Self::left_out`]).
+    /// Takes an image in; one of a camera that does not count is passed over. One that says that it is of another size
+    /// than the lens is for is counted and left out ([`Self::left_out`]).
     ///
     /// # Errors
-    /// An image that shows the plan to be wrong, such as one with tags beyond its border. It is not taken in, others may follow.
+    /// An image that shows the plan to be wrong, such as one with tags beyond its border. It is not taken in, others
+    /// may follow.
     pub fn handle(&mut self, image: &ImageObservation) -> Result<(), ProcedureError> {
         let expected = self.expected_size(&image.camera);
         if let (Some(size), Some(expected)) = (image.resolution, expected)
@@ -277,7 +278,7 @@ impl Procedure {
     ///
     /// # Errors
     /// What keeps these images from giving a result, with its cause.
-    pub fn solve(&self) -> Result<Outcome, ProcedureError> {
+    pub fn solve(&self) -> Result<ProcedureOutcome, ProcedureError> {
         let left_out = self.left_out();
         match self.solve_session() {
             Ok(outcome) => Ok(outcome.with(left_out)),
@@ -289,15 +290,17 @@ impl Procedure {
         }
     }
 
-    fn solve_session(&self) -> Result<Outcome, ProcedureError> {
+    fn solve_session(&self) -> Result<ProcedureOutcome, ProcedureError> {
         if let Some(layout) = &self.layout {
             layout.check()?;
         }
         match &self.session {
-            Session::Lens(session, camera) => Outcome::of_lens(&self.rig, camera, session.solve()?),
-            Session::Rig(session) => Ok(Outcome::of_rig(session.solve()?)),
-            Session::Learn(session) => Ok(Outcome::of_learn(session.solve()?)),
-            Session::Discover(session) => Ok(Outcome::of_learn(session.solve()?)),
+            Session::Lens(session, camera) => {
+                ProcedureOutcome::of_lens(&self.rig, camera, session.solve()?)
+            }
+            Session::Rig(session) => Ok(ProcedureOutcome::of_rig(session.solve()?)),
+            Session::Learn(session) => Ok(ProcedureOutcome::of_learn(session.solve()?)),
+            Session::Discover(session) => Ok(ProcedureOutcome::of_learn(session.solve()?)),
         }
     }
 }

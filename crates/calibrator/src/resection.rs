@@ -20,8 +20,8 @@ pub(crate) struct ObjectView {
     pub rms_px: f64,
 }
 
-/// A proposal comes from one small tag: others may be off by this much, as a part of their own size in the image, and in
-/// pixels.
+/// A proposal comes from one small tag: others may be off by this much, as a part of their own size in the image, and
+/// in pixels.
 const LOOSE: (f64, f64) = (0.5, 6.0);
 /// After refinement, the same.
 const TIGHT: (f64, f64) = (0.03, 1.5);
@@ -91,7 +91,8 @@ fn agreeing(
     image: &ImageView,
     tags: &[TagPlacement],
     pose: &Pose,
-    (part, px): (f64, f64),
+    part: f64,
+    px: f64,
 ) -> Vec<usize> {
     let agrees = |view: &crate::image_store::TagView| {
         let (at, size_m) = tags[view.tag].as_ref()?;
@@ -110,16 +111,16 @@ pub(crate) fn agreeing_loosely(
     tags: &[TagPlacement],
     pose: &Pose,
 ) -> Vec<usize> {
-    agreeing(lens, image, tags, pose, LOOSE)
+    agreeing(lens, image, tags, pose, LOOSE.0, LOOSE.1)
 }
 
 fn refined(lens: &Lens, image: &ImageView, tags: &[TagPlacement], proposal: Pose) -> ObjectView {
     let mut pose = proposal;
     for bounds in [LOOSE, TIGHT] {
-        let used = agreeing(lens, image, tags, &pose, bounds);
+        let used = agreeing(lens, image, tags, &pose, bounds.0, bounds.1);
         pose = resected(lens, image, tags, &used, pose);
     }
-    let agreeing = agreeing(lens, image, tags, &pose, TIGHT);
+    let agreeing = agreeing(lens, image, tags, &pose, TIGHT.0, TIGHT.1);
     let squares = agreeing.iter().filter_map(|&index| {
         let view = &image.tags[index];
         let (at, size_m) = tags[view.tag].as_ref()?;

@@ -1,8 +1,9 @@
 //! Calibrating a rig: where every camera is, from an object carried through what they see.
 //!
 //! The object's tags may be known or not, cameras may never see it at the same time as the reference as long as others
-//! join them, shutters need not be synchronised, clocks may be off. A [`RigSession`] takes images one by one, tells at any time how
-//! far things are and what to do next, and solves when asked to; recorded and live images are the same to it.
+//! join them, shutters need not be synchronised, clocks may be off. A [`RigSession`] takes images one by one, tells at
+//! any time how far things are and what to do next, and solves when asked to; recorded and live images are the same to
+//! it.
 
 pub(crate) mod clocks;
 pub(crate) mod comparison;
@@ -66,7 +67,8 @@ pub enum RigError {
     },
     /// The images of a camera have another resolution than the rig.
     #[error(
-        "camera {camera}: {part} % of the tags lie outside of its {width} x {height} pixels: the rig states another resolution than these images have"
+        "camera {camera}: {part} % of the tags lie outside of its {width} x {height} pixels: the \
+         rig states another resolution than these images have"
     )]
     Resolution {
         /// The camera.
@@ -100,7 +102,8 @@ pub enum RigError {
     },
     /// Cameras whose tags are not arranged as on the object.
     #[error(
-        "{cameras} did not see {object}: the tags there are arranged otherwise; show it the object's face, not its back through the paper, and take away what has the same tags"
+        "{cameras} did not see {object}: the tags there are arranged otherwise; show it the \
+         object's face, not its back through the paper, and take away what has the same tags"
     )]
     Stranger {
         /// Who.
@@ -115,7 +118,8 @@ pub enum RigError {
     Object(#[from] crate::learn::LearnError),
     /// A camera that was moved while images were taken.
     #[error(
-        "camera {camera} moved by about {mm:.0} mm and {deg:.1} degrees while the images were taken: fix it and record again"
+        "camera {camera} moved by about {mm:.0} mm and {deg:.1} degrees while the images were \
+         taken: fix it and record again"
     )]
     Moved {
         /// The camera.
@@ -177,7 +181,7 @@ impl RigSession {
             .collect();
         plan.origin.add_floor_tags(&mut wanted);
         Ok(Self {
-            coverage: Coverage::of(&rig, &plan.object),
+            coverage: Coverage::new(&rig, &plan.object),
             images: ImageStore::at_most(MOST_IMAGES),
             rig,
             plan,
@@ -191,7 +195,7 @@ impl RigSession {
             return;
         };
         self.coverage
-            .add((index, &self.rig.cameras()[index]), &self.wanted, image);
+            .add(index, &self.rig.cameras()[index], &self.wanted, image);
         self.images.push(image);
     }
 

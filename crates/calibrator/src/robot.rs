@@ -1,9 +1,10 @@
 //! Calibrating a robot: where its base is in the site, and what its hand carries, from its poses and images.
 //!
-//! The hand carries an object before cameras that stand still, or a camera before an object that lies still; both are the adjustment of
-//! corners of every other procedure, with the robot's poses as further observations (`bundle/arm.rs`). Lenses, tags and the poses of all
-//! cameras but the first are adjusted by their priors; the first camera holds the world, so that its own deviation is in no covariance. The
-//! noise of the robot's poses is estimated from what they and the images disagree by.
+//! The hand carries an object before cameras that stand still, or a camera before an object that lies still; both are
+//! the adjustment of corners of every other procedure, with the robot's poses as further observations
+//! (`bundle/arm.rs`). Lenses, tags and the poses of all cameras but the first are adjusted by their priors; the first
+//! camera holds the world, so that its own deviation is in no covariance. The noise of the robot's poses is estimated
+//! from what they and the images disagree by.
 
 mod clock;
 mod degeneracy;
@@ -51,7 +52,8 @@ pub enum RobotError {
     },
     /// A camera without a pose, of several.
     #[error(
-        "camera {0} has no world_from_camera: calibrate the rig first (`sextant calibrate rig`), or use one camera alone"
+        "camera {0} has no world_from_camera: calibrate the rig first (`sextant calibrate rig`), \
+         or use one camera alone"
     )]
     UnplacedCamera(CameraId),
     /// Several cameras, where the hand carries one.
@@ -69,7 +71,8 @@ pub enum RobotError {
     },
     /// Too few images with a pose of the robot.
     #[error(
-        "{poses} poses of the robot were matched, and 3 are the least; {matched} of {images} images that show the object have one: {hint}"
+        "{poses} poses of the robot were matched, and 3 are the least; {matched} of {images} \
+         images that show the object have one: {hint}"
     )]
     FewPoses {
         /// Images that show the object.
@@ -109,7 +112,8 @@ pub struct RobotSession {
 const MOST_IMAGES: usize = 20_000;
 
 impl RobotSession {
-    /// Starts a session without images. A single camera needs no pose: it is the world then, and always where the hand carries it.
+    /// Starts a session without images. A single camera needs no pose: it is the world then, and always where the hand
+    /// carries it.
     ///
     /// # Errors
     /// A plan that no images can satisfy.
@@ -152,7 +156,7 @@ impl RobotSession {
         let earlier = self.number(index, image.capture_ns);
         self.received[index].insert(earlier, image.capture_ns);
         let camera = &self.rig.cameras()[index];
-        let (view, ignored) = take_in((index, camera), &self.wanted, image);
+        let (view, ignored) = take_in(index, camera, &self.wanted, image);
         self.foreign.extend(ignored.foreign);
         if view.tags.is_empty() || !camera.fits(image) {
             return;

@@ -1,9 +1,11 @@
-//! Calibrating a site from nothing: lenses, camera poses, objects and clocks from one recording in which tagged things are carried about.
+//! Calibrating a site from nothing: lenses, camera poses, objects and clocks from one recording in which tagged things
+//! are carried about.
 //!
-//! Only the sizes of tags and images are known. The stages: a focal length of each camera from its single tags ([`focal_length`]); tags by
-//! what they move with; lenses and constellations from each image by itself ([`constellations`]); camera poses from what cameras see at
-//! the same time; one adjustment of everything with the clocks ([`solving`]); the world frame and the scale ([`world`]). A [`SiteSession`]
-//! takes images one by one and solves when asked to, as the other sessions do.
+//! Only the sizes of tags and images are known. The stages: a focal length of each camera from its single tags
+//! ([`focal_length`]); tags by what they move with; lenses and constellations from each image by itself
+//! ([`constellations`]); camera poses from what cameras see at the same time; one adjustment of everything with the
+//! clocks ([`solving`]); the world frame and the scale ([`world`]). A [`SiteSession`] takes images one by one and
+//! solves when asked to, as the other sessions do.
 
 mod constellations;
 mod focal_length;
@@ -25,8 +27,8 @@ use thiserror::Error;
 /// What is known of a site before its calibration.
 #[derive(Clone, Debug)]
 pub struct SitePlan {
-    /// The cameras with the sizes of their images, width and height in pixels; the first one that can be placed is the reference of
-    /// deviations and clocks.
+    /// The cameras with the sizes of their images, width and height in pixels; the first one that can be placed is the
+    /// reference of deviations and clocks.
     pub cameras: Vec<(CameraId, [u32; 2])>,
     /// The families of tags that count.
     pub families: Vec<Family>,
@@ -34,7 +36,8 @@ pub struct SitePlan {
     pub size_m: f64,
     /// Sizes of the other tags, metres.
     pub sizes: Vec<(TagId, f64)>,
-    /// The static tag whose frame is the world. `None`: the static tag that most cameras see or, without any, the first camera.
+    /// The static tag whose frame is the world. `None`: the static tag that most cameras see or, without any, the first
+    /// camera.
     pub world: Option<TagId>,
     /// Measured distances, which determine the scale.
     pub distances: Vec<MeasuredDistance>,

@@ -1,6 +1,7 @@
 //! Verdicts, for people without experience of good numbers.
 
 mod finding;
+mod sentences;
 
 pub use finding::{Finding, PosePart, ScaleSource, WeakMotion};
 

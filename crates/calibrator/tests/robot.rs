@@ -155,12 +155,13 @@ impl Cell {
         poses: &RobotPoses,
     ) -> Result<CalibratedRobot, RobotError> {
         let rig = Rig::new(vec![camera(focal_px)]).unwrap();
-        self.solve_with((&rig, &self.object), images, poses)
+        self.solve_with(&rig, &self.object, images, poses)
     }
 
     fn solve_with(
         &self,
-        (rig, object): (&Rig, &ObjectModel),
+        rig: &Rig,
+        object: &ObjectModel,
         images: &[ImageObservation],
         poses: &RobotPoses,
     ) -> Result<CalibratedRobot, RobotError> {
@@ -218,7 +219,7 @@ fn base_and_hand_are_found_and_as_certain_as_stated() {
             let mut cell = Cell::new(mount, seed);
             let (images, poses) = cell.standing(24, ALL_AXES);
             let found = cell
-                .solve_with((&rig, &object), &images, &RobotPoses::ByImage(poses))
+                .solve_with(&rig, &object, &images, &RobotPoses::ByImage(poses))
                 .unwrap();
             let report = &found.report;
             assert_eq!(report.poses, 24);
@@ -326,7 +327,8 @@ fn the_base_is_as_certain_wherever_the_frame_of_the_object_is() {
     assert!((far / near - 1.0).abs() < 0.3, "{near} {far}");
 }
 
-/// The plate's tags and a second camera are elsewhere than the files say, by their sigmas; the cameras have no common clock.
+/// The plate's tags and a second camera are elsewhere than the files say, by their sigmas; the cameras have no common
+/// clock.
 #[test]
 fn what_files_are_off_by_is_in_the_covariance() {
     const SEEDS: u64 = 12;
@@ -380,7 +382,7 @@ fn what_files_are_off_by_is_in_the_covariance() {
         // The numbers of images are by their capture times, not by their arrival.
         images.reverse();
         let found = cell
-            .solve_with((&rig, &of_file), &images, &RobotPoses::ByImage(poses))
+            .solve_with(&rig, &of_file, &images, &RobotPoses::ByImage(poses))
             .unwrap();
         assert_eq!(found.report.poses, POSES as usize);
         for (sum, nees) in nees.iter_mut().zip(cell.nees(&found)) {

@@ -1,7 +1,7 @@
 //! The definitions of types: indented blocks of `Name  field: type (note), ...`.
 //!
-//! In the blocks whose enums have a variant a line, sentences stand behind the variants; they are brought into the form of the other
-//! blocks first, `variant (note),`, so that there is one grammar.
+//! In the blocks whose enums have a variant a line, sentences stand behind the variants; they are brought into the form
+//! of the other blocks first, `variant (note),`, so that there is one grammar.
 
 use crate::types::Content;
 use crate::{Definition, Field, Shape, Type, Unreadable, Variant};
@@ -312,7 +312,8 @@ mod tests {
     #[test]
     fn fields_share_types_and_have_notes() {
         let read = one(
-            "    Report   host: string, a, b: u64 (ns (of UTC)),\n             tags: list of Tag (at most 256)\n             A sentence.",
+            "    Report   host: string, a, b: u64 (ns (of UTC)),\n             tags: list of Tag \
+             (at most 256)\n             A sentence.",
         );
         let tags = Type::List(Box::new(Type::Named("Tag".into())), Some(256));
         let expected = vec![
@@ -349,7 +350,8 @@ mod tests {
     fn sentences_behind_variants_are_their_notes() {
         let sentence = " ".repeat(70) + "or check (again)";
         let read = one(&format!(
-            "    Fault    enum {{\n               moved {{ by: f64 }}      it moved: calibrate,\n{sentence}\n               none }}        all is well"
+            "    Fault    enum {{\n               moved {{ by: f64 }}      it moved: calibrate,\n\
+             {sentence}\n               none }}        all is well"
         ));
         let Shape::Enum(variants) = read.shape else {
             panic!("{read:?}")

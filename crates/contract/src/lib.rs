@@ -1,8 +1,8 @@
 //! The wire contract as data, read from the text of `proto/CONTRACT.md`: keys, kinds and the type of every message.
 //!
-//! The page is the source of decoders in other languages (`cargo xtask python`, `cargo xtask page-types`); tests of `sextant-proto` hold it to
-//! the code. The viewer bridge's `PROTOCOL.md` defines its JSON messages in the same notation and by the same types. No dependency, so that
-//! development tasks start in seconds.
+//! The page is the source of decoders in other languages (`cargo xtask python`, `cargo xtask page-types`); tests of
+//! `sextant-proto` hold it to the code. The viewer bridge's `PROTOCOL.md` defines its JSON messages in the same
+//! notation and by the same types. No dependency, so that development tasks start in seconds.
 
 mod definitions;
 mod tables;

@@ -18,7 +18,7 @@ pub enum Shape {
     Struct(Vec<Field>),
     /// Variants by number, from 0.
     Enum(Vec<Variant>),
-    /// `A or B`, told apart by their fields: in JSON only.
+    /// `A or B`, distinguished by their fields: in JSON only.
     OneOf(Vec<String>),
 }
 

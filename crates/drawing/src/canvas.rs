@@ -18,7 +18,7 @@ pub struct Canvas {
 /// Where a part of a picture lies on a canvas: a point of the picture, (0, 0) at the centre of its first pixel, times
 /// `scale`, and so on.
 #[derive(Clone, Copy, Debug)]
-pub struct View {
+pub struct CanvasView {
     /// Pixels of the canvas per pixel of the picture.
     pub scale: f32,
     /// Top left corner of the visible part of the image.
@@ -27,7 +27,7 @@ pub struct View {
     pub to: [f32; 2],
 }
 
-impl View {
+impl CanvasView {
     /// A point of the picture on the canvas.
     pub fn at(&self, [x, y]: [f32; 2]) -> [f32; 2] {
         let axis = |value: f32, i: usize| (value + 0.5 - self.from[i]) * self.scale + self.to[i];
@@ -61,7 +61,7 @@ impl Canvas {
     pub fn show(
         &mut self,
         picture: &GreyImage,
-        view: &View,
+        view: &CanvasView,
         [columns, rows]: [Range<usize>; 2],
         colour_of: impl Fn(u8) -> Colour,
     ) {
@@ -192,7 +192,7 @@ mod tests {
             height: 1,
             pixels: vec![10, 20],
         };
-        let view = View {
+        let view = CanvasView {
             scale: 2.0,
             from: [0.0, 0.0],
             to: [1.0, 0.0],

@@ -6,7 +6,7 @@ mod canvas;
 mod legend;
 mod text;
 
-pub use canvas::{Canvas, Colour, View};
+pub use canvas::{Canvas, CanvasView, Colour};
 pub use legend::{LegendLine, legend_height, legend_width, write_legend};
 pub use text::{Font, wrapped};
 

@@ -19,8 +19,8 @@ impl Font {
         [text.chars().count() * width, height.val()]
     }
 
-    /// The pixels of a line of text that have ink: column, row, and how much from 0 to 1. A character that the font lacks is
-    /// drawn as a question mark.
+    /// The pixels of a line of text that have ink: column, row, and how much from 0 to 1. A character that the font
+    /// lacks is drawn as a question mark.
     pub(crate) fn ink(self, text: &str) -> impl Iterator<Item = ([usize; 2], f32)> {
         let (weight, height) = self.raster();
         let glyph = move |letter| get_raster(letter, weight, height);

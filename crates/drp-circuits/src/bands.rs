@@ -2,7 +2,8 @@
 
 use crate::Circuit;
 
-/// A horizontal band of an image: rows `top..top + height`. What its 3x3 windows see beyond it are the image's rows, where there are any.
+/// A horizontal band of an image: rows `top..top + height`. What its 3x3 windows see beyond it are the image's rows,
+/// where there are any.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Band {
     /// First row; even, so that a band of a Bayer image begins with red.

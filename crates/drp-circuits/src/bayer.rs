@@ -1,8 +1,8 @@
 //! Bayer to grey: by the manual's words for one pixel, and as weights of a binomial filter for whole images.
 //!
-//! With the weighted sums S of each colour, R = 4 S_R / 16, G = 2 S_G / 16 and B = 4 S_B / 16. Then Y = (76 R + 152 G + 28 B) / 256 is
-//! (19 S_R + 19 S_G + 7 S_B) / 256: each pixel times the weight of its colour, filtered by \[1 2 1\] down and across, over 256. All
-//! intermediate values fit 16 bits, since the greatest is 255 * 256.
+//! With the weighted sums S of each colour, R = 4 S_R / 16, G = 2 S_G / 16 and B = 4 S_B / 16. Then Y = (76 R + 152 G +
+//! 28 B) / 256 is (19 S_R + 19 S_G + 7 S_B) / 256: each pixel times the weight of its colour, filtered by \[1 2 1\]
+//! down and across, over 256. All intermediate values fit 16 bits, since the greatest is 255 * 256.
 
 use crate::Raster;
 use crate::binomial::{self, BLOCK, Weights};

@@ -1,4 +1,5 @@
-//! The filter \[1 2 1\] down and across with a weight for each pixel of a mosaic: what takes most of the CPU's time in place of a circuit.
+//! The filter \[1 2 1\] down and across with a weight for each pixel of a mosaic: what takes most of the CPU's time in
+//! place of a circuit.
 
 use crate::Raster;
 use crate::raster::Border;
@@ -6,7 +7,8 @@ use crate::raster::Border;
 /// Columns that are computed at a time: compilers make vectors of loops whose length they know.
 pub(crate) const BLOCK: usize = 16;
 
-/// What pixels of a row contribute to the sum down their columns, by column: the row itself, and those above and below it.
+/// What pixels of a row contribute to the sum down their columns, by column: the row itself, and those above and below
+/// it.
 pub(crate) struct Weights {
     pub(crate) own: [u16; BLOCK],
     pub(crate) beside: [u16; BLOCK],
@@ -20,7 +22,8 @@ impl Weights {
     };
 }
 
-/// Filters an image with weights for rows of even and of odd index and `BORDER_REFLECT_101`: `(sum + rounding) >> SHIFT`. The sum must fit 16 bits.
+/// Filters an image with weights for rows of even and of odd index and `BORDER_REFLECT_101`:
+/// `(sum + rounding) >> SHIFT`. The sum must fit 16 bits.
 pub(crate) fn filter<const SHIFT: u32>(
     input: &Raster<'_>,
     weights: &[Weights; 2],

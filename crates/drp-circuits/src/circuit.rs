@@ -4,8 +4,8 @@ use crate::Model;
 use crate::model::{BAYER, DILATE, ERODE, GAUSSIAN, MEDIAN};
 use std::fmt;
 
-/// A circuit that turns an 8-bit image into another of the same size. Each occupies one of the six tiles, takes the same parameters and
-/// can work on bands of an image side by side.
+/// A circuit that turns an 8-bit image into another of the same size. Each occupies one of the six tiles, takes the
+/// same parameters and can work on bands of an image side by side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Circuit {
     /// Raw Bayer image, red at (0, 0), to grey (manual, section 4.4.2).

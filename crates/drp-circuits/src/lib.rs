@@ -5,8 +5,9 @@
 //! - [`Raster`]: the image that goes in, rows without gaps.
 //! - [`Bands`]: how an image is divided among copies of a circuit.
 //!
-//! Source of every formula: Renesas, "RZ/A2M Group DRP Library User's Manual", R01US0367EJ0101, Rev. 1.01, 2018. Rev. 1.03 says the
-//! same. No model has been compared with silicon; the session that drives the hardware does so each time it starts.
+//! Source of every formula: Renesas, "RZ/A2M Group DRP Library User's Manual", R01US0367EJ0101, Rev. 1.01, 2018. Rev.
+//! 1.03 says the same. No model has been compared with silicon; the session that drives the hardware does so each time
+//! it starts.
 //!
 //! Nothing here knows of a driver, of memory or of tags.
 

@@ -90,8 +90,9 @@ const fn reading(number: u8, formula: &'static str, pixel: fn(&Window) -> u8) ->
     }
 }
 
-/// **Interpretations 1 to 5.** The manual gives weights, densities and luma coefficients, but not where values are rounded: R, G and B are the
-/// sums of their pixels weighted by \[1 2 1; 2 4 2; 1 2 1\] / 16, times 4, 2 and 4; Y = (76 R + 152 G + 28 B) / 256; `BORDER_REFLECT_101`.
+/// **Interpretations 1 to 5.** The manual gives weights, densities and luma coefficients, but not where values are
+/// rounded: R, G and B are the sums of their pixels weighted by \[1 2 1; 2 4 2; 1 2 1\] / 16, times 4, 2 and 4; Y = (76
+/// R + 152 G + 28 B) / 256; `BORDER_REFLECT_101`.
 pub(crate) static BAYER: [Model; 5] = [
     Model {
         image: Some(bayer::to_grey::<0>),
@@ -116,8 +117,8 @@ pub(crate) static BAYER: [Model; 5] = [
     }),
 ];
 
-/// **Exact.** The fifth of nine pixels in ascending order. The manual states the border only by its equality with `cv::medianBlur`, which
-/// replicates.
+/// **Exact.** The fifth of nine pixels in ascending order. The manual states the border only by its equality with
+/// `cv::medianBlur`, which replicates.
 pub(crate) static MEDIAN: [Model; 1] = [exact("median of 3x3", |window| {
     let mut pixels = [0; 9];
     pixels.copy_from_slice(window.rows.as_flattened());
@@ -127,9 +128,9 @@ pub(crate) static MEDIAN: [Model; 1] = [exact("median of 3x3", |window| {
 
 const PLAIN: [Weights; 2] = [Weights::PLAIN, Weights::PLAIN];
 
-/// **Interpretations 1 and 2.** The manual prints the kernel \[1 2 1; 2 4 2; 1 2 1\] / 16 with `BORDER_REFLECT_101` and no rounding. It also
-/// claims equality with `cv::GaussianBlur` of sigma 1.3, which has another kernel; that claim is passed over.
-/// Of a Bayer mosaic of any order the kernel makes (R + 2 G + B) / 4.
+/// **Interpretations 1 and 2.** The manual prints the kernel \[1 2 1; 2 4 2; 1 2 1\] / 16 with `BORDER_REFLECT_101` and
+/// no rounding. It also claims equality with `cv::GaussianBlur` of sigma 1.3, which has another kernel; that claim is
+/// passed over. Of a Bayer mosaic of any order the kernel makes (R + 2 G + B) / 4.
 pub(crate) static GAUSSIAN: [Model; 2] = [
     Model {
         image: Some(|input, output| binomial::filter::<4>(input, &PLAIN, 8, output)),

@@ -7,10 +7,11 @@ use std::collections::BTreeMap;
 const MS: u64 = 1_000_000;
 /// Period of heartbeats, ns.
 const BEAT_NS: u64 = 50 * MS;
-/// Silence of the publisher after which a standby takes over, ns: longer than a heartbeat's period, an unnoticed interruption and a slow
-/// network together.
+/// Silence of the publisher after which a standby takes over, ns: longer than a heartbeat's period, an unnoticed
+/// interruption and a slow network together.
 const SILENCE_NS: u64 = 200 * MS;
-/// The same where its liveliness token is gone, ns: a heartbeat that comes nevertheless shows that only a link was lost.
+/// The same where its liveliness token is gone, ns: a heartbeat that comes nevertheless shows that only a link was
+/// lost.
 const FAREWELL_NS: u64 = 75 * MS;
 /// By so much longer each further standby waits, ns.
 const TURN_NS: u64 = 50 * MS;
@@ -149,7 +150,8 @@ impl Election {
         self.claim().filter(|_| self.is_sure(monotonic_ns))
     }
 
-    /// Whether what this node knows of the others holds at `monotonic_ns`: it is neither cut off nor waits for answers after an interruption.
+    /// Whether what this node knows of the others holds at `monotonic_ns`: it is neither cut off nor waits for answers
+    /// after an interruption.
     #[must_use]
     pub fn is_sure(&self, monotonic_ns: u64) -> bool {
         let is_known = self.peers.is_empty() || !self.is_interrupted(monotonic_ns);
@@ -222,7 +224,8 @@ impl Election {
         now_ns.saturating_sub(self.called_ns) > INTERRUPTION_NS
     }
 
-    /// Another node may have taken over meanwhile; its heartbeats arrive only now. Nodes that were silent before are not waited for.
+    /// Another node may have taken over meanwhile; its heartbeats arrive only now. Nodes that were silent before are
+    /// not waited for.
     fn interrupted(&mut self, now_ns: u64) {
         let called_ns = self.called_ns;
         let was_present = |peer: &&mut Peer| called_ns < peer.received_ns + SILENCE_NS;

@@ -1,14 +1,16 @@
 //! Which objects of a site a fusion node tracks, and of which it publishes the poses.
 //!
-//! Input: heartbeats of the other nodes, which of them are alive, what this node sees of its objects, and time. Output: what this node tracks and
-//! publishes, and its part of a heartbeat. Knows no network and no clock.
+//! Input: heartbeats of the other nodes, which of them are alive, what this node sees of its objects, and time. Output:
+//! what this node tracks and publishes, and its part of a heartbeat. Knows no network and no clock.
 //!
-//! - The nodes are ranked per object by weights that all of them compute alike: rendezvous hashing (D. G. Thaler, C. V. Ravishankar, Using name-based
-//!   mappings to increase hit rates, IEEE/ACM Transactions on Networking 6, 1998). When a node comes or goes, only the objects move in whose ranking
-//!   it comes first.
-//! - The first nodes of the ranking track an object, and the first of them that is ready publishes it. A node is ready when it has tracked the object
-//!   for half a second. Until another node has announced that it publishes, the former one goes on, so that nothing is missing in between.
-//! - Who begins to publish takes an epoch greater than all it knows of, as in the election. Of two that publish the one with the older epoch stops.
+//! - The nodes are ranked per object by weights that all of them compute alike: rendezvous hashing (D. G. Thaler, C. V.
+//!   Ravishankar, Using name-based mappings to increase hit rates, IEEE/ACM Transactions on Networking 6, 1998). When a
+//!   node comes or goes, only the objects move in whose ranking it comes first.
+//! - The first nodes of the ranking track an object, and the first of them that is ready publishes it. A node is ready
+//!   when it has tracked the object for half a second. Until another node has announced that it publishes, the former
+//!   one goes on, so that nothing is missing in between.
+//! - Who begins to publish takes an epoch greater than all it knows of, as in the election. Of two that publish the one
+//!   with the older epoch stops.
 
 use crate::election::{ARRIVAL_NS, Company, Election, Moment};
 use sextant_proto::limits::MAX_PEERS;
@@ -171,8 +173,8 @@ impl Sharding {
         self.dissenters.insert(beat.node.clone())
     }
 
-    /// Decides anew what this node tracks and publishes, by the election's knowledge of who is alive; whether that has changed. Then a heartbeat
-    /// is due at once: the others have to know of an epoch before its poses appear.
+    /// Decides anew what this node tracks and publishes, by the election's knowledge of who is alive; whether that has
+    /// changed. Then a heartbeat is due at once: the others have to know of an epoch before its poses appear.
     pub fn evaluate(&mut self, now: Moment, election: &Election) -> bool {
         let now_ns = now.monotonic_ns;
         if !election.is_linked() {
@@ -209,7 +211,8 @@ impl Sharding {
         self.objects.get(object).is_some_and(|own| own.is_tracked)
     }
 
-    /// The epoch under which this node publishes the poses of an object, provided that the election [is sure](Election::is_sure).
+    /// The epoch under which this node publishes the poses of an object, provided that the election
+    /// [is sure](Election::is_sure).
     #[must_use]
     pub fn epoch(&self, object: &ObjectId) -> Option<u64> {
         self.objects.get(object)?.epoch
@@ -246,7 +249,8 @@ impl Sharding {
         }
     }
 
-    /// A node begins to track an object that it ranks high enough for, and stops when enough nodes before it are ready: until then it is needed.
+    /// A node begins to track an object that it ranks high enough for, and stops when enough nodes before it are ready:
+    /// until then it is needed.
     fn track(&self, object: &ObjectId, own: &mut OwnPart) {
         let is_tracked = match &self.assignment {
             Assignment::Fixed(objects) => objects.contains(object),

@@ -1,4 +1,5 @@
-//! Elections in a simulated house: nodes that are killed, stopped and continued, a network that delays and is divided, in virtual time.
+//! Elections in a simulated house: nodes that are killed, stopped and continued, a network that delays and is divided,
+//! in virtual time.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -408,13 +409,26 @@ proptest! {
 
     /// No sequence of heartbeats, true or forged, makes a node panic or its heartbeat invalid.
     #[test]
-    fn any_inputs_are_taken(inputs in proptest::collection::vec((0..400_u64, 0..20_usize, any::<Option<u64>>(), any::<u64>(), any::<u64>()), 0..200)) {
+    fn any_inputs_are_taken(
+        inputs in proptest::collection::vec(
+            (0..400_u64, 0..20_usize, any::<Option<u64>>(), any::<u64>(), any::<u64>()),
+            0..200,
+        ),
+    ) {
         let id = |k: usize| NodeId::new(&format!("f{k}")).unwrap();
         let mut now = Moment { monotonic_ns: 0, wall_ns: WALL_NS };
         let mut election = Election::new(id(7), now, Company::Others);
         for (pause_ms, k, epoch, newest, sent_ns) in inputs {
             now.monotonic_ns += pause_ms * MS;
-            let beat = Heartbeat { node: id(k), sent_ns, epoch, newest, heard: Vec::new(), sharing: None, models: Default::default() };
+            let beat = Heartbeat {
+                node: id(k),
+                sent_ns,
+                epoch,
+                newest,
+                heard: Vec::new(),
+                sharing: None,
+                models: Default::default(),
+            };
             election.handle(now, Input::Heartbeat(&beat));
             election.handle(now, Input::Tick);
             if let Some(beat) = election.poll_heartbeat(now.monotonic_ns) {

@@ -23,18 +23,24 @@ images() {
 count() {
     timed='*timed*'
     [ "$1" != late ] || timed='*timed_late*'
-    valgrind --tool=callgrind --callgrind-out-file="$out" --collect-atstart=no --toggle-collect="$timed" "$bench" --once "$1" 2>&1 |
+    valgrind --tool=callgrind --callgrind-out-file="$out" --collect-atstart=no --toggle-collect="$timed" \
+        "$bench" --once "$1" 2>&1 |
         sed -n 's/.*Collected : //p'
 }
 
 if [ "${1:-}" = --stages ]; then
     count "$2" >"$out.count" && rm "$out.count"
-    callgrind_annotate --inclusive=yes --threshold=100 "$out" | grep -E "${3:-sextant_estimator}" | awk -v images="$(images "$2")" '
-        { gsub(",", "", $1); if ($1 > 0) printf "%10.1f  %s\n", $1 / images / 1000, $NF == "" ? $0 : substr($0, index($0, ":") + 1) }' |
+    callgrind_annotate --inclusive=yes --threshold=100 "$out" | grep -E "${3:-sextant_estimator}" |
+        awk -v images="$(images "$2")" '{
+            gsub(",", "", $1)
+            name = $NF == "" ? $0 : substr($0, index($0, ":") + 1)
+            if ($1 > 0) printf "%10.1f  %s\n", $1 / images / 1000, name
+        }' |
         head -40
     exit
 fi
 [ $# -gt 0 ] || set -- 1-tag 6-tags lasting arm body late clock ahead behind free-running simultaneous
 for case in "$@"; do
-    count "$case" | awk -v case="$case" -v images="$(images "$case")" '{ printf "%-14s %9.1f\n", case, $1 / images / 1000 }'
+    count "$case" |
+        awk -v case="$case" -v images="$(images "$case")" '{ printf "%-14s %9.1f\n", case, $1 / images / 1000 }'
 done

@@ -1,7 +1,8 @@
 //! What fusion costs: one image of a tracked object, a late image, a large site. `cargo bench -p sextant-estimator`.
 //!
-//! Prints microseconds of one core; the clock is read here, never in the crate. `-- NAME..` runs some cases only (1-tag, 6-tags,
-//! lasting, arm, body, late, clock, ahead, free-running, simultaneous). Instructions of a case, which no busy machine changes: `cost.sh` beside this.
+//! Prints microseconds of one core; the clock is read here, never in the crate. `-- NAME..` runs some cases only
+//! (1-tag, 6-tags, lasting, arm, body, late, clock, ahead, free-running, simultaneous). Instructions of a case, which
+//! no busy machine changes: `cost.sh` beside this.
 
 #![allow(clippy::expect_used, reason = "a bench without its scene is none")]
 
@@ -145,7 +146,8 @@ struct Case {
     rate: Option<f64>,
 }
 
-/// Runs of a case: the same images each time, of which the shortest time counts. What a busy machine adds is no cost of fusion.
+/// Runs of a case: the same images each time, of which the shortest time counts. What a busy machine adds is no cost of
+/// fusion.
 const RUNS: usize = 5;
 
 impl Case {
@@ -345,8 +347,8 @@ fn large_site(phase: Phase) -> Vec<f64> {
     micros
 }
 
-/// A camera whose stamps are ahead: until that is found out, what single cameras see is compared; by less than the window, and all
-/// images of the others would be late.
+/// A camera whose stamps are ahead: until that is found out, what single cameras see is compared; by less than the
+/// window, and all images of the others would be late.
 fn open_clock_question(ahead_ns: i64) -> Vec<f64> {
     let (rig, mut state) = (rig(6), 1);
     let objects: Vec<_> = (0..8).map(|index| plate(index, 6)).collect();

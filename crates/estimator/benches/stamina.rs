@@ -1,6 +1,8 @@
-//! A million spoilt images: `cargo bench -p sextant-estimator --bench stamina`. The test of this name takes fewer of the same.
+//! A million spoilt images: `cargo bench -p sextant-estimator --bench stamina`. The test of this name takes fewer of
+//! the same.
 //!
-//! Prints after each tenth the share of poses said to be tracked that are off by more than a centimetre, and the memory held.
+//! Prints after each tenth the share of poses said to be tracked that are off by more than a centimetre, and the memory
+//! held.
 
 #![allow(
     clippy::unwrap_used,

@@ -1,9 +1,11 @@
-//! Fault detection and isolation: which camera was moved, which tag is misplaced, of another size or printed twice, which clock is off.
+//! Fault detection and isolation: which camera was moved, which tag is misplaced, of another size or printed twice,
+//! which clock is off.
 //!
-//! Works on instants that no late image can change any more. Keyframes of the last second are linearised about the models in force
-//! ([`window`]), exactly as self-calibration does it; a fault is an error of one camera or tag that is larger than what is known of it
-//! ([`fault_model`]), found by its likelihood ratio ([`likelihood_ratio`], [`isolation`]). Tags that are nowhere near their place are
-//! counted instead ([`misplaced_tags`]). Nothing here edits a track: [`Diagnosis::take`] returns the actions for [`crate::Fusion`] to apply.
+//! Works on instants that no late image can change any more. Keyframes of the last second are linearised about the
+//! models in force ([`window`]), exactly as self-calibration does it; a fault is an error of one camera or tag that is
+//! larger than what is known of it ([`fault_model`]), found by its likelihood ratio ([`likelihood_ratio`],
+//! [`isolation`]). Tags that are nowhere near their place are counted instead ([`misplaced_tags`]). Nothing here edits
+//! a track: [`Diagnosis::take`] returns the actions for [`crate::Fusion`] to apply.
 
 pub(crate) mod fault_model;
 pub(crate) mod frozen_cameras;
@@ -25,7 +27,7 @@ use crate::diagnosis::window::Window;
 use crate::fading_counter::FadingCounter;
 use crate::self_calibration::SelfCalibration;
 use crate::self_calibration::keyframe_builder::{KeyframeBuilder, TOGETHER_NS};
-use crate::site::{ObjectImage, Site};
+use crate::site::{ModelledSite, ObjectImage};
 use crate::time::nanoseconds;
 use crate::tracker::finalised_views::{FinalisedInstant, FinalisedView};
 use crate::{DiagnosisOptions, FusionOptions};
@@ -65,7 +67,7 @@ pub(crate) enum Action {
 #[derive(Clone, Copy)]
 pub(crate) struct Models<'a> {
     pub self_calibration: &'a SelfCalibration,
-    pub site: &'a Site,
+    pub site: &'a ModelledSite,
     pub options: &'a FusionOptions,
 }
 
@@ -90,7 +92,8 @@ pub(crate) struct Diagnosis {
 }
 
 impl Diagnosis {
-    /// Takes a finalised instant of an object with its views; `host` tells on what other object a view far from its place is.
+    /// Takes a finalised instant of an object with its views; `host` tells on what other object a view far from its
+    /// place is.
     pub fn take(
         &mut self,
         object: usize,
@@ -247,7 +250,8 @@ impl Diagnosis {
         self.window.clear();
     }
 
-    /// The tags that are seen where their objects can't have them, by object index, and the object that they are seen on.
+    /// The tags that are seen where their objects can't have them, by object index, and the object that they are seen
+    /// on.
     pub fn misplaced_tags(&self) -> impl Iterator<Item = (usize, TagId, Option<usize>)> {
         self.misplaced_tags
             .found()

@@ -15,7 +15,7 @@ use crate::diagnosis::print_scale::PrintScale;
 use crate::diagnosis::{Action, Diagnosis, Models};
 use crate::fusion::intake::ImageIntake;
 use crate::self_calibration::{AdjustmentTask, Offered, SelfCalibration};
-use crate::site::{AssociatedImage, ObjectImage, Site};
+use crate::site::{AssociatedImage, ModelledSite, ObjectImage};
 use crate::tracker::finalised_views::{FinalisedInstant, FinalisedView};
 use crate::tracker::timeline::Timeline;
 use crate::{FusionOptions, ModelError, Proposal, Statistics};
@@ -39,7 +39,8 @@ pub enum Input {
         /// By how many ns it was set forward; below zero where it was set back.
         by_ns: i64,
     },
-    /// The adjustment that is due applies ([`crate::Fusion::adjustment`]); it is solved now unless it has been. Means nothing where none is due.
+    /// The adjustment that is due applies ([`crate::Fusion::adjustment`]); it is solved now unless it has been. Means
+    /// nothing where none is due.
     Adjusted,
     /// Time has passed.
     Tick,
@@ -66,7 +67,7 @@ pub enum Output {
 /// Fuses the images of cameras that hold still to one another into one pose per object.
 #[derive(Debug)]
 pub(crate) struct RigFusion {
-    site: Site,
+    site: ModelledSite,
     options: FusionOptions,
     rig: Rig,
     objects: Vec<ObjectModel>,
@@ -113,7 +114,7 @@ impl RigFusion {
         options: FusionOptions,
     ) -> Result<Self, ModelError> {
         options.validate()?;
-        let site = Site::new(&rig, &objects)?;
+        let site = ModelledSite::new(&rig, &objects)?;
         let timelines: Vec<_> = site.objects().iter().cloned().map(Timeline::new).collect();
         let emitted = vec![Emitted::default(); timelines.len()];
         let intake = ImageIntake::new(&site);
@@ -139,8 +140,9 @@ impl RigFusion {
         })
     }
 
-    /// From now on the errors of the files are adjusted apart: all but the first, small adjustments wait in [`Self::adjustment`] until
-    /// [`Input::Adjusted`] comes, so that no image waits for them. Otherwise each is solved at once.
+    /// From now on the errors of the files are adjusted apart: all but the first, small adjustments wait in
+    /// [`Self::adjustment`] until [`Input::Adjusted`] comes, so that no image waits for them. Otherwise each is solved
+    /// at once.
     pub fn adjust_apart(&mut self) {
         self.adjusts_apart = true;
     }
@@ -155,7 +157,8 @@ impl RigFusion {
         self.self_calibration.due()
     }
 
-    /// Takes an input in; `now_ns` is the present in ns since the Unix epoch. It goes back with [`Input::ClockStep`] only.
+    /// Takes an input in; `now_ns` is the present in ns since the Unix epoch. It goes back with [`Input::ClockStep`]
+    /// only.
     pub fn handle(&mut self, now_ns: u64, input: Input) {
         self.now_ns = match input {
             Input::ClockStep { .. } => now_ns,
@@ -186,7 +189,8 @@ impl RigFusion {
         losses.chain(self.intake.next_gone_ns(self.now_ns)).min()
     }
 
-    /// The pose of an object at any time, predicted from the images up to it; `None` where it is unknown or lost by then.
+    /// The pose of an object at any time, predicted from the images up to it; `None` where it is unknown or lost by
+    /// then.
     pub fn pose_at(&self, object: &ObjectId, time_ns: u64) -> Option<ObjectEstimate> {
         let timeline = self
             .timelines
@@ -235,8 +239,8 @@ impl RigFusion {
         self.self_calibration.imperfections()
     }
 
-    /// A calibration that explains images better than that in force; `None` while there is no clearly better one, or while a fault of a
-    /// camera or a tag is named.
+    /// A calibration that explains images better than that in force; `None` while there is no clearly better one, or
+    /// while a fault of a camera or a tag is named.
     pub fn proposal(&self) -> Option<Proposal> {
         let spoils_nothing = |fault: &Fault| {
             matches!(
@@ -251,8 +255,8 @@ impl RigFusion {
             )
         };
         let (corrections, held_back) = self.self_calibration.proposal()?;
-        let models = (&self.rig, &self.objects[..]);
-        let proposal = Proposal::of(models, (corrections, *held_back), &self.site);
+        let (rig, objects) = self.models();
+        let proposal = Proposal::new(rig, objects, corrections, *held_back, &self.site);
         self.faults().iter().all(spoils_nothing).then_some(proposal)
     }
 
@@ -316,8 +320,8 @@ impl RigFusion {
         self.move_far_offsets();
     }
 
-    /// Where all tags of an object have been printed at another scale, its sizes are corrected and its track begins anew; returns the image
-    /// by the models in force then.
+    /// Where all tags of an object have been printed at another scale, its sizes are corrected and its track begins
+    /// anew; returns the image by the models in force then.
     fn check_print_scales(
         &mut self,
         image: &ImageObservation,
@@ -392,8 +396,8 @@ impl RigFusion {
         self.diagnosis = diagnosis;
     }
 
-    /// An image without the tags of an object does not contradict a pose that others have just seen. Otherwise it gives a prediction, unless
-    /// another image has just given one: their rate does not grow with the number of cameras.
+    /// An image without the tags of an object does not contradict a pose that others have just seen. Otherwise it gives
+    /// a prediction, unless another image has just given one: their rate does not grow with the number of cameras.
     fn take_absence(&mut self, object: usize, capture_ns: u64) {
         let is_recent =
             |other_ns: u64| capture_ns.abs_diff(other_ns) as f64 * 1e-9 <= self.options.coasting_s;
@@ -408,7 +412,8 @@ impl RigFusion {
         }
     }
 
-    /// Publishes the pose after an image whose timestamp is ahead of the reference clock by `ahead_s` seconds, at the time of its capture.
+    /// Publishes the pose after an image whose timestamp is ahead of the reference clock by `ahead_s` seconds, at the
+    /// time of its capture.
     fn emit(&mut self, object: usize, stamp_ns: u64, ahead_s: f64) {
         let timeline = &self.timelines[object];
         let estimate = timeline.estimate_ahead(stamp_ns, ahead_s, &self.site, &self.options);
@@ -485,7 +490,8 @@ impl RigFusion {
         }
     }
 
-    /// Timestamps before and after the step cannot be compared, and which cameras share the clock is unknown: clock offsets start anew.
+    /// Timestamps before and after the step cannot be compared, and which cameras share the clock is unknown: clock
+    /// offsets start anew.
     fn take_clock_step(&mut self, by_ns: i64) {
         self.forget_times();
         self.offset_search = OffsetSearch::default();
@@ -546,7 +552,8 @@ impl RigFusion {
     }
 }
 
-/// Whether the object's frame is the same before and after a change: a tag of the same size and pose holds it, whatever its priors.
+/// Whether the object's frame is the same before and after a change: a tag of the same size and pose holds it, whatever
+/// its priors.
 fn have_one_frame(before: &ObjectModel, after: &ObjectModel) -> bool {
     let place = |tag: &ObjectTag| (tag.tag, tag.size_m, tag.object_from_tag);
     let mut placed = before.tags().iter();

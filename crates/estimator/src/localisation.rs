@@ -1,9 +1,10 @@
 //! The machine of a whole site: cameras that stand still, and cameras that objects carry.
 //!
-//! A carried camera is where the tags of landmarks say: objects that stand still in the world. Seen from its carrier the cameras hold still and
-//! the landmarks move as one object, so that the same machine finds `carrier_from_world` with its covariance, estimates clocks and errors of the
-//! files, and names faults. Its inverse is the carrier's pose. Where cameras that stand still see the carrier too, both estimates are
-//! independent of each other and are combined by their information.
+//! A carried camera is where the tags of landmarks say: objects that stand still in the world. Seen from its carrier
+//! the cameras hold still and the landmarks move as one object, so that the same machine finds `carrier_from_world`
+//! with its covariance, estimates clocks and errors of the files, and names faults. Its inverse is the carrier's pose.
+//! Where cameras that stand still see the carrier too, both estimates are independent of each other and are combined by
+//! their information.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -20,7 +21,8 @@ use crate::fusion::RigFusion;
 use crate::self_calibration::AdjustmentTask;
 use crate::{FusionOptions, Input, ModelError, Output, Proposal, Statistics};
 
-/// Squared distance of two estimates of one pose, in sigmas, beyond which they contradict each other: one in a thousand by chance.
+/// Squared distance of two estimates of one pose, in sigmas, beyond which they contradict each other: one in a thousand
+/// by chance.
 const CONTRADICTION: f64 = 22.46;
 /// Estimates in the last second, and the share of them, from which a contradiction is named.
 const FEWEST: f64 = 5.0;
@@ -76,8 +78,9 @@ impl Fusion {
         Ok(fusion)
     }
 
-    /// From now on the errors of the files are adjusted apart: all but the first, small adjustments wait in [`Self::adjustment`] until
-    /// [`Input::Adjusted`] comes, so that no image waits for them. Otherwise each is solved at once.
+    /// From now on the errors of the files are adjusted apart: all but the first, small adjustments wait in
+    /// [`Self::adjustment`] until [`Input::Adjusted`] comes, so that no image waits for them. Otherwise each is solved
+    /// at once.
     pub fn adjust_apart(&mut self) {
         self.machines_mut().for_each(RigFusion::adjust_apart);
     }
@@ -87,7 +90,8 @@ impl Fusion {
         self.machines().find_map(RigFusion::adjustment)
     }
 
-    /// Takes an input in; `now_ns` is the present in ns since the Unix epoch. It goes back with [`Input::ClockStep`] only.
+    /// Takes an input in; `now_ns` is the present in ns since the Unix epoch. It goes back with [`Input::ClockStep`]
+    /// only.
     pub fn handle(&mut self, now_ns: u64, input: Input) {
         match input {
             Input::Image(image) => self.take_image(now_ns, image),
@@ -123,14 +127,15 @@ impl Fusion {
         self.machines().filter_map(RigFusion::poll_timeout).min()
     }
 
-    /// The pose of an object at any time, predicted from the images up to it; `None` where it is unknown or lost by then.
+    /// The pose of an object at any time, predicted from the images up to it; `None` where it is unknown or lost by
+    /// then.
     pub fn pose_at(&self, object: &ObjectId, time_ns: u64) -> Option<ObjectEstimate> {
         let seen = self.still.pose_at(object, time_ns);
         let mut carriers = self.carriers.iter();
         let carrier = carriers.find(|carrier| carrier.object == *object);
         let carried = carrier.and_then(|carrier| carrier.pose_at(time_ns));
         match (seen, carried) {
-            (Some(seen), carried) => Combined::of(seen, carried).estimate,
+            (Some(seen), carried) => Combined::combine(seen, carried).estimate,
             (None, carried) => carried,
         }
     }
@@ -152,8 +157,8 @@ impl Fusion {
         all
     }
 
-    /// A calibration of what stands still that explains images better than that in force; `None` while there is no clearly better one, or while a
-    /// fault of a camera or a tag is named.
+    /// A calibration of what stands still that explains images better than that in force; `None` while there is no
+    /// clearly better one, or while a fault of a camera or a tag is named.
     pub fn proposal(&self) -> Option<Proposal> {
         self.still.proposal()
     }
@@ -202,7 +207,7 @@ impl Fusion {
     /// Derives the carriers from the models in force. One whose cameras and landmarks are as before goes on.
     fn take_models(&mut self) {
         let (rig, objects) = self.still.models();
-        let landmarks = Landmarks::of(objects);
+        let landmarks = Landmarks::from_objects(objects);
         let mut former = std::mem::take(&mut self.carriers);
         for object in rig.carriers() {
             let Some((rig, landmarks)) = rig_of(object, rig).zip(landmarks.clone()) else {
@@ -243,7 +248,7 @@ impl Fusion {
                 let carrier = &mut self.carriers[index];
                 let carried = carrier.inverted(&seen);
                 let other = self.still.pose_at(&carrier.object, carried.capture_ns);
-                let combined = Combined::of(carried, other);
+                let combined = Combined::combine(carried, other);
                 carrier.note(&combined, seen.capture_ns);
                 outputs.extend(combined.estimate.map(Output::Pose));
             }
@@ -306,7 +311,7 @@ impl Carrier {
     /// What cameras that stand still have seen of it, with what its own see at that time.
     fn combined(&mut self, seen: ObjectEstimate) -> Option<ObjectEstimate> {
         let time_ns = seen.capture_ns;
-        let combined = Combined::of(seen, self.pose_at(time_ns));
+        let combined = Combined::combine(seen, self.pose_at(time_ns));
         self.note(&combined, time_ns);
         combined.estimate
     }
@@ -358,7 +363,7 @@ impl Carrier {
 
 impl Landmarks {
     /// `None` where no tag of a landmark has a place.
-    fn of(objects: &[ObjectModel]) -> Option<Self> {
+    fn from_objects(objects: &[ObjectModel]) -> Option<Self> {
         let standing = objects.iter().filter_map(|object| {
             let place = object.world_from_object()?;
             Some((object, place))
@@ -438,7 +443,7 @@ struct Combined {
 
 impl Combined {
     /// An estimate with another one of the same object and time, which is independent of it.
-    fn of(own: ObjectEstimate, other: Option<ObjectEstimate>) -> Self {
+    fn combine(own: ObjectEstimate, other: Option<ObjectEstimate>) -> Self {
         let is_known =
             |one: &ObjectEstimate| matches!(one.state, State::Tracking | State::Coasting);
         let alone = |estimate| Self {
@@ -463,20 +468,7 @@ impl Combined {
             return alone(Some(own));
         };
         if apart.dot(&both.solve(&apart)) > CONTRADICTION {
-            // Which is wrong is not known: the more certain one, wide enough for both.
-            let spread = |one: &ObjectEstimate| one.covariance.fixed_view::<3, 3>(0, 0).trace();
-            let surer = if spread(&other) < spread(&own) {
-                other
-            } else {
-                own
-            };
-            return Self {
-                estimate: Some(ObjectEstimate {
-                    covariance: surer.covariance + apart * apart.transpose(),
-                    ..surer
-                }),
-                is_contradicted: Some(true),
-            };
+            return Self::contradicted(own, other, &apart);
         }
         let Some(covariance) = (of_own + of_other).try_inverse() else {
             return alone(Some(own));
@@ -499,10 +491,27 @@ impl Combined {
             is_contradicted: Some(false),
         }
     }
+
+    /// Which is wrong is not known: the more certain one, wide enough for both.
+    fn contradicted(own: ObjectEstimate, other: ObjectEstimate, apart: &Vector6<f64>) -> Self {
+        let spread = |one: &ObjectEstimate| one.covariance.fixed_view::<3, 3>(0, 0).trace();
+        let surer = if spread(&other) < spread(&own) {
+            other
+        } else {
+            own
+        };
+        Self {
+            estimate: Some(ObjectEstimate {
+                covariance: surer.covariance + apart * apart.transpose(),
+                ..surer
+            }),
+            is_contradicted: Some(true),
+        }
+    }
 }
 
-/// How the inverse of a pose moves with it, both steps (dt, dr) in the axes that the poses map into: with p = -R't, p + dp = -R' exp(-dr) (t + dt),
-/// dp = -R' dt - R' [t]x dr, and the inverse turns by -R' dr.
+/// How the inverse of a pose moves with it, both steps (dt, dr) in the axes that the poses map into: with p = -R't, p +
+/// dp = -R' exp(-dr) (t + dt), dp = -R' dt - R' [t]x dr, and the inverse turns by -R' dr.
 fn slopes_of_inverse(pose: &Pose) -> Matrix6<f64> {
     let back: Matrix3<f64> = pose.rotation.inverse().to_rotation_matrix().into_inner();
     let arm = pose.translation.vector.cross_matrix();

@@ -1,7 +1,9 @@
-//! What one image says about one tag: residuals of the corners, their noise and their Jacobians. The ground floor of the estimator.
+//! What one image says about one tag: residuals of the corners, their noise and their Jacobians. The ground floor of
+//! the estimator.
 //!
 //! - [`corners`]: residuals of a tag's corners and their derivatives by the object's pose.
-//! - [`corner_noise`]: covariance of the corners before anything is learned; [`whitening`]: residuals with independent noise.
+//! - [`corner_noise`]: covariance of the corners before anything is learned; [`whitening`]: residuals with independent
+//!   noise.
 //! - [`distortion_bias`]: bias of the corners of tags that a lens bends.
 //! - [`rolling_shutter`]: images whose rows are exposed one after the other.
 //! - [`view_equations`]: robust normal equations of a view about the pose of its link.

@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// Declares options with default and range, so that a field can't miss either; those of a part in a struct of their own follow.
+/// Declares options with default and range, so that a field can't miss either; those of a part in a struct of their own
+/// follow.
 macro_rules! options {
     ($(#[$about:meta])* $name:ident {
         $($(#[$doc:meta])* $field:ident = $default:literal in $lowest:literal ..= $highest:literal;)*
@@ -14,7 +15,10 @@ macro_rules! options {
         pub struct $name {
             $(
                 $(#[$doc])*
-                #[doc = concat!("\n\nDefault ", stringify!($default), ", range ", stringify!($lowest), " to ", stringify!($highest), ".")]
+                #[doc = concat!(
+                    "\n\nDefault ", stringify!($default), ", range ",
+                    stringify!($lowest), " to ", stringify!($highest), ".",
+                )]
                 pub $field: f64,
             )*
             $($(#[$part_doc])* pub $part: $Part,)?
@@ -46,21 +50,21 @@ FusionOptions {
     /// Seconds of images kept, so that late ones can be inserted: longer than the slowest way to the fusion node, short
     /// enough that a late image costs little.
     window_s = 0.5 in 0.0 ..= 5.0;
-    /// Seconds by which a capture time may lie ahead of the present: clocks differ, but an image from the far future would
-    /// push everything else out of the window.
+    /// Seconds by which a capture time may lie ahead of the present: clocks differ, but an image from the far future
+    /// would push everything else out of the window.
     ahead_s = 1.0 in 0.0 ..= 60.0;
-    /// Pixels of corner noise (one sigma an axis) of a tag 20 px wide where the detector gives none: other detectors leave 0.2 to 1
-    /// on real images. The noise of each camera is estimated from here.
+    /// Pixels of corner noise (one sigma an axis) of a tag 20 px wide where the detector gives none: other detectors
+    /// leave 0.2 to 1 on real images. The noise of each camera is estimated from here.
     corner_sigma_px = 0.2 in 0.001 ..= 10.0;
     /// Pixels added to every stated corner noise: lens and print are never known better.
     corner_floor_px = 0.003 in 0.0 ..= 10.0;
     /// Corner residuals that the estimate of a camera's noise remembers: many for a steady figure, few for a quick one.
     noise_memory = 800.0 in 10.0 ..= 1e6;
-    /// Twice the robust cost of a tag's four corners beyond which the tag takes no part. It grows with the logarithm of the
-    /// squared residuals: residuals of four sigmas throughout reach this, and count little by then.
+    /// Twice the robust cost of a tag's four corners beyond which the tag takes no part. It grows with the logarithm of
+    /// the squared residuals: residuals of four sigmas throughout reach this, and count little by then.
     tag_gate = 45.0 in 10.0 ..= 1000.0;
-    /// Natural logarithm of the odds against a tag that takes no part: of wrong tags being rare, and of a wrong one lying
-    /// just there among all places in the image.
+    /// Natural logarithm of the odds against a tag that takes no part: of wrong tags being rare, and of a wrong one
+    /// lying just there among all places in the image.
     refused_odds = 35.0 in 5.0 ..= 1000.0;
     /// Chi-square of the prediction (6 degrees of freedom) beyond which the image contradicts it: 99.99 % lie within.
     prediction_gate = 27.9 in 10.0 ..= 1000.0;
@@ -79,13 +83,14 @@ FusionOptions {
     start_angular_speed = 4.0 in 0.01 ..= 1000.0;
     /// Natural logarithm of the odds against a jolt between two images.
     jolt_odds = 10.0 in 0.0 ..= 100.0;
-    /// Seconds of stated clock error up to which a camera's clock is taken at its word: at 1 m/s less than corner noise.
+    /// Seconds of stated clock error up to which a camera's clock is taken at its word: at 1 m/s less than corner
+    /// noise.
     right_clock_s = 0.0001 in 0.0 ..= 1.0;
     /// Prior standard deviation of the offset of a clock of which nothing is known, s.
     unknown_clock_s = 0.03 in 0.0001 ..= 1.0;
     /// s²/s by which the offsets wander: 30 µs in a second, as cheap quartzes do.
     clock_wander = 1e-9 in 0.0 ..= 1e-3;
-    /// Natural logarithm of the odds beyond which the likeliest attitude is taken for the true one.
+    /// Natural logarithm of the odds beyond which the likeliest attitude counts as the true one.
     trusted_odds = 9.0 in 1.0 ..= 100.0;
     /// Natural logarithm of the odds beyond which an unlikely attitude is given up.
     hopeless_odds = 20.0 in 1.0 ..= 200.0;
@@ -93,7 +98,8 @@ FusionOptions {
     vague_attitude = 0.1 in 0.01 ..= 3.0;
     /// Metres (one sigma along the worst axis) beyond which a position is too vague to be called tracking.
     vague_position = 0.1 in 0.001 ..= 10.0;
-    /// Seconds without a sight after which images without the object's tags give predicted poses, and the least time between two of them.
+    /// Seconds without a sight after which images without the object's tags give predicted poses, and the least time
+    /// between two of them.
     coasting_s = 0.02 in 0.0 ..= 5.0;
     /// Metres (one sigma along the worst axis) up to which a predicted pose is worth publishing.
     coasting_position = 0.015 in 0.0 ..= 10.0;
@@ -103,8 +109,8 @@ FusionOptions {
     lost_s = 0.7 in 0.05 ..= 60.0;
     /// Seconds for which a doubtful attitude is kept back before it is published as such: most doubts are gone by then.
     patience_s = 0.3 in 0.0 ..= 60.0;
-    /// Seconds from the first image of an object in which all that images contradict counts as errors of the files, so that even early poses
-    /// are corrected. Later images are learned only once diagnosis has judged them.
+    /// Seconds from the first image of an object in which all that images contradict counts as errors of the files, so
+    /// that even early poses are corrected. Later images are learned only once diagnosis has judged them.
     learning_s = 2.0 in 0.0 ..= 60.0;
     /// Seconds of contradicting images after which the track starts anew from them.
     contradiction_s = 0.15 in 0.0 ..= 10.0;
@@ -114,25 +120,28 @@ diagnosis: DiagnosisOptions;
 }
 
 options! {
-/// Options of fault diagnosis: which cameras were moved, which tags are misplaced or of another size, which clocks are off.
+/// Options of fault diagnosis: which cameras were moved, which tags are misplaced or of another size, which clocks are
+/// off.
 DiagnosisOptions {
-    /// Seconds of images that are tested jointly: long enough to average noise, short enough that a new fault soon fills it.
+    /// Seconds of images that are tested jointly: long enough to average noise, short enough that a new fault soon
+    /// fills it.
     window_s = 0.8 in 0.1 ..= 10.0;
-    /// Seconds between two searches for faults, and between tested images of an object (longer with many), while nothing is suspected: a fault stays, so that a
-    /// few suffice.
+    /// Seconds between two searches for faults, and between tested images of an object (longer with many), while
+    /// nothing is suspected: a fault stays, so that a few suffice.
     quiet_interval_s = 0.1 in 0.0 ..= 10.0;
     /// The same while a fault is suspected: about each instant of usual cameras.
     alert_interval_s = 0.03 in 0.0 ..= 10.0;
     /// Logarithm of the likelihood ratio from which on a fault is suspected, so that more images are tested.
     suspected_odds = 5.0 in 1.0 ..= 1000.0;
-    /// Logarithm of the likelihood ratio from which on a fault is named: high, since errors of lenses and prints are in every image.
+    /// Logarithm of the likelihood ratio from which on a fault is named: high, since errors of lenses and prints are in
+    /// every image.
     named_odds = 40.0 in 5.0 ..= 1000.0;
     /// Seconds for which a fault must explain most before it is named: a blow to an object lasts for a few images.
     confirmation_s = 0.2 in 0.0 ..= 10.0;
     /// Logarithm of the likelihood ratio below which a named fault is over.
     cleared_odds = 10.0 in 1.0 ..= 1000.0;
-    /// Logarithm of the likelihood ratio by which a fault must exceed every alternative; and from which on self-calibration waits, lest it
-    /// learn a fault as an error of the files.
+    /// Logarithm of the likelihood ratio by which a fault must exceed every alternative; and from which on
+    /// self-calibration waits, lest it learn a fault as an error of the files.
     margin_odds = 15.0 in 1.0 ..= 1000.0;
     /// Share of what the alternatives leave unexplained that a fault must explain besides.
     margin_share = 0.3 in 0.0 ..= 1.0;

@@ -1,12 +1,12 @@
 //! A refined calibration of the site, as ordinary use has shown it.
 
 use crate::HeldBack;
-use crate::site::Site;
+use crate::site::ModelledSite;
 use crate::site::corrections::Corrections;
 use sextant_site_model::{ObjectModel, ObjectTag, PoseSigma, Prior, Rig};
 
-/// The models with the errors taken off that self-calibration has found in them. Corrected poses and lenses have the sigmas that are left;
-/// everything else is as it was.
+/// The models with the errors taken off that self-calibration has found in them. Corrected poses and lenses have the
+/// sigmas that are left; everything else is as it was.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Proposal {
     /// The cameras; `None` where none changes.
@@ -18,10 +18,12 @@ pub struct Proposal {
 }
 
 impl Proposal {
-    pub(crate) fn of(
-        (rig, objects): (&Rig, &[ObjectModel]),
-        (corrections, held_back): (&Corrections, HeldBack),
-        site: &Site,
+    pub(crate) fn new(
+        rig: &Rig,
+        objects: &[ObjectModel],
+        corrections: &Corrections,
+        held_back: HeldBack,
+        site: &ModelledSite,
     ) -> Self {
         let corrected = corrected_rig(rig, corrections, site);
         let changed = |object: &ObjectModel| {
@@ -46,7 +48,11 @@ fn with_scale_of(rig: Rig, corrections: &Corrections) -> Rig {
 }
 
 /// As [`with_scale_of`], of the frame of an object in its tags.
-fn with_frame_of(object: ObjectModel, corrections: &Corrections, site: &Site) -> ObjectModel {
+fn with_frame_of(
+    object: ObjectModel,
+    corrections: &Corrections,
+    site: &ModelledSite,
+) -> ObjectModel {
     let index = site.objects().iter().position(|id| id == object.id());
     let Some(left) = index.and_then(|index| corrections.frames.get(&index)) else {
         return object;
@@ -65,7 +71,7 @@ fn with_frame_of(object: ObjectModel, corrections: &Corrections, site: &Site) ->
         .unwrap_or(object)
 }
 
-fn corrected_rig(rig: &Rig, corrections: &Corrections, site: &Site) -> Rig {
+fn corrected_rig(rig: &Rig, corrections: &Corrections, site: &ModelledSite) -> Rig {
     let mut corrected = rig.clone();
     for camera in rig.cameras() {
         let known = site.camera(&camera.id);
@@ -84,7 +90,11 @@ fn corrected_rig(rig: &Rig, corrections: &Corrections, site: &Site) -> Rig {
     corrected
 }
 
-fn corrected_object(object: &ObjectModel, corrections: &Corrections, site: &Site) -> ObjectModel {
+fn corrected_object(
+    object: &ObjectModel,
+    corrections: &Corrections,
+    site: &ModelledSite,
+) -> ObjectModel {
     let mut corrected = object.clone();
     for tag in object.tags() {
         if let Some(one) = corrections.tags.get(&tag.tag) {

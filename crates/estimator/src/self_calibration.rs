@@ -1,14 +1,17 @@
-//! Self-calibration: errors of the camera poses, lenses, tag poses and tag sizes in the site's files, estimated from ordinary images.
+//! Self-calibration: errors of the camera poses, lenses, tag poses and tag sizes in the site's files, estimated from
+//! ordinary images.
 //!
-//! A bounded set of keyframes (one object at one instant, as all cameras saw it) is adjusted jointly with the errors of the site, each
-//! of which has a zero-mean Gaussian prior: the sigma given in the file, or the default of how such a number comes about. The scale of
-//! each class of priors is estimated as well ([`variance_components`]), so that a site whose files are exact is recognised as such and
-//! stays untouched, and one whose files are off by centimetres is corrected by as much. What comes out are [`Corrections`] for the
-//! models that the trackers work with, and the covariance that is left.
+//! A bounded set of keyframes (one object at one instant, as all cameras saw it) is adjusted jointly with the errors of
+//! the site, each of which has a zero-mean Gaussian prior: the sigma given in the file, or the default of how such a
+//! number comes about. The scale of each class of priors is estimated as well ([`variance_components`]), so that a site
+//! whose files are exact is recognised as such and stays untouched, and one whose files are off by centimetres is
+//! corrected by as much. What comes out are [`Corrections`] for the models that the trackers work with, and the
+//! covariance that is left.
 //!
-//! The images determine neither the world frame nor the frame of an object: a rig that is wrong as a whole is another world frame. The
-//! errors are therefore estimated with the least norm in units of their priors, and the covariance that is left excludes the motions of
-//! the whole site ([`gauge`]). The uncertainty of an object's own frame and of the common scale is reported apart.
+//! The images determine neither the world frame nor the frame of an object: a rig that is wrong as a whole is another
+//! world frame. The errors are therefore estimated with the least norm in units of their priors, and the covariance
+//! that is left excludes the motions of the whole site ([`gauge`]). The uncertainty of an object's own frame and of the
+//! common scale is reported apart.
 
 pub(crate) mod accelerations;
 pub(crate) mod adjustment;
@@ -38,7 +41,7 @@ use crate::self_calibration::adjustment::{Adjustment, LinearisedKeyframe};
 use crate::self_calibration::held_back::HeldBackKeyframes;
 use crate::self_calibration::keyframes::{FIRST, Keyframes};
 use crate::self_calibration::quarantine::Quarantine;
-use crate::site::Site;
+use crate::site::ModelledSite;
 use sextant_geometry::Pose;
 use sextant_site_report::Imperfection;
 
@@ -47,7 +50,8 @@ const GROWTH: f64 = 0.2;
 
 /// Keyframes with which the site's imperfections are known but for details.
 const YOUNG: usize = 10;
-/// Time from one adjustment to the next for each keyframe of it, ns: several times what it takes to solve, whatever moves.
+/// Time from one adjustment to the next for each keyframe of it, ns: several times what it takes to solve, whatever
+/// moves.
 const REST_NS: u64 = 4_000_000;
 
 /// Up to when what an object shows has been offered to self-calibration.
@@ -77,7 +81,8 @@ pub(crate) struct SelfCalibration {
     /// Present time before which no other becomes due, ns.
     rests_until_ns: u64,
     imperfections: Vec<Imperfection>,
-    /// What the last adjustment corrects of the files, and what images say of it that are held back; `None` unless they are explained clearly better.
+    /// What the last adjustment corrects of the files, and what images say of it that are held back; `None` unless they
+    /// are explained clearly better.
     proposal: Option<(Corrections, HeldBack)>,
     /// What the trackers work with.
     applied: Option<Corrections>,
@@ -89,8 +94,8 @@ impl SelfCalibration {
         self.keyframes.count(object) < FIRST
     }
 
-    /// Whether contradictions are most likely imperfections of the site: little is known of it, or most of what is waits for the next
-    /// adjustment.
+    /// Whether contradictions are most likely imperfections of the site: little is known of it, or most of what is
+    /// waits for the next adjustment.
     pub fn is_young(&self) -> bool {
         let n_keyframes = self.keyframes.len();
         self.n_adjusted.min(n_keyframes) < YOUNG || 2 * self.n_adjusted < n_keyframes
@@ -101,7 +106,8 @@ impl SelfCalibration {
         self.due().is_some_and(|task| task.n_keyframes() < YOUNG)
     }
 
-    /// Offers an instant of an object; it is kept where it shows something new. Some are held back from the adjustment and judge it.
+    /// Offers an instant of an object; it is kept where it shows something new. Some are held back from the adjustment
+    /// and judge it.
     pub fn offer(&mut self, keyframe: Keyframe) {
         let Some(keyframe) = self.held_back.offer(keyframe, &self.keyframes) else {
             return;
@@ -130,8 +136,8 @@ impl SelfCalibration {
         }
     }
 
-    /// Timestamps before and after mean something else: instants of moving objects whose cameras' clocks are estimated can't be compared
-    /// with later ones, nor are the offsets those of before.
+    /// Timestamps before and after mean something else: instants of moving objects whose cameras' clocks are estimated
+    /// can't be compared with later ones, nor are the offsets those of before.
     pub fn forget_clocks(&mut self) {
         self.keyframes.retain(|keyframe| keyframe.path.is_none());
         self.held_back.retain(|keyframe| keyframe.path.is_none());
@@ -154,7 +160,7 @@ impl SelfCalibration {
     }
 
     /// Prepares an adjustment if enough is new; there is one at a time.
-    pub fn prepare(&mut self, now_ns: u64, site: &Site) {
+    pub fn prepare(&mut self, now_ns: u64, site: &ModelledSite) {
         let enough = (GROWTH * self.keyframes.len() as f64).max(1.0);
         let is_enough = self.added as f64 >= enough;
         if is_enough && self.due.is_none() && now_ns >= self.rests_until_ns {
@@ -179,7 +185,7 @@ impl SelfCalibration {
     }
 
     /// Takes over what the adjustment that is due has found; whether the models of the site have changed by it.
-    pub fn take_adjusted(&mut self, site: &mut Site) -> bool {
+    pub fn take_adjusted(&mut self, site: &mut ModelledSite) -> bool {
         let Some((task, _)) = self.due.take() else {
             return false;
         };
@@ -202,7 +208,7 @@ impl SelfCalibration {
     }
 
     /// What a keyframe says of the site's errors against the models in force.
-    pub fn linearised(&self, keyframe: Keyframe, site: &Site) -> LinearisedKeyframe {
+    pub fn linearised(&self, keyframe: Keyframe, site: &ModelledSite) -> LinearisedKeyframe {
         self.adjustment.linearised(keyframe, site)
     }
 
@@ -211,13 +217,14 @@ impl SelfCalibration {
         &self.imperfections
     }
 
-    /// The corrections of the files that are more than negligible, with what the images that are held back say of them; `None` unless these
-    /// are explained clearly better.
+    /// The corrections of the files that are more than negligible, with what the images that are held back say of them;
+    /// `None` unless these are explained clearly better.
     pub fn proposal(&self) -> Option<&(Corrections, HeldBack)> {
         self.proposal.as_ref()
     }
 
-    /// The pose of an object in its newest adjusted keyframe as the trackers had it, and as it is after the last adjustment.
+    /// The pose of an object in its newest adjusted keyframe as the trackers had it, and as it is after the last
+    /// adjustment.
     pub fn moved(&self, object: usize) -> Option<(Pose, Pose)> {
         let newest = self.keyframes.newest_adjusted(object)?;
         Some((newest.before, newest.pose))
@@ -235,7 +242,8 @@ impl SelfCalibration {
         }
     }
 
-    /// The trackers have taken the corrections over, and moved along with them; so do the instants that wait for an adjustment.
+    /// The trackers have taken the corrections over, and moved along with them; so do the instants that wait for an
+    /// adjustment.
     pub fn mark_applied(&mut self) {
         self.keyframes.move_along();
     }

@@ -83,9 +83,9 @@ pub(crate) struct TagPlacement {
 
 /// The models in force.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Site {
-    /// Estimates of a camera go by its index here, so that a camera keeps its index for good; those that the rig has no more are not
-    /// calibrated and not in `camera_index`.
+pub(crate) struct ModelledSite {
+    /// Estimates of a camera go by its index here, so that a camera keeps its index for good; those that the rig has no
+    /// more are not calibrated and not in `camera_index`.
     cameras: Vec<SiteCamera>,
     camera_index: BTreeMap<CameraId, usize>,
     /// Index of the camera whose clock is the reference: the rig's first.
@@ -102,7 +102,8 @@ pub(crate) struct Site {
     is_exact: bool,
     /// Variance of the common scale of the rig as its file states it.
     rig_scale_variance: f64,
-    /// Size of the tags of an object over that in its file, where all have been printed at another scale; by object index.
+    /// Size of the tags of an object over that in its file, where all have been printed at another scale; by object
+    /// index.
     print_scales: BTreeMap<usize, f64>,
 }
 
@@ -147,7 +148,7 @@ pub(crate) struct AssociatedImage {
     pub damaged_tags: u64,
 }
 
-impl Site {
+impl ModelledSite {
     pub fn new(rig: &Rig, objects: &[ObjectModel]) -> Result<Self, ModelError> {
         let mut site = Self::default();
         site.set_rig(rig);
@@ -336,8 +337,8 @@ impl Site {
         self.objects.get(self.places.get(tag)?.object)
     }
 
-    /// Uncertainty of the frame of an object and of the common scale; `None` where nothing is uncertain. Of a single camera nothing but the
-    /// sizes of tags gives the scale.
+    /// Uncertainty of the frame of an object and of the common scale; `None` where nothing is uncertain. Of a single
+    /// camera nothing but the sizes of tags gives the scale.
     pub fn frame(&self, object: usize) -> Option<ObjectFrame> {
         let centre = || {
             let centres = self.placed().map(|camera| camera.centre);
@@ -431,7 +432,7 @@ impl Site {
         &self.objects
     }
 
-    /// Index of the camera whose clock is the reference where nobody vouches for another.
+    /// Index of the camera whose clock is the reference where no other clock is verified.
     pub fn reference(&self) -> usize {
         self.reference
     }
@@ -493,7 +494,8 @@ impl Site {
         associated
     }
 
-    /// The first camera of the rig is the reference; where it says itself that its clock may be off, unless another's is right.
+    /// The first camera of the rig is the reference; where it says itself that its clock may be off, unless another's
+    /// is right.
     fn clock_prior(
         &self,
         camera_index: usize,
@@ -611,8 +613,8 @@ fn view(
     })
 }
 
-/// How errors of camera pose, lens and tag displace a view against others. What a camera or a tag by itself shows contradicts nothing, and has
-/// no sigma.
+/// How errors of camera pose, lens and tag displace a view against others. What a camera or a tag by itself shows
+/// contradicts nothing, and has no sigma.
 fn displacement(
     camera: &CalibratedCamera,
     seen: &TagCorners,

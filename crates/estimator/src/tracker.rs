@@ -2,12 +2,16 @@
 //!
 //! [`Track::advanced`] takes a track over one instant. Its stages, in order:
 //!
-//! 1. [`track`]: the views are weighed by what is known of the cameras' noise ([`noise_scales`], [`distortion_share`]) and clocks
-//!    ([`clock_knowledge`]).
-//! 2. [`branching`]: each [`hypothesis`] is predicted and branches: updated, hit in the meantime, or with all views rejected.
-//! 3. [`gating`]: views that contradict the others are left out; [`curvature`] widens covariances where the cost is flat.
-//! 4. [`planar_ambiguity`] and [`joint_search`] propose other minima; [`birth`] proposes attitudes where nothing is known.
-//! 5. [`branching`] weighs the hypotheses and drops the hopeless; [`camera_consistency`] remembers which cameras contradict.
+//! 1. [`track`]: the views are weighed by what is known of the cameras' noise ([`noise_scales`], [`distortion_share`])
+//!    and clocks ([`clock_knowledge`]).
+//! 2. [`branching`]: each [`hypothesis`] is predicted and branches: updated, hit in the meantime, or with all views
+//!    rejected.
+//! 3. [`gating`]: views that contradict the others are left out; [`curvature`] widens covariances where the cost is
+//!    flat.
+//! 4. [`planar_ambiguity`] and [`joint_search`] propose other minima; [`birth`] proposes attitudes where nothing is
+//!    known.
+//! 5. [`branching`] weighs the hypotheses and drops the hopeless; [`camera_consistency`] remembers which cameras
+//!    contradict.
 //!
 //! [`timeline`] keeps the tracks of the fixed lag, [`report`] and [`link_marginals`] make estimates from a track, and
 //! [`finalised_views`] the residuals that fault diagnosis works with.
@@ -31,7 +35,7 @@ pub(crate) mod track;
 pub(crate) mod view_outcome;
 
 use crate::FusionOptions;
-use crate::site::{ObjectImage, Site};
+use crate::site::{ModelledSite, ObjectImage};
 use crate::tracker::track::Track;
 
 impl Track {
@@ -40,7 +44,7 @@ impl Track {
         &self,
         time_ns: u64,
         images: &[&ObjectImage],
-        site: &Site,
+        site: &ModelledSite,
         options: &FusionOptions,
     ) -> Self {
         if !self.timing.is_changed_by(images) {

@@ -1,9 +1,9 @@
 //! The best rigid motion between estimated and true poses, and the residual errors, from sums of constant size.
 //!
-//! A rig that is wrong as a whole is another world frame, which images cannot reveal. With imperfect files, poses are therefore compared
-//! after the motion `estimated_from_true` = (R, t) that minimises
-//! `sum |p - R q - t|^2 / sp^2 + sum |P - R Q|_F^2 / sr^2` over estimates (P, p) and truths (Q, q)
-//! (K. S. Arun, T. S. Huang, S. D. Blostein, "Least-squares fitting of two 3-D point sets", 1987, with attitudes added).
+//! A rig that is wrong as a whole is another world frame, which images cannot reveal. With imperfect files, poses are
+//! therefore compared after the motion `estimated_from_true` = (R, t) that minimises `sum |p - R q - t|^2 / sp^2 +
+//! sum |P - R Q|_F^2 / sr^2` over estimates (P, p) and truths (Q, q) (K. S. Arun, T. S. Huang, S. D. Blostein,
+//! "Least-squares fitting of two 3-D point sets", 1987, with attitudes added).
 
 use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use sextant_geometry::Pose;
@@ -41,12 +41,7 @@ pub struct Rms {
 
 impl PosePairs {
     /// Adds an estimate with its covariance (6x6, position before attitude) and the true pose at its capture time.
-    pub fn add(
-        &mut self,
-        capture_ns: u64,
-        (estimate, covariance): (&Pose, &[f64; 36]),
-        truth: &Pose,
-    ) {
+    pub fn add(&mut self, capture_ns: u64, estimate: &Pose, covariance: &[f64; 36], truth: &Pose) {
         if capture_ns > self.newest_ns {
             self.forget((capture_ns - self.newest_ns) as f64);
             self.newest_ns = capture_ns;
@@ -154,7 +149,7 @@ mod tests {
             let mut estimate = displacement * truth;
             estimate.translation.vector += noise(1e-3);
             estimate.rotation = UnitQuaternion::from_scaled_axis(noise(5e-3)) * estimate.rotation;
-            pairs.add(capture_ns, (&estimate, &covariance), &truth);
+            pairs.add(capture_ns, &estimate, &covariance, &truth);
         }
         pairs
     }
@@ -193,7 +188,7 @@ mod tests {
         let truth = Pose::identity();
         for i in 0..3000 {
             let capture_ns = 10_000_000_000 + i * 33_000_000;
-            pairs.add(capture_ns, (&truth, &[0.0; 36]), &truth);
+            pairs.add(capture_ns, &truth, &[0.0; 36], &truth);
         }
         let errors = pairs.errors(&Pose::identity()).unwrap();
         assert!(errors.position_m < 2e-3, "{errors:?}");

@@ -70,7 +70,7 @@ pub fn compare(
     };
     let objects = by_object.into_iter().filter_map(|(object, poses)| {
         let reference = references.get(object)?;
-        ObjectComparison::of(&poses, reference, &estimated_from_true)
+        ObjectComparison::for_object(&poses, reference, &estimated_from_true)
     });
     objects.collect()
 }
@@ -81,21 +81,21 @@ fn best_motion(poses: &[ObjectEstimate], references: &References) -> Pose {
         let reference = references.get(&pose.object);
         if let Some(truth) = reference.and_then(|reference| reference.at(pose.capture_ns)) {
             // All at one time, so that none is forgotten.
-            pairs.add(0, (&pose.world_from_object, &[0.0; 36]), &truth);
+            pairs.add(0, &pose.world_from_object, &[0.0; 36], &truth);
         }
     }
     PosePairs::alignment(std::iter::once(&pairs)).unwrap_or_else(Pose::identity)
 }
 
 impl ObjectComparison {
-    fn of(
+    fn for_object(
         poses: &[&ObjectEstimate],
         reference: &Trajectory,
         estimated_from_true: &Pose,
     ) -> Option<Self> {
         let errors = poses.iter().filter_map(|pose| {
             let truth = estimated_from_true * reference.at(pose.capture_ns)?;
-            Some(TimedError::of(pose, &truth))
+            Some(TimedError::from_estimate(pose, &truth))
         });
         let errors: Vec<TimedError> = errors.collect();
         let mut consistency = Consistency::default();
@@ -105,8 +105,8 @@ impl ObjectComparison {
             object: poses.first()?.object.clone(),
             compared: errors.len(),
             without_reference: poses.len() - errors.len(),
-            position_mm: Spread::of(errors.iter().map(|error| error.position_m[0] * 1e3))?,
-            attitude_deg: Spread::of(
+            position_mm: Spread::from_values(errors.iter().map(|error| error.position_m[0] * 1e3))?,
+            attitude_deg: Spread::from_values(
                 errors
                     .iter()
                     .map(|error| error.attitude_rad[0].to_degrees()),
@@ -119,7 +119,7 @@ impl ObjectComparison {
 }
 
 impl TimedError {
-    fn of(estimate: &ObjectEstimate, truth: &Pose) -> Self {
+    fn from_estimate(estimate: &ObjectEstimate, truth: &Pose) -> Self {
         let error = PoseError::between(&estimate.world_from_object, truth);
         let covariance = &estimate.covariance;
         let sigma = |first: usize| {

@@ -1,6 +1,8 @@
-//! Conventions of a reference that differ from those here, by its poses: unit of length, order of quaternions, direction of the poses.
+//! Conventions of a reference that differ from those here, by its poses: unit of length, order of quaternions,
+//! direction of the poses.
 //!
-//! Compared is the motion of the body from one pose to the next half a trajectory on, whose angle and form depend on no world frame.
+//! Compared is the motion of the body from one pose to the next half a trajectory on, whose angle and form depend on no
+//! world frame.
 
 use crate::reference::{References, Trajectory};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
@@ -111,7 +113,8 @@ pub fn no_common_time(poses: &[ObjectEstimate], references: &References) -> Stri
         None => "none".to_owned(),
     };
     format!(
-        "no pose of the reference is of the time of a replayed pose of the same object: it has {}, the poses have {}; both count from 1970, in the unit of the header",
+        "no pose of the reference is of the time of a replayed pose of the same object: it has \
+         {}, the poses have {}; both count from 1970, in the unit of the header",
         words(given),
         words(replayed)
     )

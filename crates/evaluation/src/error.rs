@@ -84,7 +84,7 @@ pub struct Spread {
 
 impl Spread {
     /// Statistics of these values; none without any.
-    pub fn of(values: impl Iterator<Item = f64>) -> Option<Self> {
+    pub fn from_values(values: impl Iterator<Item = f64>) -> Option<Self> {
         let mut sorted: Vec<f64> = values.collect();
         sorted.sort_by(f64::total_cmp);
         let max = *sorted.last()?;

@@ -6,8 +6,9 @@
 //! - [`other_conventions`]: units and orders that a reference seems to have.
 //! - [`live`]: poses of a running site against the simulator's truth, with constant memory.
 //!
-//! The error of an estimate (P, p) of a pose (Q, q) is the step `(p - q, log(P Q^T))`, in m and rad and in world axes, over which
-//! covariances of poses are published ([`sextant_geometry::se3::difference`]). Nothing here knows how poses are made.
+//! The error of an estimate (P, p) of a pose (Q, q) is the step `(p - q, log(P Q^T))`, in m and rad and in world axes,
+//! over which covariances of poses are published ([`sextant_geometry::se3::difference`]). Nothing here knows how poses
+//! are made.
 
 mod alignment;
 mod comparison;

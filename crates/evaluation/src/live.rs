@@ -1,7 +1,7 @@
 //! Scores of a running site: published poses against the simulator's truth, per object, and the latency of all.
 //!
-//! Input: published poses, with the true pose at their capture time. Output: RMS errors of the last seconds beside the published
-//! sigmas, coverage, percentiles. Memory is constant.
+//! Input: published poses, with the true pose at their capture time. Output: RMS errors of the last seconds beside the
+//! published sigmas, coverage, percentiles. Memory is constant.
 
 use crate::alignment::{PosePairs, Rms};
 use serde::Serialize;
@@ -152,8 +152,9 @@ struct ObjectScore {
 impl ObjectScore {
     fn count(&mut self, slot: u64, judged: &ScoredPose) {
         self.poses += 1;
-        let estimate = (judged.estimate, judged.covariance);
-        self.pairs.add(judged.capture_ns, estimate, judged.truth);
+        let (estimate, covariance) = (judged.estimate, judged.covariance);
+        self.pairs
+            .add(judged.capture_ns, estimate, covariance, judged.truth);
         self.slots.mark(slot);
     }
 

@@ -1,7 +1,7 @@
 //! Columns of a text table of poses: which one is the time, the position and the quaternion, and in which units.
 //!
-//! A header decides where there is one: `#timestamp [ns],tx,ty,tz,qx,qy,qz,qw`, EuRoC's `p_RS_R_x [m]`, ROS's `pose.position.x`. Columns
-//! that are no pose are passed over. Without a header the order is that of the format.
+//! A header decides where there is one: `#timestamp [ns],tx,ty,tz,qx,qy,qz,qw`, EuRoC's `p_RS_R_x [m]`, ROS's
+//! `pose.position.x`. Columns that are no pose are passed over. Without a header the order is that of the format.
 
 use sextant_geometry::{Pose, PoseParts};
 use std::borrow::Cow;
@@ -72,7 +72,8 @@ impl PoseColumns {
         }
     }
 
-    /// The columns that a line names; nothing where it is no header. A line that names a time and half of a pose is one.
+    /// The columns that a line names; nothing where it is no header. A line that names a time and half of a pose is
+    /// one.
     ///
     /// # Errors
     /// A header without one of the columns, with two of one kind, or with an unknown unit.
@@ -281,7 +282,8 @@ fn digits_to_ns(unit: &str) -> Result<i32, String> {
     }
 }
 
-/// The unit of a time whose header has none, by which it lies between 2001 and 5000; small whole numbers are nanoseconds.
+/// The unit of a time whose header has none, by which it lies between 2001 and 5000; small whole numbers are
+/// nanoseconds.
 fn probable_unit(time: &str) -> i32 {
     let value: f64 = time.parse().unwrap_or(0.0);
     match value {
@@ -323,8 +325,8 @@ fn plain(cell: &str) -> &str {
     cell.trim().trim_matches('"').trim()
 }
 
-/// The columns of a row: between semicolons, tabs or commas where there are any, else between blanks. Between the former two a comma is a
-/// decimal one.
+/// The columns of a row: between semicolons, tabs or commas where there are any, else between blanks. Between the
+/// former two a comma is a decimal one.
 fn split(line: &str) -> Vec<Cow<'_, str>> {
     match separator(line) {
         None => line.split_whitespace().map(Cow::from).collect(),
@@ -405,7 +407,8 @@ mod tests {
     #[test]
     fn columns_are_read_by_their_names_and_units() {
         let columns = |header: &str| PoseColumns::of_header(header).unwrap().unwrap();
-        let euroc = "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z [], v_RS_R_x [m s^-1], v_RS_R_y [m s^-1], v_RS_R_z [m s^-1], b_w_RS_S_x [rad s^-1]";
+        let euroc = "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], \
+            q_RS_y [], q_RS_z [], v_RS_R_x [m s^-1], v_RS_R_y [m s^-1], v_RS_R_z [m s^-1], b_w_RS_S_x [rad s^-1]";
         let row = "1403636580838555648,4.6,-1.7,0.8,0.5,0.5,-0.5,-0.5,9,9,9,9";
         assert_eq!(columns(euroc).row(row), PoseColumns::EUROC.row(row));
         let swapped = columns("#timestamp [us],x [mm],y [mm],z [mm],qx,qy,qz,qw");
@@ -456,10 +459,13 @@ mod tests {
                 .unwrap(),
             expected
         );
-        let bag = "%time,field.header.seq,field.header.stamp,field.header.frame_id,field.pose.position.x,field.pose.position.y,field.pose.position.z,field.pose.orientation.x,field.pose.orientation.y,field.pose.orientation.z,field.pose.orientation.w";
+        let bag = "%time,field.header.seq,field.header.stamp,field.header.frame_id,\
+            field.pose.position.x,field.pose.position.y,field.pose.position.z,\
+            field.pose.orientation.x,field.pose.orientation.y,field.pose.orientation.z,field.pose.orientation.w";
         let row = "1700000000900000000,5,1700000000250000000,map,1.5,2,3,0,0,0,1";
         assert_eq!(columns(bag).row(row).unwrap(), expected);
-        let plots = "__time,/cube/pose/position/x,/cube/pose/position/y,/cube/pose/position/z,/cube/pose/orientation/x,/cube/pose/orientation/y,/cube/pose/orientation/z,/cube/pose/orientation/w";
+        let plots = "__time,/cube/pose/position/x,/cube/pose/position/y,/cube/pose/position/z,\
+            /cube/pose/orientation/x,/cube/pose/orientation/y,/cube/pose/orientation/z,/cube/pose/orientation/w";
         assert_eq!(
             columns(plots).row("1700000000.25,1.5,2,3,0,0,0,1").unwrap(),
             expected

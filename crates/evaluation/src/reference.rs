@@ -65,7 +65,8 @@ pub enum ReferenceError {
     UnknownTable(PathBuf),
     /// A CSV file without a header, where it has to say the order of the quaternion.
     #[error(
-        "{}:1: no header says which column is what; write one first, such as t [ns],x,y,z,qx,qy,qz,qw, or image,x,y,z,qx,qy,qz,qw with the number of each pose's image from 0",
+        "{}:1: no header says which column is what; write one first, such as t \
+         [ns],x,y,z,qx,qy,qz,qw, or image,x,y,z,qx,qy,qz,qw with the number of each pose's image from 0",
         .0.display()
     )]
     NoHeader(PathBuf),
@@ -103,7 +104,8 @@ pub enum ReferenceError {
     },
 }
 
-/// Reads files for these objects. A file of one trajectory is that of the object whose id is its name, or of the only object.
+/// Reads files for these objects. A file of one trajectory is that of the object whose id is its name, or of the only
+/// object.
 ///
 /// # Errors
 /// See [`ReferenceError`].
@@ -219,66 +221,66 @@ struct Table {
 
 impl Table {
     fn read(file: &Path, format: PoseColumns) -> Result<Self, ReferenceError> {
-        let mut trajectory = Trajectory::default();
-        let mut columns = format;
-        let mut has_header = false;
+        let mut table = Self {
+            columns: format,
+            has_header: false,
+            poses: Trajectory::default(),
+        };
         let mut unit = None;
         each_line(file, |line| {
             let is_data =
                 line.starts_with(|first: char| first.is_ascii_digit() || "+-.".contains(first));
-            if !is_data && trajectory.0.is_empty() {
-                match PoseColumns::of_header(line) {
-                    Some(named) => {
-                        columns = named?;
-                        has_header = true;
-                        return Ok(());
-                    }
-                    None if line.starts_with('#') || line.starts_with("sep=") => return Ok(()),
-                    None => {}
-                }
-                if let Some(cause) = mocap_export(line) {
-                    return Err(cause.to_owned());
-                }
-            }
-            if line.starts_with('#') {
+            let is_head = !is_data && table.poses.0.is_empty();
+            if is_head && table.reads_header(line)? || line.starts_with('#') {
                 return Ok(());
             }
-            if !has_header && let Some(cause) = columns.complaint_without_header(line) {
-                return Err(format!(
-                    "{cause}; write {}, or a header that names the columns",
-                    format.form()
-                ));
+            let without_header = |cause: String| {
+                let form = format.form();
+                format!("{cause}; write {form}, or a header that names the columns")
+            };
+            if !table.has_header
+                && let Some(cause) = table.columns.complaint_without_header(line)
+            {
+                return Err(without_header(cause));
             }
-            if columns.is_empty(line) {
+            if table.columns.is_empty(line) {
                 return Ok(());
             }
-            let guessed = columns.guessed_unit(line);
+            let guessed = table.columns.guessed_unit(line);
             if *unit.get_or_insert(guessed) != guessed {
-                return Err(
-                "the times of some rows seem to be in another unit: name it in the header, such as t [s]"
-                    .to_owned(),
-            );
+                let cause = "the times of some rows seem to be in another unit: name it in the header, such as t [s]";
+                return Err(cause.to_owned());
             }
-            let (t_ns, pose) = columns.row(line).map_err(|cause| match has_header {
+            let row = table.columns.row(line);
+            let (t_ns, pose) = row.map_err(|cause| match table.has_header {
                 true => cause,
-                false => format!(
-                    "{cause}; write {}, or a header that names the columns",
-                    format.form()
-                ),
+                false => without_header(cause),
             })?;
-            let former = trajectory.0.insert(t_ns, pose);
-            if former.is_some() && columns.is_by_image() {
+            let former = table.poses.0.insert(t_ns, pose);
+            if former.is_some() && table.columns.is_by_image() {
                 return Err(format!(
                     "image {t_ns} has a pose already; write one row an image"
                 ));
             }
             Ok(())
         })?;
-        Ok(Self {
-            columns,
-            has_header,
-            poses: trajectory,
-        })
+        Ok(table)
+    }
+
+    /// Reads a line above the rows; whether it was no row.
+    fn reads_header(&mut self, line: &str) -> Result<bool, String> {
+        match PoseColumns::of_header(line) {
+            Some(named) => {
+                self.columns = named?;
+                self.has_header = true;
+                Ok(true)
+            }
+            None if line.starts_with('#') || line.starts_with("sep=") => Ok(true),
+            None => match mocap_export(line) {
+                Some(cause) => Err(cause.to_owned()),
+                None => Ok(false),
+            },
+        }
     }
 }
 
@@ -291,7 +293,8 @@ pub enum KeyedPoses {
     ByImage(BTreeMap<u64, Pose>),
 }
 
-/// A table of the poses of one body: CSV with a header, by time or by the number of an image (a column `image`), or TUM text.
+/// A table of the poses of one body: CSV with a header, by time or by the number of an image (a column `image`), or TUM
+/// text.
 ///
 /// # Errors
 /// See [`ReferenceError`]; CSV without a header, since the order of a quaternion's numbers is not known then.
@@ -313,16 +316,19 @@ pub fn read_poses(file: &Path) -> Result<KeyedPoses, ReferenceError> {
     })
 }
 
-/// What a table of a motion capture system is, by its first line. These have several header lines, bodies side by side, frames in place of
-/// times, or angles.
+/// What a table of a motion capture system is, by its first line. These have several header lines, bodies side by side,
+/// frames in place of times, or angles.
 fn mocap_export(line: &str) -> Option<&'static str> {
     let first = line.split([',', '\t']).next()?.trim().trim_matches('"');
     match first {
         "Format Version" => Some(
-            "this is an export of OptiTrack Motive; keep the time and the columns of one rigid body, and write one header: t [s],qx,qy,qz,qw,x,y,z (in the order and unit of the export, with quaternions and z up)",
+            "this is an export of OptiTrack Motive; keep the time and the columns of one rigid \
+             body, and write one header: t [s],qx,qy,qz,qw,x,y,z (in the order and unit of the \
+             export, with quaternions and z up)",
         ),
         "Objects" | "Segments" | "Trajectories" => Some(
-            "this is an export of Vicon Nexus or Tracker, which has frames and angles; write t [s],x [mm],y [mm],z [mm],qx,qy,qz,qw with time = frame / rate",
+            "this is an export of Vicon Nexus or Tracker, which has frames and angles; write t \
+             [s],x [mm],y [mm],z [mm],qx,qy,qz,qw with time = frame / rate",
         ),
         "NO_OF_FRAMES" => Some(
             "this is an export of QTM, which has matrices or angles; write t [s],x [mm],y [mm],z [mm],qx,qy,qz,qw",
@@ -443,7 +449,8 @@ mod tests {
         ] {
             assert_eq!(read_text(name, text).unwrap(), expected, "{text}");
         }
-        let spreadsheet = "sep=;\r\ntime [s];x;y;z;qx;qy;qz;qw\r\n1700000000,0;1,0;2,0;3,0;0;0;0;1\r\n1700000000,1;;;;;;;\r\n";
+        let spreadsheet = "sep=;\r\ntime [s];x;y;z;qx;qy;qz;qw\r\n\
+            1700000000,0;1,0;2,0;3,0;0;0;0;1\r\n1700000000,1;;;;;;;\r\n";
         assert_eq!(read_text("a.csv", spreadsheet).unwrap(), expected);
         let motive = "Format Version,1.23,Take Name,Take 1\r\n\r\n,Type,Rigid Body\r\n";
         let error = read_text("a.csv", motive).unwrap_err().to_string();

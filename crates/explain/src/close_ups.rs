@@ -3,7 +3,7 @@
 use crate::pictures::{AFTER, BEFORE};
 use crate::record::{Quad, Record};
 use sextant_apriltag::{Detection, Refinement};
-use sextant_drawing::{Canvas, Font, GROUND, INK, View, legend_height, write_legend};
+use sextant_drawing::{Canvas, CanvasView, Font, GROUND, INK, legend_height, write_legend};
 use sextant_recordings::GreyImage;
 
 /// Side of the square that shows a tag, and of those that show its corners, pixels of the canvas.
@@ -50,7 +50,7 @@ fn draw_tag(
     );
     let (left, top) = (left + 2 * GAP, top + CAPTION);
     let mut draw = |place: [usize; 2], side: usize, middle: [f32; 2], seen: f32| {
-        let view = View {
+        let view = CanvasView {
             scale: side as f32 / seen,
             from: middle.map(|value| value + 0.5 - seen / 2.0),
             to: [0.0; 2],

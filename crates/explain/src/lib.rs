@@ -65,11 +65,12 @@ pub struct Explanation {
 }
 
 impl Explanation {
-    /// Detects the tags in a picture's file. Times are those of the run of median length among `reps`, which is at least 1.
+    /// Detects the tags in a picture's file. Times are those of the run of median length among `reps`, which is at
+    /// least 1.
     ///
     /// # Errors
     /// A file that is no picture, a size or options that the detector does not take.
-    pub fn of(path: &Path, options: &Options, reps: u32) -> Result<Self, ExplainError> {
+    pub fn explain(path: &Path, options: &Options, reps: u32) -> Result<Self, ExplainError> {
         let picture = read_picture(path)?;
         let image = image_of(&picture).map_err(|cause| ExplainError::Image {
             path: path.to_owned(),

@@ -3,7 +3,8 @@
 use crate::record::{PassRecord, Quad, Record};
 use sextant_apriltag::{Detection, Rejection};
 use sextant_drawing::{
-    Canvas, Colour, Font, GROUND, INK, LegendLine, View, legend_height, legend_width, write_legend,
+    Canvas, CanvasView, Colour, Font, GROUND, INK, LegendLine, legend_height, legend_width,
+    write_legend,
 };
 use sextant_recordings::GreyImage;
 use std::collections::BTreeMap;
@@ -166,10 +167,10 @@ fn on_picture(
     picture: &GreyImage,
     colour_of: impl Fn(u8) -> Colour,
     legend: &[LegendLine],
-) -> (Canvas, View) {
+) -> (Canvas, CanvasView) {
     let scale = (USUAL_WIDTH / picture.width.max(picture.height)).clamp(1, 4);
     let (width, height) = (picture.width * scale, picture.height * scale);
-    let view = View {
+    let view = CanvasView {
         scale: scale as f32,
         from: [0.0; 2],
         to: [0.0; 2],

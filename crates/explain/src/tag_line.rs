@@ -4,7 +4,8 @@ use serde::Serialize;
 use sextant_apriltag::Detection;
 use sextant_tag_families::Family;
 
-/// A tag as JSON has it: corners clockwise from the top left, px, with (0, 0) at the centre of the top-left pixel; covariances in px².
+/// A tag as JSON has it: corners clockwise from the top left, px, with (0, 0) at the centre of the top-left pixel;
+/// covariances in px².
 #[derive(Serialize)]
 pub struct TagLine {
     family: Family,

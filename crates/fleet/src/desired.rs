@@ -156,7 +156,8 @@ fn minimal(camera: &CameraId, sources: &Sources<'_>) -> Result<String, FleetErro
         });
     }
     let mut text = format!(
-        "# Written by `sextant deploy`. Exposure, gain, the lens and the sizes of tags come from the site.\nsite = \"{site}\"\ncamera = \"{camera}\"\n\n[network]\nconnect = [{router:?}]\n"
+        "# Written by `sextant deploy`. Exposure, gain, the lens and the sizes of tags come from \
+         the site.\nsite = \"{site}\"\ncamera = \"{camera}\"\n\n[network]\nconnect = [{router:?}]\n"
     );
     if authority.is_some_and(|authority| {
         KeyFiles::within(&authority.join(camera.as_str()))

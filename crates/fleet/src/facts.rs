@@ -117,7 +117,9 @@ pub mod tests {
     use super::*;
 
     /// A Raspberry Pi with a 32-bit system.
-    pub const PI: &str = "machine aarch64\nbits 1\nlibc glibc 2.36\ninit systemd\ndpkg armhf\nwritable yes\npackage ii  0.1.0-1\nprogram p\ndeployed d p\nfile camera.toml c\nfile keys/key.pem k\nactive yes\nend\n";
+    pub const PI: &str = "machine aarch64\nbits 1\nlibc glibc 2.36\ninit systemd\ndpkg armhf\n\
+        writable yes\npackage ii  0.1.0-1\nprogram p\ndeployed d p\nfile camera.toml c\n\
+        file keys/key.pem k\nactive yes\nend\n";
 
     #[test]
     fn a_board_says_what_it_is() {

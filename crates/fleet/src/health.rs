@@ -21,7 +21,7 @@ pub struct Health {
 
 impl Health {
     /// Knows nothing yet.
-    pub fn of(cameras: BTreeSet<CameraId>) -> Self {
+    pub fn new(cameras: BTreeSet<CameraId>) -> Self {
         Self {
             cameras,
             last: Mutex::default(),

@@ -32,7 +32,7 @@ const MOST_LOG_LINES: usize = 40;
 /// How it ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Outcome {
+pub enum DeployOutcome {
     /// It has what it shall have, and the site sees it.
     New,
     /// It had everything already.
@@ -59,7 +59,7 @@ pub struct Report {
     /// Its camera.
     pub camera: String,
     /// How it ended.
-    pub outcome: Outcome,
+    pub outcome: DeployOutcome,
     /// Version before.
     pub from: Option<String>,
     /// Version wanted.
@@ -107,15 +107,15 @@ pub struct HostJob<'a> {
 
 /// What stopped it.
 struct Stop {
-    outcome: Outcome,
+    outcome: DeployOutcome,
     cause: String,
 }
 
 impl From<SshError> for Stop {
     fn from(error: SshError) -> Self {
         let outcome = match error {
-            SshError::Unreachable(_) => Outcome::Unreachable,
-            SshError::Refused(_) => Outcome::Untouched,
+            SshError::Unreachable(_) => DeployOutcome::Unreachable,
+            SshError::Refused(_) => DeployOutcome::Untouched,
         };
         Self {
             outcome,
@@ -127,7 +127,7 @@ impl From<SshError> for Stop {
 impl From<FleetError> for Stop {
     fn from(error: FleetError) -> Self {
         Self {
-            outcome: Outcome::Untouched,
+            outcome: DeployOutcome::Untouched,
             cause: error.to_string(),
         }
     }
@@ -136,7 +136,7 @@ impl From<FleetError> for Stop {
 impl From<String> for Stop {
     fn from(cause: String) -> Self {
         Self {
-            outcome: Outcome::Untouched,
+            outcome: DeployOutcome::Untouched,
             cause,
         }
     }
@@ -148,7 +148,7 @@ impl Deployment<'_> {
         let mut report = Report {
             host: job.target.host.clone(),
             camera: job.target.camera.to_string(),
-            outcome: Outcome::Untouched,
+            outcome: DeployOutcome::Untouched,
             from: None,
             to: None,
             changes: Vec::new(),
@@ -167,24 +167,29 @@ impl Deployment<'_> {
         report
     }
 
-    fn steps(&self, job: &HostJob<'_>, report: &mut Report) -> Result<Outcome, Stop> {
+    fn steps(&self, job: &HostJob<'_>, report: &mut Report) -> Result<DeployOutcome, Stop> {
         self.say(job, "looking")?;
         let (camera, keys) = (&job.target.camera, job.desired.keys_place());
         let facts = job.ssh.run(SCRIPT, &format!("look {camera} {keys}"))?;
         let facts = HostFacts::parse(&facts)?;
         let package = self.packages.for_host(&facts)?;
-        let plan = Plan::of(&facts, package, job.desired)?;
+        let plan = Plan::compare(&facts, package, job.desired)?;
         report.from.clone_from(&plan.from);
         report.to = Some(plan.to.clone());
         report.changes.clone_from(&plan.changes);
         if plan.changes.is_empty() {
-            return Ok(Outcome::Unchanged);
+            return Ok(DeployOutcome::Unchanged);
         }
         if plan.package.is_some() && !facts.is_writable {
-            return Err("its root is read-only: remount it, or put the package into its image (deploy/README.md)".to_owned().into());
+            return Err(
+                "its root is read-only: remount it, or put the package into its image \
+                (deploy/README.md)"
+                    .to_owned()
+                    .into(),
+            );
         }
         let Some(health) = self.health else {
-            return Ok(Outcome::Planned);
+            return Ok(DeployOutcome::Planned);
         };
         self.say(job, "copying")?;
         let folder = job
@@ -201,7 +206,7 @@ impl Deployment<'_> {
     fn say(&self, job: &HostJob<'_>, step: &str) -> Result<(), Stop> {
         if self.shutdown.is_requested() {
             return Err(Stop {
-                outcome: Outcome::Interrupted,
+                outcome: DeployOutcome::Interrupted,
                 cause: "interrupted; nothing was changed".to_owned(),
             });
         }
@@ -217,7 +222,7 @@ impl Deployment<'_> {
         folder: &str,
         health: &Health,
         report: &mut Report,
-    ) -> Result<Outcome, Stop> {
+    ) -> Result<DeployOutcome, Stop> {
         let (camera, keys) = (&job.target.camera, job.desired.keys_place());
         let wait_s = self.timeout.as_secs() + GRACE_S;
         let command = format!("sh {folder}/host.sh apply {camera} {keys} {folder} {wait_s}");
@@ -257,9 +262,10 @@ impl Deployment<'_> {
         match heard {
             (Some(outcome), _) => Ok(outcome),
             (None, said) => Err(Stop {
-                outcome: Outcome::Broken,
+                outcome: DeployOutcome::Broken,
                 cause: format!(
-                    "{}; the host restores its former state unless it had been told to keep the new one: run this command again to see",
+                    "{}; the host restores its former state unless it had been told to keep the \
+                     new one: run this command again to see",
                     job.ssh.error(status, &said)
                 ),
             }),
@@ -277,7 +283,7 @@ struct Dialogue<'a> {
     input: Option<ChildStdin>,
     /// When the new program was started.
     started: Option<Instant>,
-    outcome: Option<Outcome>,
+    outcome: Option<DeployOutcome>,
 }
 
 impl Dialogue<'_> {
@@ -315,10 +321,10 @@ impl Dialogue<'_> {
             "log" if report.log.len() < MOST_LOG_LINES => report.log.push(rest.to_owned()),
             "outcome" => {
                 self.outcome = Some(match rest {
-                    "new" => Outcome::New,
-                    "former" => Outcome::RolledBack,
-                    "untouched" => Outcome::Untouched,
-                    _ => Outcome::Broken,
+                    "new" => DeployOutcome::New,
+                    "former" => DeployOutcome::RolledBack,
+                    "untouched" => DeployOutcome::Untouched,
+                    _ => DeployOutcome::Broken,
                 });
             }
             _ => {}
@@ -410,14 +416,14 @@ impl Report {
         let to = self.to.as_deref().unwrap_or("?");
         let cause = self.cause.as_deref().unwrap_or("");
         match self.outcome {
-            Outcome::New => format!("healthy, version {to} ({changes})"),
-            Outcome::Unchanged => format!("nothing to do, version {to}"),
-            Outcome::Planned => format!("would {changes}"),
-            Outcome::RolledBack => format!("failed and rolled back: {cause}"),
-            Outcome::Untouched => format!("failed, nothing was changed: {cause}"),
-            Outcome::Unreachable => format!("not reached: {cause}"),
-            Outcome::Broken => format!("FAILED: {cause}"),
-            Outcome::Interrupted => cause.to_owned(),
+            DeployOutcome::New => format!("healthy, version {to} ({changes})"),
+            DeployOutcome::Unchanged => format!("nothing to do, version {to}"),
+            DeployOutcome::Planned => format!("would {changes}"),
+            DeployOutcome::RolledBack => format!("failed and rolled back: {cause}"),
+            DeployOutcome::Untouched => format!("failed, nothing was changed: {cause}"),
+            DeployOutcome::Unreachable => format!("not reached: {cause}"),
+            DeployOutcome::Broken => format!("FAILED: {cause}"),
+            DeployOutcome::Interrupted => cause.to_owned(),
         }
     }
 }

@@ -2,12 +2,14 @@
 #
 #   look NAME KEYS           prints what is there, a line each: a word, then its value
 #   apply NAME KEYS FOLDER SECONDS
-#                            puts what the folder has in force, then waits for a line on standard input. `keep` keeps it; anything else,
-#                            the end of the connection or SECONDS without a word bring back what was there before.
+#                            puts what the folder has in force, then waits for a line on standard input. `keep`
+#                            keeps it; anything else, the end of the connection or SECONDS without a word bring back
+#                            what was there before.
 #
-# NAME is the camera, KEYS the folder of its keys below the state folder, or `-`. A host is changed by one program at a time. What was there
-# before lies in FORMER, complete, from before the first change until the new state is kept or the old one is back: where it exists at the
-# start, an earlier run was cut off, by a power failure say, and is undone first.
+# NAME is the camera, KEYS the folder of its keys below the state folder, or `-`. A host is changed by one program at a
+# time. What was there before lies in FORMER, complete, from before the first change until the new state is kept or the
+# old one is back: where it exists at the start, an earlier run was cut off, by a power failure say, and is undone
+# first.
 set -u
 umask 077
 
@@ -123,7 +125,8 @@ repack() {
         [ -n "$file" ] && { cp "$file" "$tree/DEBIAN/$part" || return 1; }
     done
     dpkg-query --status "$PACKAGE" |
-        awk '/^Status:/ { next } /^Conffiles:/ { skip = 1; next } /^ / && skip { next } { skip = 0; print }' >"$tree/DEBIAN/control"
+        awk '/^Status:/ { next } /^Conffiles:/ { skip = 1; next } /^ / && skip { next } { skip = 0; print }' \
+            >"$tree/DEBIAN/control"
     chmod -R u+rwX,go+rX "$tree" && dpkg-deb -Znone --build "$tree" "$1" && rm -rf "$tree"
 }
 
@@ -176,7 +179,8 @@ restore_package() {
 
 # --- configuration and keys ---
 
-# Puts a copy in the place of a file or folder, whole from one moment to the next; removes it where the copy's origin is missing.
+# Puts a copy in the place of a file or folder, whole from one moment to the next; removes it where the copy's origin is
+# missing.
 replace() {
     from=$1 to=$2
     rm -rf "$to.new" "$to.old" || return 1
@@ -329,7 +333,8 @@ apply() {
 
 keep() {
     if [ -f "$FOLDER/package.sha256" ]; then
-        echo "deployed $(cat "$FOLDER/package.sha256") $(digest "$PROGRAM")" >"$BASE/record.new" && mv "$BASE/record.new" "$BASE/record"
+        echo "deployed $(cat "$FOLDER/package.sha256") $(digest "$PROGRAM")" >"$BASE/record.new" &&
+            mv "$BASE/record.new" "$BASE/record"
     fi
     sync
     rm -rf "$FORMER"
@@ -344,7 +349,8 @@ clean() {
     done
 }
 
-# A lost connection or Ctrl-C at the other end must not cut this short. Not ignored: what is started would ignore them as well, for good.
+# A lost connection or Ctrl-C at the other end must not cut this short. Not ignored: what is started would ignore them
+# as well, for good.
 trap : HUP INT TERM PIPE
 case $ACTION in
 look) look "$3" ;;

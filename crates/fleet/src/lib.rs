@@ -1,4 +1,5 @@
-//! Camera nodes on boards, over the system's ssh: a host gets its package, configuration and keys, and is new or as it was.
+//! Camera nodes on boards, over the system's ssh: a host gets its package, configuration and keys, and is new or as it
+//! was.
 //!
 //! | module | what |
 //! |---|---|
@@ -26,7 +27,7 @@ mod target;
 pub use desired::{Desired, Sources};
 pub use error::FleetError;
 pub use health::Health;
-pub use host::{Deployment, HostJob, OnStep, Outcome, Report};
+pub use host::{DeployOutcome, Deployment, HostJob, OnStep, Report};
 pub use packages::PackageFolder;
 pub use run::{RunError, deploy};
 pub use ssh::{Ssh, SshError};

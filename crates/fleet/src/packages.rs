@@ -31,7 +31,7 @@ enum PackageKind {
 }
 
 impl Package {
-    fn of(file: &Path) -> Option<Self> {
+    fn from_file_name(file: &Path) -> Option<Self> {
         let name = file.file_name()?.to_str()?;
         let rest = name.strip_prefix(NAME)?;
         let (kind, version, architecture) = match rest.strip_suffix(".deb") {
@@ -87,7 +87,9 @@ impl PackageFolder {
         };
         let entries = fs::read_dir(folder).map_err(|cause| none(Some(cause)))?;
         let files = entries.filter_map(|entry| Some(entry.ok()?.path()));
-        let packages: Vec<Package> = files.filter_map(|file| Package::of(&file)).collect();
+        let packages: Vec<Package> = files
+            .filter_map(|file| Package::from_file_name(&file))
+            .collect();
         if packages.is_empty() {
             return Err(none(None));
         }
@@ -215,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn a_system_without_a_package_is_told_why() {
+    fn a_system_without_a_package_gets_the_reason() {
         for (from, to, why) in [
             ("glibc 2.36", "glibc 2.24", "glibc 2.25 or newer"),
             ("glibc 2.36", "musl", "its C library is musl"),

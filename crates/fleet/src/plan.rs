@@ -25,7 +25,11 @@ impl Plan {
     ///
     /// # Errors
     /// Keys that cannot be read here.
-    pub fn of(facts: &HostFacts, package: Package, desired: &Desired) -> Result<Self, FleetError> {
+    pub fn compare(
+        facts: &HostFacts,
+        package: Package,
+        desired: &Desired,
+    ) -> Result<Self, FleetError> {
         let wanted = desired.digests()?;
         let part = |name: &str| {
             let of = |files: &std::collections::BTreeMap<String, String>| {
@@ -96,7 +100,7 @@ mod tests {
                 .unwrap()
                 .for_host(&facts)
                 .unwrap();
-            Plan::of(&facts, package, &desired).unwrap()
+            Plan::compare(&facts, package, &desired).unwrap()
         };
         let new = plan(&facts);
         assert_eq!(

@@ -23,14 +23,16 @@ pub enum RunError {
     Panic,
 }
 
-/// Deploys to hosts, `parallel` at a time, while `health` collects what the site sees; reports in the order of the jobs.
+/// Deploys to hosts, `parallel` at a time, while `health` collects what the site sees; reports in the order of the
+/// jobs.
 ///
 /// # Errors
 /// See [`RunError`]. What becomes of a host is in its report.
 pub fn deploy(
     deployment: &Deployment<'_>,
     jobs: &[HostJob<'_>],
-    (site, health): (Option<&SiteSession>, &Health),
+    site: Option<&SiteSession>,
+    health: &Health,
     parallel: u8,
 ) -> Result<Vec<Report>, RunError> {
     let (next, reports) = (AtomicUsize::new(0), Mutex::new(Vec::new()));

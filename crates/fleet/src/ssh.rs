@@ -7,7 +7,8 @@ use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
-/// What the host's `host.sh` is started with: root, at once or by sudo without a password. The words after it are safe in a shell.
+/// What the host's `host.sh` is started with: root, at once or by sudo without a password. The words after it are safe
+/// in a shell.
 const AS_ROOT: &str = "if [ \"$(id -u)\" = 0 ]; then exec sh -s";
 /// Longest answer of a host, and what is kept of its complaints.
 const MOST_BYTES: usize = 64 << 10;
@@ -21,6 +22,44 @@ const LAST_WORDS: Duration = Duration::from_secs(2);
 const POLL: Duration = Duration::from_millis(20);
 /// `ssh` itself failed.
 const SSH_FAILED: i32 = 255;
+
+/// Words of ssh and sudo on standard error, the first that fits, with what they mean for the {host}; {last}: their last
+/// line.
+const KNOWN: &[(&str, &str)] = &[
+    (
+        "REMOTE HOST IDENTIFICATION HAS CHANGED",
+        "the host key of {host} differs from the known one: if the board was installed anew, \
+         remove the old key with `ssh-keygen -R`; otherwise the connection may be intercepted",
+    ),
+    (
+        "Host key verification failed",
+        "the host key of {host} is not known here: connect once with `ssh {host}`, compare the \
+         fingerprint, and run this again",
+    ),
+    (
+        "Permission denied",
+        "{host} wants a password: copy your public key there with `ssh-copy-id {host}`, or \
+         unlock it with `ssh-add`",
+    ),
+    (
+        "sudo: not found",
+        "there is no sudo on {host}: connect as root",
+    ),
+    (
+        "sudo: command not found",
+        "there is no sudo on {host}: connect as root",
+    ),
+    (
+        "sudo: a password is required",
+        "sudo on {host} wants a password: connect as root, or allow it without one (`USER \
+         ALL=(root) NOPASSWD: ALL` in /etc/sudoers.d/sextant)",
+    ),
+    (
+        "sudo:",
+        "sudo on {host} refuses ({last}): connect as root, or allow it without a password (`USER \
+         ALL=(root) NOPASSWD: ALL` in /etc/sudoers.d/sextant)",
+    ),
+];
 
 /// A host, by the system's ssh.
 #[derive(Debug, Clone)]
@@ -58,7 +97,8 @@ impl Ssh {
     /// As [`Ssh::run`].
     pub fn unpack(&self, archive: &[u8], parent: &str) -> Result<String, SshError> {
         let command = format!(
-            "sh -c 'umask 077; mkdir -p {parent} && folder=$(mktemp -d {parent}/stage.XXXXXX) && tar -x -f - -C \"$folder\" && echo \"$folder\"'"
+            "sh -c 'umask 077; mkdir -p {parent} && folder=$(mktemp -d {parent}/stage.XXXXXX) && \
+             tar -x -f - -C \"$folder\" && echo \"$folder\"'"
         );
         let child = self.spawn(&with_root(&command))?;
         Ok(self.output(child, archive, COPY)?.trim().to_owned())
@@ -124,49 +164,13 @@ impl Ssh {
             .lines()
             .rfind(|line| !line.trim().is_empty())
             .map_or_else(|| "no word of why".to_owned(), |line| plain(line.trim()));
-        let known = [
-            (
-                "REMOTE HOST IDENTIFICATION HAS CHANGED",
-                format!(
-                    "the host key of {host} differs from the known one: if the board was installed anew, remove the old key with `ssh-keygen -R`; otherwise the connection may be intercepted"
-                ),
-            ),
-            (
-                "Host key verification failed",
-                format!(
-                    "the host key of {host} is not known here: connect once with `ssh {host}`, compare the fingerprint, and run this again"
-                ),
-            ),
-            (
-                "Permission denied",
-                format!(
-                    "{host} wants a password: copy your public key there with `ssh-copy-id {host}`, or unlock it with `ssh-add`"
-                ),
-            ),
-            (
-                "sudo: not found",
-                format!("there is no sudo on {host}: connect as root"),
-            ),
-            (
-                "sudo: command not found",
-                format!("there is no sudo on {host}: connect as root"),
-            ),
-            (
-                "sudo: a password is required",
-                format!(
-                    "sudo on {host} wants a password: connect as root, or allow it without one (`USER ALL=(root) NOPASSWD: ALL` in /etc/sudoers.d/sextant)"
-                ),
-            ),
-            (
-                "sudo:",
-                format!(
-                    "sudo on {host} refuses ({last}): connect as root, or allow it without a password (`USER ALL=(root) NOPASSWD: ALL` in /etc/sudoers.d/sextant)"
-                ),
-            ),
-        ];
-        let known = known.into_iter().find(|(words, _)| said.contains(words));
+        let known = KNOWN.iter().find(|(words, _)| said.contains(words));
+        let known = known.map(|(_, meaning)| {
+            let meaning = meaning.replace("{host}", host);
+            meaning.replace("{last}", &last)
+        });
         match (known, code) {
-            (Some((_, words)), _) => SshError::Unreachable(words),
+            (Some(meaning), _) => SshError::Unreachable(meaning),
             (None, Some(SSH_FAILED) | None) => {
                 SshError::Unreachable(format!("no connection to {host}: {last}"))
             }
@@ -275,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn a_host_is_neither_believed_nor_awaited_for_ever() {
+    fn a_host_is_neither_trusted_nor_awaited_for_ever() {
         let soon = Duration::from_secs(20);
         assert_eq!(
             ask("cat; printf 'a\\033[2Jb\\n'", soon).unwrap(),

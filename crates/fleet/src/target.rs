@@ -54,7 +54,7 @@ mod tests {
     }
 
     #[test]
-    fn a_host_names_its_camera_or_is_told_it() {
+    fn a_host_names_its_camera_or_is_given_it() {
         for (typed, host, camera) in [
             ("north", "north", "north"),
             ("pi@North.lab", "pi@North.lab", "north"),

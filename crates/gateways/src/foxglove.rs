@@ -34,8 +34,9 @@ pub struct FoxgloveServer {
 }
 
 impl FoxgloveServer {
-    /// Serves at a listener that does not block; `site` names the server. With a token, those who connect have to have it in the address:
-    /// `ws://HOST:PORT/?token=TOKEN`. Any web page can have its visitor's browser connect to this machine.
+    /// Serves at a listener that does not block; `site` names the server. With a token, those who connect have to have
+    /// it in the address: `ws://HOST:PORT/?token=TOKEN`. Any web page can have its visitor's browser connect to this
+    /// machine.
     ///
     /// # Errors
     /// The system refuses threads or the listener.

@@ -1,4 +1,5 @@
-//! The pose of a vehicle as MAVLink `ODOMETRY`, by UDP to its autopilot, whose `TIMESYNC` requests are answered at once by a thread.
+//! The pose of a vehicle as MAVLink `ODOMETRY`, by UDP to its autopilot, whose `TIMESYNC` requests are answered at once
+//! by a thread.
 
 use crate::datagrams::{DatagramTarget, SenderCounts};
 use crate::pose_feed::{FeedCounts, Next, PoseReceiver, RateLimit};

@@ -1,6 +1,7 @@
 //! Poses and events of zones as messages of MQTT 5, and what Home Assistant needs to find the objects.
 //!
-//! What the broker keeps is sent again on each connection. Of what waits for one, a newer pose of an object replaces the older one.
+//! What the broker keeps is sent again on each connection. Of what waits for one, a newer pose of an object replaces
+//! the older one.
 
 mod broker;
 mod home_assistant;
@@ -211,7 +212,8 @@ impl PoseReceiver for MqttPublisher {
         self.retain(&topic, payload.as_bytes());
     }
 
-    /// A broker forgets what it keeps under a topic when an empty message comes; Home Assistant then removes the device.
+    /// A broker forgets what it keeps under a topic when an empty message comes; Home Assistant then removes the
+    /// device.
     fn remove(&mut self, object: &ObjectId) {
         if let Some(prefix) = &self.options.home_assistant {
             let (topic, _) = home_assistant::device(prefix, &self.options, object);

@@ -1,7 +1,8 @@
-//! Each object as a rigid body of a NatNet server: frames to a multicast group and to every client that asks for them at its own address.
+//! Each object as a rigid body of a NatNet server: frames to a multicast group and to every client that asks for them
+//! at its own address.
 //!
-//! One socket for commands and frames. A thread answers commands at once, and sends the poses of one instant in one frame: when there is a
-//! new one of every tracked object, or shortly after the first.
+//! One socket for commands and frames. A thread answers commands at once, and sends the poses of one instant in one
+//! frame: when there is a new one of every tracked object, or shortly after the first.
 
 use crate::pose_feed::{FeedCounts, GATHER, Gathering, Next, PoseReceiver};
 use crate::relay;
@@ -22,7 +23,8 @@ use std::thread::Builder;
 use std::time::{Duration, Instant};
 
 const MAX_CLIENTS: usize = 64;
-/// A client without a sign of life for this long gets no frames any more; those in use send one every two seconds or more often.
+/// A client without a sign of life for this long gets no frames any more; those in use send one every two seconds or
+/// more often.
 const SILENCE: Duration = Duration::from_secs(10);
 /// Longest wait for room in the system's buffer.
 const LONGEST_SEND: Duration = Duration::from_millis(1);

@@ -1,4 +1,5 @@
-//! Poses as values of NetworkTables 4, published at the server of a robot: `struct:Pose3d`, with the capture time as the server's time.
+//! Poses as values of NetworkTables 4, published at the server of a robot: `struct:Pose3d`, with the capture time as
+//! the server's time.
 
 use crate::pose_feed::{FeedCounts, Next, PoseReceiver, RateLimit};
 use crate::relay::{self, HostAndPort, Relay};

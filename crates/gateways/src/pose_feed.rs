@@ -65,8 +65,8 @@ pub struct FeedCounts {
     pub dropped: u64,
 }
 
-/// Hands the poses of these objects to `receiver`, those of all objects when none is named, until `end`, a request to stop, or the receiver
-/// is done. Closes the session unless it fails.
+/// Hands the poses of these objects to `receiver`, those of all objects when none is named, until `end`, a request to
+/// stop, or the receiver is done. Closes the session unless it fails.
 ///
 /// # Errors
 /// A failed subscription, or an error of the receiver.
@@ -77,18 +77,9 @@ pub fn run<R: PoseReceiver>(
     receiver: &mut R,
     reporter: &Reporter,
 ) -> Result<FeedCounts, R::Error> {
-    let expression = match objects {
-        [one] => site.keys.pose(one),
-        _ => site.keys.all_poses(),
-    };
-    let messages = site.bus.subscribe(
-        &expression,
-        QUEUE,
-        DropRule::Oldest,
-        limits::MAX_PAYLOAD_BYTES,
-    )?;
+    let messages = subscribe(&site, objects)?;
     let models = R::WANTS_MODELS
-        .then(|| Models::subscribe(&site))
+        .then(|| ObjectModels::subscribe(&site))
         .transpose()?;
     let is_wanted = |object: &ObjectId| objects.is_empty() || objects.contains(object);
     let is_over = || end.is_some_and(|end| Instant::now() >= end);
@@ -101,8 +92,7 @@ pub fn run<R: PoseReceiver>(
             models.hand_on(&site, &mut mirror, &is_wanted, receiver)?;
         }
     }
-    let mut unseen = objects.to_vec();
-    let mut hint_due = Some(Instant::now() + Duration::from_nanos(SILENCE_NS));
+    let mut hint = NoPoseHint::new(objects);
     let mut next = Next::More;
     while next == Next::More && !site.shutdown.is_requested() && !is_over() {
         if let Some(item) = messages.recv_timeout(SHUTDOWN_POLL) {
@@ -111,8 +101,7 @@ pub fn run<R: PoseReceiver>(
                 && is_wanted(&pose.object)
             {
                 counts.poses += 1;
-                unseen.retain(|object| *object != pose.object);
-                hint_due = hint_due.filter(|_| !unseen.is_empty());
+                hint.saw(&pose.object);
                 next = receiver.take(&pose)?;
             }
         }
@@ -123,13 +112,12 @@ pub fn run<R: PoseReceiver>(
         if let Some(notice) = router.notice(&site.bus) {
             reporter.report(&notice);
         }
-        let is_late = hint_due.is_some_and(|due| Instant::now() >= due || is_over());
-        if is_late && site.bus.is_connected() {
+        if site.bus.is_connected() && hint.is_due(is_over()) {
             reporter.report(&Notice::NoPose {
-                unseen: unseen.clone(),
+                unseen: hint.unseen.clone(),
                 objects: site.objects(),
             });
-            hint_due = None;
+            hint.due = None;
         }
     }
     let rejections = mirror.rejections();
@@ -140,13 +128,49 @@ pub fn run<R: PoseReceiver>(
     Ok(counts)
 }
 
+fn subscribe(site: &SiteSession, objects: &[ObjectId]) -> Result<Subscription, BusError> {
+    let expression = match objects {
+        [one] => site.keys.pose(one),
+        _ => site.keys.all_poses(),
+    };
+    let most = limits::MAX_PAYLOAD_BYTES;
+    site.bus
+        .subscribe(&expression, QUEUE, DropRule::Oldest, most)
+}
+
+/// When to say that an object has no poses.
+struct NoPoseHint {
+    /// Wanted objects without a pose so far.
+    unseen: Vec<ObjectId>,
+    /// `None` once all have had one, or after it was said.
+    due: Option<Instant>,
+}
+
+impl NoPoseHint {
+    fn new(objects: &[ObjectId]) -> Self {
+        Self {
+            unseen: objects.to_vec(),
+            due: Some(Instant::now() + Duration::from_nanos(SILENCE_NS)),
+        }
+    }
+
+    fn saw(&mut self, object: &ObjectId) {
+        self.unseen.retain(|unseen| unseen != object);
+        self.due = self.due.filter(|_| !self.unseen.is_empty());
+    }
+
+    fn is_due(&self, is_over: bool) -> bool {
+        self.due.is_some_and(|due| Instant::now() >= due || is_over)
+    }
+}
+
 /// The models of a site's objects.
-struct Models {
+struct ObjectModels {
     changes: Subscription,
     watch: ModelWatch,
 }
 
-impl Models {
+impl ObjectModels {
     fn subscribe(site: &SiteSession) -> Result<Self, BusError> {
         let key = site.keys.all_config_objects();
         let most = limits::MAX_PAYLOAD_BYTES;
@@ -225,7 +249,8 @@ impl RateLimit {
 /// How long a frame waits for the poses of further objects.
 pub const GATHER: Duration = Duration::from_millis(2);
 
-/// When a frame of the poses of several objects is sent: as soon as it is complete, or shortly after its first pose, and at most so often.
+/// When a frame of the poses of several objects is sent: as soon as it is complete, or shortly after its first pose,
+/// and at most so often.
 #[derive(Debug)]
 pub struct Gathering {
     period: Duration,

@@ -22,7 +22,8 @@ pub struct TrackerSender {
 }
 
 impl TrackerSender {
-    /// A sender of at most `rate_hz` frames a second. Objects are numbered in this order; all by name when none is named.
+    /// A sender of at most `rate_hz` frames a second. Objects are numbered in this order; all by name when none is
+    /// named.
     pub fn new(axes: Axes, objects: &[ObjectId], target: DatagramTarget, rate_hz: f64) -> Self {
         Self {
             trackers: PsnTrackers::new(axes, objects, now_ns()),

@@ -1,4 +1,5 @@
-//! Messages on their way to a server that may go away: a thread owns the connection, and opens another one when it ends.
+//! Messages on their way to a server that may go away: a thread owns the connection, and opens another one when it
+//! ends.
 //!
 //! What waits meanwhile is bounded; a newer message under a key replaces the older one.
 

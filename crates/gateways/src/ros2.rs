@@ -1,7 +1,7 @@
 //! A site's poses, detections, lenses and pictures as ROS 2 topics, by the protocol of rmw_zenoh.
 //!
-//! Two sessions: one on the site's router, as every tool has, and one on the router of ROS, of which this program is a client, since
-//! that router does not forward between peers. What becomes which message is `sextant-ros2`'s.
+//! Two sessions: one on the site's router, as every tool has, and one on the router of ROS, of which this program is a
+//! client, since that router does not forward between peers. What becomes which message is `sextant-ros2`'s.
 
 mod publishers;
 
@@ -60,7 +60,7 @@ pub enum Ros2Error {
     /// One of the sessions is closed, or refuses a declaration.
     #[error(transparent)]
     Bus(#[from] BusError),
-    /// Who is told of topics failed.
+    /// The listener for topics failed.
     #[error("the topic cannot be announced")]
     Announcement(#[source] io::Error),
 }
@@ -84,13 +84,15 @@ pub struct Ros2Counts {
     pub name_taken: u64,
 }
 
-/// Publishes what the site publishes, as the node `graph` on the router of ROS, until a request to stop. Closes both sessions unless it fails.
+/// Publishes what the site publishes, as the node `graph` on the router of ROS, until a request to stop. Closes both
+/// sessions unless it fails.
 ///
 /// # Errors
 /// See [`Ros2Error`].
 pub fn run(
     site: SiteSession,
-    (ros, graph): (Bus, Graph),
+    ros: Bus,
+    graph: Graph,
     options: BridgeOptions,
     on_topic: OnTopic<'_>,
     reporter: &Reporter,

@@ -75,13 +75,14 @@ impl SiteSession {
         };
         Ok(Self {
             bus,
-            keys: Keys::of(site),
+            keys: Keys::for_site(site),
             shutdown,
             role: security.role(),
         })
     }
 
-    /// The site as its nodes answer: their tokens, and their last messages under these keys. Waits for a second at most a key.
+    /// The site as its nodes answer: their tokens, and their last messages under these keys. Waits for a second at most
+    /// a key.
     ///
     /// # Errors
     /// A session that is closed.
@@ -159,8 +160,8 @@ impl ModelWatch {
         })
     }
 
-    /// Takes a message that was published: it is to be handled now if it is returned, else [`poll`](Self::poll) has it handled. Requests, which
-    /// are not in force, are left out.
+    /// Takes a message that was published: it is to be handled now if it is returned, else [`poll`](Self::poll) has it
+    /// handled. Requests, which are not in force, are left out.
     pub fn admit(&self, keys: &Keys, item: Item) -> Option<Item> {
         if is_request(keys, &item) {
             return None;
@@ -172,7 +173,8 @@ impl ModelWatch {
         }
     }
 
-    /// Asks for the models where that is due, and has the answers handled when they are there. Call it several times a second; it does not wait.
+    /// Asks for the models where that is due, and has the answers handled when they are there. Call it several times a
+    /// second; it does not wait.
     ///
     /// # Errors
     /// A session that is closed, and those of `handle`.
@@ -258,8 +260,8 @@ impl RouterWatch {
     }
 }
 
-/// Hands a message that arrived at `now_ns` to a mirror of its site; returns what it brought. Refused ones change nothing: `echo` and the
-/// statuses of the fusion nodes show them.
+/// Hands a message that arrived at `now_ns` to a mirror of its site; returns what it brought. Refused ones change
+/// nothing: `echo` and the statuses of the fusion nodes show them.
 pub fn take(keys: &Keys, mirror: &mut SiteMirror, item: &Item, now_ns: u64) -> Option<Update> {
     let key = keys.parse(&item.key)?;
     let update = mirror.handle(now_ns, &key, item.sender.as_deref(), item.try_bytes());

@@ -37,7 +37,8 @@ pub struct TrackerCounts {
 }
 
 impl TrackerServer {
-    /// Serves at most `rate_hz` poses a second of each object, at the address of a listener that does not block, by TCP and UDP.
+    /// Serves at most `rate_hz` poses a second of each object, at the address of a listener that does not block, by TCP
+    /// and UDP.
     ///
     /// # Errors
     /// See [`StartError`].

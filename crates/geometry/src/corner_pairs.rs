@@ -1,10 +1,12 @@
 //! Covariance of the corners of a tag, as in detections, recordings and messages: of one corner as
-//! (xx, xy, yy), and that between two corners as x of the one with x and with y of the other, then y of the one with both; px².
+//! (xx, xy, yy), and that between two corners as x of the one with x and with y of the other, then y of the one with
+//! both; px².
 
 /// The pairs of corners of a tag, in the order of their cross covariances.
 pub const CORNER_PAIRS: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 
-/// The first pair of corners whose cross covariance is not finite or exceeds their covariances, up to rounding to single precision.
+/// The first pair of corners whose cross covariance is not finite or exceeds their covariances, up to rounding to
+/// single precision.
 pub fn wrong_corner_pair(own: &[[f32; 3]; 4], shared: &[[f32; 4]; 6]) -> Option<[usize; 2]> {
     let mut pairs = CORNER_PAIRS.into_iter().zip(shared);
     let wrong = pairs.find(|(pair, shared)| !may_share(pair.map(|corner| own[corner]), shared));

@@ -59,12 +59,12 @@ pub struct Solution<S, const N: usize> {
     /// Linearisations after the first.
     pub iterations: usize,
     /// Whether the last step was within the tolerance.
-    pub outcome: Outcome,
+    pub outcome: Termination,
 }
 
 /// Why the minimiser stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
+pub enum Termination {
     /// No step improves the state by more than the tolerance.
     Converged,
     /// It could have gone on.
@@ -118,10 +118,10 @@ pub fn minimise<const N: usize, P: Problem<N>>(
     };
     for iterations in 0..options.max_iterations {
         if descent.advance(options.tolerance) == Advance::Last {
-            return Ok(descent.rest(iterations + 1, Outcome::Converged));
+            return Ok(descent.rest(iterations + 1, Termination::Converged));
         }
     }
-    Ok(descent.rest(options.max_iterations, Outcome::OutOfIterations))
+    Ok(descent.rest(options.max_iterations, Termination::OutOfIterations))
 }
 
 /// Where the minimiser is on its way.
@@ -165,7 +165,7 @@ impl<const N: usize, P: Problem<N>> Descent<'_, N, P> {
         }
     }
 
-    fn rest(self, iterations: usize, outcome: Outcome) -> Solution<P::State, N> {
+    fn rest(self, iterations: usize, outcome: Termination) -> Solution<P::State, N> {
         let (cost, information) = (self.equations.cost(), *self.equations.information());
         Solution {
             state: self.state,

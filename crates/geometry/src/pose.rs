@@ -12,8 +12,8 @@ const NORM_TOLERANCE: f64 = 0.01;
 /// A length that differs from one by no more than this is rounding.
 const UNIT_ROUNDING: f64 = 1e-14;
 
-/// The rotation of a quaternion of about unit length. One that is normalised already keeps every digit, so that a pose that is written and
-/// read again is the same pose.
+/// The rotation of a quaternion of about unit length. One that is normalised already keeps every digit, so that a pose
+/// that is written and read again is the same pose.
 pub fn unit_quaternion(quaternion: Quaternion<f64>) -> UnitQuaternion<f64> {
     if (quaternion.norm() - 1.0).abs() <= UNIT_ROUNDING {
         UnitQuaternion::new_unchecked(quaternion)

@@ -1,7 +1,8 @@
 //! The Stumpff functions: every coefficient of the exponential maps, without cancellation near zero.
 //!
-//! `c_k(x) = sum_j (-x)^j / (2j + k)!`, so with `x = angle^2`: `c_0 = cos`, `c_1 = sin/angle`, `c_2 = (1 - cos)/angle^2`,
-//! `c_3 = (angle - sin)/angle^3`, ... and `c_{k+2} = (1/k! - c_k) / x` (K. Stumpff, Himmelsmechanik I, 1959).
+//! `c_k(x) = sum_j (-x)^j / (2j + k)!`, so with `x = angle^2`: `c_0 = cos`, `c_1 = sin/angle`,
+//! `c_2 = (1 - cos)/angle^2`, `c_3 = (angle - sin)/angle^3`, ... and `c_{k+2} = (1/k! - c_k) / x` (K. Stumpff,
+//! Himmelsmechanik I, 1959).
 
 /// Below this the series is used, above it the recurrence, which loses digits only near zero.
 const SERIES_BELOW: f64 = 1.0;

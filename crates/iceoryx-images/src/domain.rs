@@ -1,8 +1,9 @@
-//! The site of shared memory on one host: its iceoryx2 configuration, and the lock for opening, closing and cleaning it up.
+//! The site of shared memory on one host: its iceoryx2 configuration, and the lock for opening, closing and cleaning it
+//! up.
 //!
-//! The root folder belongs to this user; any other is refused. The lock is a `flock` on the folder, so that it leaves no file. It is held
-//! only while services are opened and closed; the last process to leave removes the folder, and the lock ensures that no other process is
-//! opening it at that moment.
+//! The root folder belongs to this user; any other is refused. The lock is a `flock` on the folder, so that it leaves
+//! no file. It is held only while services are opened and closed; the last process to leave removes the folder, and the
+//! lock ensures that no other process is opening it at that moment.
 
 use std::ffi::CStr;
 use std::fs::{self, File, TryLockError};
@@ -154,8 +155,8 @@ pub(crate) fn check_name(what: &'static str, value: &str) -> Result<(), ImagesEr
     }
 }
 
-/// Canonical absolute path of the folder, which need not exist: links in its existing ancestors are resolved. The folder itself may not
-/// be a link.
+/// Canonical absolute path of the folder, which need not exist: links in its existing ancestors are resolved. The
+/// folder itself may not be a link.
 fn absolute(root: &Path) -> Result<PathBuf, ImagesError> {
     let given = std::path::absolute(root).map_err(|cause| root_error(root, cause.to_string()))?;
     let found = given

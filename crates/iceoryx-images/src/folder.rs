@@ -16,8 +16,8 @@ const WRITABLE_BY_OTHERS: u32 = 0o022;
 /// Opens a folder that the effective user owns and no other user can write to. Links are not followed.
 ///
 /// # Errors
-/// What the system refuses; [`io::ErrorKind::PermissionDenied`] and [`io::ErrorKind::NotADirectory`] with the reason and
-/// a remedy.
+/// What the system refuses; [`io::ErrorKind::PermissionDenied`] and [`io::ErrorKind::NotADirectory`] with the reason
+/// and a remedy.
 pub fn open_own_folder(path: &Path) -> io::Result<File> {
     checked(openat(CWD, path, flags(), Mode::empty()))
 }

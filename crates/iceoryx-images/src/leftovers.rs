@@ -48,7 +48,8 @@ fn has_shared_memory(domain: &Domain) -> bool {
     folder.is_ok_and(|folder| !own_entries(&folder, &domain.prefix, false).is_empty())
 }
 
-/// Removes dead nodes through iceoryx2, then, if no node is left, all files. The lock keeps other processes from opening meanwhile.
+/// Removes dead nodes through iceoryx2, then, if no node is left, all files. The lock keeps other processes from
+/// opening meanwhile.
 pub(crate) fn tidy(domain: &Domain, lock: &DomainLock) -> Leftovers {
     let mut found = remove_dead_nodes(domain);
     if found.alive == 0 && found.failed == 0 {

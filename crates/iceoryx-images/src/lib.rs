@@ -1,6 +1,6 @@
-//! The images of one camera in shared memory: one process publishes, up to four others read without a copy, and a slow reader
-//! gets the newest image. Wraps iceoryx2, whose types do not appear in this interface. Knows grey pixels
-//! and their header, but no cameras, tags or network.
+//! The images of one camera in shared memory: one process publishes, up to four others read without a copy, and a slow
+//! reader gets the newest image. Wraps iceoryx2, whose types do not appear in this interface. Knows grey pixels and
+//! their header, but no cameras, tags or network.
 //!
 //! Invariant: the publisher never waits for a subscriber, and a process that crashes blocks no other.
 

@@ -8,17 +8,18 @@ use serde::{Deserialize, Serialize};
 
 use crate::folder::open_own_folder;
 
-/// Largest length of the root in bytes. A socket path has 107: root, a slash, the prefix (at most 20), an id (39), `.event` (6).
+/// Largest length of the root in bytes. A socket path has 107: root, a slash, the prefix (at most 20), an id (39),
+/// `.event` (6).
 pub(crate) const MAX_ROOT_BYTES: usize = 40;
 
-/// Folder and prefix of the shared memory. Processes with equal values share images; others never interfere, since all names
-/// derive from both values.
+/// Folder and prefix of the shared memory. Processes with equal values share images; others never interfere, since all
+/// names derive from both values.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct IceoryxOptions {
-    /// Folder of the bookkeeping files. It belongs to this process's user alone, is created when missing and removed by the last process to
-    /// leave. At most 40 bytes, since socket paths are short. All processes must run as the same user. Default:
-    /// `$XDG_RUNTIME_DIR/sextant` where that is a folder of this user, else `/tmp/sextant-<user id>`.
+    /// Folder of the bookkeeping files. It belongs to this process's user alone, is created when missing and removed by
+    /// the last process to leave. At most 40 bytes, since socket paths are short. All processes must run as the same
+    /// user. Default: `$XDG_RUNTIME_DIR/sextant` where that is a folder of this user, else `/tmp/sextant-<user id>`.
     pub root: PathBuf,
     /// Prefix of every name in `/dev/shm`: 1 to 32 of a-z, 0-9, _ and -.
     pub prefix: String,

@@ -51,8 +51,8 @@ impl ImagePublisher {
         Self::open_unless(options, camera, max_bytes, &|| false)
     }
 
-    /// As [`Self::open`]; while other processes open or close, waits until `stop` returns true (polled a hundred times per
-    /// second).
+    /// As [`Self::open`]; while other processes open or close, waits until `stop` returns true (polled a hundred times
+    /// per second).
     ///
     /// # Errors
     /// As [`Self::open`], and [`ImagesError::Abandoned`] after `stop`.
@@ -103,8 +103,8 @@ impl ImagePublisher {
             .images
             .loan_slice_uninit(bytes)
             .map_err(|cause| self.loan_error(bytes, cause))?;
-        // SAFETY: the bytes lie in a shared memory segment that the kernel zeroed when it was made; since then only whole
-        // bytes were written there, and every value is a valid u8.
+        // SAFETY: the bytes lie in a shared memory segment that the kernel zeroed when it was made; since then only
+        // whole bytes were written there, and every value is a valid u8.
         let sample = unsafe { sample.assume_init() };
         Ok(BlankImage { sample })
     }

@@ -1,5 +1,5 @@
-//! The two services of a camera, images and wake-up, with every limit set: iceoryx2's defaults would allocate 34 images,
-//! these nine.
+//! The two services of a camera, images and wake-up, with every limit set: iceoryx2's defaults would allocate 34
+//! images, these nine.
 
 use iceoryx2::node::{Node, NodeBuilder};
 use iceoryx2::prelude::{ServiceName, SignalHandlingMode, ipc};
@@ -52,7 +52,8 @@ struct OpenServices {
 impl Services {
     /// Opens or creates both services and, still under the lock, lets `ports` create its ports. If leftovers of
     /// dead processes are in the way, removes them and tries again. Waits for the lock until `stop`
-    /// returns true. Without room for `needed_bytes` it does not begin: a process that writes to shared memory without room is killed.
+    /// returns true. Without room for `needed_bytes` it does not begin: a process that writes to shared memory without
+    /// room is killed.
     pub(crate) fn open<P>(
         options: &IceoryxOptions,
         camera: &str,
@@ -90,8 +91,8 @@ impl Services {
         }
     }
 
-    /// Drops `ports` and the services under the lock, and cleans up if no process is left. If another process does not release the lock,
-    /// the next one to open cleans up.
+    /// Drops `ports` and the services under the lock, and cleans up if no process is left. If another process does not
+    /// release the lock, the next one to open cleans up.
     pub(crate) fn leave<P>(&mut self, ports: Option<P>) {
         let lock = self.domain.lock_briefly();
         drop(ports);

@@ -53,8 +53,8 @@ impl ImageSubscriber {
         Self::open_unless(options, camera, &|| false)
     }
 
-    /// As [`Self::open`]; while other processes open or close, waits until `stop` returns true (polled a hundred times per
-    /// second).
+    /// As [`Self::open`]; while other processes open or close, waits until `stop` returns true (polled a hundred times
+    /// per second).
     ///
     /// # Errors
     /// As [`Self::open`], and [`ImagesError::Abandoned`] after `stop`.

@@ -1,9 +1,9 @@
-//! A recorded site as a scene over time: cameras at rest, objects with their tags, and when each object is where. [`crate::write_usda`] and
-//! [`crate::glb`] write it.
+//! A recorded site as a scene over time: cameras at rest, objects with their tags, and when each object is where.
+//! [`crate::write_usda`] and [`crate::glb`] write it.
 //!
-//! An object is visible while it is tracked or coasting. It is hidden while it is initialising or lost, and where no pose came for
-//! [`LONGEST_GAP_NS`]. A landmark without a pose stands where its file says, and a camera that an object carries goes with it. Cameras and
-//! tags are as in the last models given. A sample takes up to 200 bytes of memory.
+//! An object is visible while it is tracked or coasting. It is hidden while it is initialising or lost, and where no
+//! pose came for [`LONGEST_GAP_NS`]. A landmark without a pose stands where its file says, and a camera that an object
+//! carries goes with it. Cameras and tags are as in the last models given. A sample takes up to 200 bytes of memory.
 
 use sextant_geometry::Pose;
 use sextant_proto::{EpochFilter, ObjectLinks, ObjectPose};
@@ -133,7 +133,8 @@ impl AnimationBuilder {
         self.models.insert(model.id().clone(), model);
     }
 
-    /// A published pose with its arrival, ns. The last one of a capture time counts; those of a fusion node that another has replaced do not.
+    /// A published pose with its arrival, ns. The last one of a capture time counts; those of a fusion node that
+    /// another has replaced do not.
     pub fn pose(&mut self, pose: &ObjectPose, arrival_ns: u64) {
         if self.epochs.admits(&pose.object, pose.epoch, arrival_ns) {
             let samples = self.objects.entry(pose.object.clone()).or_default();
@@ -267,8 +268,8 @@ impl AnimatedObject {
         }
     }
 
-    /// `world_from_object` by time. At the end of an interval the last pose is repeated, so that an object does not move between its last pose and
-    /// its disappearance.
+    /// `world_from_object` by time. At the end of an interval the last pose is repeated, so that an object does not
+    /// move between its last pose and its disappearance.
     pub fn samples(&self) -> impl Iterator<Item = (u64, Pose)> + Clone {
         self.intervals.iter().flat_map(|interval| {
             let last = interval.samples.last().copied();
@@ -430,7 +431,8 @@ fn relative(object: &BTreeMap<u64, Option<Pose>>, link: &BTreeMap<u64, Pose>) ->
     samples
 }
 
-/// Of both quaternions of a rotation takes the one nearer to that before, so that an interpolation never goes the long way round.
+/// Of both quaternions of a rotation takes the one nearer to that before, so that an interpolation never goes the long
+/// way round.
 fn make_continuous<'a>(poses: impl Iterator<Item = &'a mut Pose>) {
     let mut former: Option<nalgebra::Quaternion<f64>> = None;
     for pose in poses {

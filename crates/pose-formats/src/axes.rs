@@ -1,8 +1,8 @@
-//! The world's axes as other tools have them. The axes of objects are renamed like those of the world, so that an object that is
-//! aligned with the world is aligned with it everywhere.
+//! The world's axes as other tools have them. The axes of objects are renamed like those of the world, so that an
+//! object that is aligned with the world is aligned with it everywhere.
 //!
-//! With M the matrix whose rows are the new axes, a point is p' = M p and a rotation R' = M R Mᵀ. M may be a reflection (left-handed
-//! axes); the rotation axis of R' is then det(M) M a, where a is that of R, and its angle the same.
+//! With M the matrix whose rows are the new axes, a point is p' = M p and a rotation R' = M R Mᵀ. M may be a reflection
+//! (left-handed axes); the rotation axis of R' is then det(M) M a, where a is that of R, and its angle the same.
 
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use sextant_geometry::Pose;
@@ -65,8 +65,8 @@ impl Axes {
     }
 }
 
-/// Euler angles in degrees about x, y and z of the rotation that turns about z first, then x, then y, all of them fixed axes:
-/// R = R_y R_x R_z, as Unity and VRChat have it. Where x is 90° up or down, z is 0.
+/// Euler angles in degrees about x, y and z of the rotation that turns about z first, then x, then y, all of them fixed
+/// axes: R = R_y R_x R_z, as Unity and VRChat have it. Where x is 90° up or down, z is 0.
 #[must_use]
 pub fn euler_zxy_deg([x, y, z, w]: [f64; 4]) -> [f64; 3] {
     let rotation = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z));
@@ -107,7 +107,8 @@ mod tests {
         assert_eq!(at(Axes::Unity, left), [-1.0, 0.0, 0.0]);
     }
 
-    /// A point of the object lies at the same place of the room, whether it is converted before or after the object is placed.
+    /// A point of the object lies at the same place of the room, whether it is converted before or after the object is
+    /// placed.
     #[test]
     fn conversion_commutes_with_the_motion() {
         let world_from_object = pose([0.3, -1.1, 0.7], [1.0, -2.0, 0.5]);

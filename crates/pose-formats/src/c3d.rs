@@ -1,8 +1,9 @@
-//! C3D (c3d.org, user guide of 2021), the file of biomechanics: of each object a point, its origin, and a rotation, as Theia3D and Visual3D have them.
+//! C3D (c3d.org, user guide of 2021), the file of biomechanics: of each object a point, its origin, and a rotation, as
+//! Theia3D and Visual3D have them.
 //!
-//! Blocks of 512 bytes: a header, parameters in groups, points, rotations. All numbers are little-endian; points are 32-bit floats in millimetres. A C3D file
-//! has a constant rate: each frame takes the pose that is nearest in time, if that is within half a frame. Where there is none, the residual and the
-//! reliability are -1.
+//! Blocks of 512 bytes: a header, parameters in groups, points, rotations. All numbers are little-endian; points are
+//! 32-bit floats in millimetres. A C3D file has a constant rate: each frame takes the pose that is nearest in time, if
+//! that is within half a frame. Where there is none, the residual and the reliability are -1.
 
 use crate::narrowed;
 use sextant_geometry::Pose;
@@ -41,7 +42,7 @@ pub enum C3dError {
 /// # Errors
 /// See [`C3dError`].
 pub fn c3d(poses: &[ObjectEstimate]) -> Result<Vec<u8>, C3dError> {
-    let grid = Grid::of(poses).ok_or(C3dError::TooShort)?;
+    let grid = Grid::from_poses(poses).ok_or(C3dError::TooShort)?;
     let mut objects: BTreeMap<&ObjectId, Vec<&ObjectEstimate>> = BTreeMap::new();
     for pose in poses {
         objects.entry(&pose.object).or_default().push(pose);
@@ -80,7 +81,7 @@ struct Grid {
 
 impl Grid {
     /// From the first pose to the last, at the usual interval of the poses of an object.
-    fn of(poses: &[ObjectEstimate]) -> Option<Self> {
+    fn from_poses(poses: &[ObjectEstimate]) -> Option<Self> {
         let mut times: BTreeMap<&ObjectId, Vec<u64>> = BTreeMap::new();
         for pose in poses {
             times.entry(&pose.object).or_default().push(pose.capture_ns);
@@ -146,12 +147,29 @@ fn header(n_points: usize, grid: &Grid, points_at: usize) -> Vec<u8> {
     block
 }
 
-/// The groups of parameters.
+/// The section of parameters.
 fn parameters(names: &[&str], grid: &Grid, points_at: usize, rotations_at: usize) -> Vec<u8> {
+    let mut section = vec![1, 0x50, 0, INTEL];
+    for (number, (group, parameters)) in (1..).zip(groups(names, grid, points_at, rotations_at)) {
+        entry(&mut section, group, -number, &[]);
+        for (name, value) in parameters {
+            entry(&mut section, name, number, &value.0);
+        }
+    }
+    section.push(0);
+    pad(&mut section);
+    section[2] = (section.len() / BLOCK_BYTES) as u8;
+    section
+}
+
+/// A group of parameters by its name, with their names and values.
+type Group = (&'static str, Vec<(&'static str, Value)>);
+
+fn groups(names: &[&str], grid: &Grid, points_at: usize, rotations_at: usize) -> [Group; 5] {
     let n_frames = grid.n_frames.min(usize::from(u16::MAX)) as u16;
     let n_objects = names.len() as u16;
     let count = Value::integers;
-    let groups = [
+    [
         (
             "POINT",
             vec![
@@ -195,18 +213,7 @@ fn parameters(names: &[&str], grid: &Grid, points_at: usize, rotations_at: usize
                 ("START_TIME_NS", Value::texts(&[&grid.start_ns.to_string()])),
             ],
         ),
-    ];
-    let mut section = vec![1, 0x50, 0, INTEL];
-    for (number, (group, parameters)) in (1..).zip(groups) {
-        entry(&mut section, group, -number, &[]);
-        for (name, value) in parameters {
-            entry(&mut section, name, number, &value.0);
-        }
-    }
-    section.push(0);
-    pad(&mut section);
-    section[2] = (section.len() / BLOCK_BYTES) as u8;
-    section
+    ]
 }
 
 /// A group or a parameter of one, without description.

@@ -1,7 +1,8 @@
-//! Free-D (Vinten Radamec, message D1), the pose of a camera for virtual studios: 29 bytes of fixed-point numbers, big-endian.
+//! Free-D (Vinten Radamec, message D1), the pose of a camera for virtual studios: 29 bytes of fixed-point numbers,
+//! big-endian.
 //!
-//! X is to the right, y forward, z up. Pan 0 looks along y; it grows to the right, tilt upwards, roll clockwise as the camera sees it. Of an object
-//! Sextant's x is the optical axis, y is left and z up; of the world likewise.
+//! X is to the right, y forward, z up. Pan 0 looks along y; it grows to the right, tilt upwards, roll clockwise as the
+//! camera sees it. Of an object Sextant's x is the optical axis, y is left and z up; of the world likewise.
 
 use sextant_proto::ObjectPose;
 

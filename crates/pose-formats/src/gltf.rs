@@ -1,8 +1,9 @@
 //! Binary glTF 2.0 (Khronos, specification 2.0.1), for browsers, game engines and viewers.
 //!
-//! glTF has y up: the root node turns the world, below it coordinates are Sextant's. Cameras are pinholes whose axis goes through the centre of the image; the
-//! lens is in their `extras`. Times are seconds since the first pose. All numbers of samples are 32-bit floats: at an hour, times are right to 0.12 ms.
-//! glTF has no visibility: hidden objects are scaled to zero.
+//! glTF has y up: the root node turns the world, below it coordinates are Sextant's. Cameras are pinholes whose axis
+//! goes through the centre of the image; the lens is in their `extras`. Times are seconds since the first pose. All
+//! numbers of samples are 32-bit floats: at an hour, times are right to 0.12 ms. glTF has no visibility: hidden objects
+//! are scaled to zero.
 
 use crate::animation::{AnimatedObject, Animation, PlacedCamera, PlacedTag, to_gl_camera};
 use crate::narrowed;

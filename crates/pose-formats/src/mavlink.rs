@@ -1,5 +1,5 @@
-//! MAVLink 2 frames (mavlink.io, "Serialization"): header, payload without its trailing zeros, CRC-16/MCRF4XX. Fields are little-endian,
-//! the widest first, extensions last.
+//! MAVLink 2 frames (mavlink.io, "Serialization"): header, payload without its trailing zeros, CRC-16/MCRF4XX. Fields
+//! are little-endian, the widest first, extensions last.
 
 pub(crate) mod odometry;
 pub(crate) mod reset_counter;
@@ -12,22 +12,22 @@ const MAGIC: u8 = 0xfd;
 const MAVLINK_VERSION: u8 = 3;
 
 /// A kind of message.
-struct Kind {
+struct MavlinkKind {
     id: u32,
     /// Enters the CRC, so that other definitions of the message are refused.
     crc_extra: u8,
 }
 
-const HEARTBEAT: Kind = Kind {
+const HEARTBEAT: MavlinkKind = MavlinkKind {
     id: 0,
     crc_extra: 50,
 };
-const ODOMETRY: Kind = Kind {
+const ODOMETRY: MavlinkKind = MavlinkKind {
     id: 331,
     crc_extra: 91,
 };
 
-const TIMESYNC: Kind = Kind {
+const TIMESYNC: MavlinkKind = MavlinkKind {
     id: 111,
     crc_extra: 34,
 };
@@ -92,15 +92,15 @@ impl MavlinkSender {
         self.frame(&ODOMETRY, &odometry::payload(pose, frame, reset_counter))
     }
 
-    /// The answer to a `TIMESYNC` that asks for our time: ours in ns, and theirs as they sent it. Ours is that of `time_usec` in
-    /// `ODOMETRY`.
+    /// The answer to a `TIMESYNC` that asks for our time: ours in ns, and theirs as they sent it. Ours is that of
+    /// `time_usec` in `ODOMETRY`.
     pub fn timesync(&mut self, now_ns: u64, theirs: i64) -> Vec<u8> {
         let ours = i64::try_from(now_ns).unwrap_or(i64::MAX);
         let payload = [ours.to_le_bytes(), theirs.to_le_bytes()].concat();
         self.frame(&TIMESYNC, &payload)
     }
 
-    fn frame(&mut self, kind: &Kind, payload: &[u8]) -> Vec<u8> {
+    fn frame(&mut self, kind: &MavlinkKind, payload: &[u8]) -> Vec<u8> {
         let zeros = payload.iter().rev().take_while(|byte| **byte == 0).count();
         // One byte stays, also of a payload of zeros.
         let payload = &payload[..(payload.len() - zeros).max(1)];

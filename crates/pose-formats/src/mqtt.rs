@@ -1,7 +1,8 @@
 //! MQTT 5 (OASIS standard, 2019) as a client that only publishes, without acknowledgement (QoS 0).
 //!
-//! A packet is its type and flags in a byte, the length of the rest in up to four bytes of seven bits each, and the rest. Texts begin with their length in
-//! 16 bits; everything is big-endian. No properties are sent: each list of them is empty.
+//! A packet is its type and flags in a byte, the length of the rest in up to four bytes of seven bits each, and the
+//! rest. Texts begin with their length in 16 bits; everything is big-endian. No properties are sent: each list of them
+//! is empty.
 
 /// The usual port.
 pub const MQTT_PORT: u16 = 1883;

@@ -1,8 +1,10 @@
-//! NatNet, the protocol of OptiTrack's Motive, as a server of rigid bodies (NaturalPoint, NatNet SDK 3.1 and 4.1: `NatNetTypes.h`, `PacketClient.cpp`,
-//! `NatNetClient.py`): each object is a rigid body whose markers are the centres of its tags.
+//! NatNet, the protocol of OptiTrack's Motive, as a server of rigid bodies (NaturalPoint, NatNet SDK 3.1 and 4.1:
+//! `NatNetTypes.h`, `PacketClient.cpp`, `NatNetClient.py`): each object is a rigid body whose markers are the centres
+//! of its tags.
 //!
-//! A message is a datagram: its kind and the length of its payload, 16 bits each, then the payload, all little-endian. From 4.1 on, each list in a
-//! frame and each description states its length in bytes. Time stamps count nanoseconds since the Unix epoch.
+//! A message is a datagram: its kind and the length of its payload, 16 bits each, then the payload, all little-endian.
+//! From 4.1 on, each list in a frame and each description states its length in bytes. Time stamps count nanoseconds
+//! since the Unix epoch.
 
 pub(crate) mod bodies;
 pub(crate) mod request;

@@ -1,8 +1,9 @@
-//! NetworkTables 4 (WPILib, "NetworkTables Protocol Specification, Version 4.0"), the values of robots of the FIRST Robotics Competition, as a client that
-//! publishes poses.
+//! NetworkTables 4 (WPILib, "NetworkTables Protocol Specification, Version 4.0"), the values of robots of the FIRST
+//! Robotics Competition, as a client that publishes poses.
 //!
-//! Over a WebSocket: what is published as JSON texts, values as MessagePack arrays of a publisher's number, the server's time in microseconds, a
-//! type and the value. A pose is a `Pose3d` as WPILib's structs have it: seven 64-bit floats, little-endian, x y z and the quaternion w x y z.
+//! Over a WebSocket: what is published as JSON texts, values as MessagePack arrays of a publisher's number, the
+//! server's time in microseconds, a type and the value. A pose is a `Pose3d` as WPILib's structs have it: seven 64-bit
+//! floats, little-endian, x y z and the quaternion w x y z.
 
 use sextant_proto::ObjectPose;
 

@@ -1,7 +1,9 @@
-//! OpenTrackIO 1.0 (SMPTE RIS OSVP), the pose of a camera for virtual studios: samples in JSON, each in one datagram behind a header of 16 bytes.
+//! OpenTrackIO 1.0 (SMPTE RIS OSVP), the pose of a camera for virtual studios: samples in JSON, each in one datagram
+//! behind a header of 16 bytes.
 //!
-//! x is to the right, y forward, z up: right-handed, metres. Rotations are intrinsic about z, x, y: pan grows to the left, tilt upwards, roll clockwise as
-//! the camera sees it; degrees. Of an object Sextant's x is the optical axis, y is left and z up; of the world likewise.
+//! x is to the right, y forward, z up: right-handed, metres. Rotations are intrinsic about z, x, y: pan grows to the
+//! left, tilt upwards, roll clockwise as the camera sees it; degrees. Of an object Sextant's x is the optical axis, y
+//! is left and z up; of the world likewise.
 
 use crate::freed::camera_angles_deg;
 use sextant_proto::ObjectPose;

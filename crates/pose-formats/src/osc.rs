@@ -1,5 +1,5 @@
-//! Open Sound Control 1.0 (Wright 2002): a message is its address, its type tags and its arguments, each padded to four bytes; numbers
-//! are big-endian. One message a datagram, without bundles, which some receivers ignore.
+//! Open Sound Control 1.0 (Wright 2002): a message is its address, its type tags and its arguments, each padded to four
+//! bytes; numbers are big-endian. One message a datagram, without bundles, which some receivers ignore.
 
 pub(crate) mod layouts;
 

@@ -1,9 +1,10 @@
 //! PosiStageNet 2 (VYV and MA Lighting, protocol 2.03), the positions of things on a stage: each object is a tracker.
 //!
-//! A packet is a tree of chunks: 16 bits of id, 15 of length, one that says whether further chunks are in it, and the content, all little-endian. Packets
-//! with data have positions, those with information names; each has at most 1500 bytes, so that a frame may have several. Times are in microseconds
-//! since the server has started. Axes are x to the right, y up, z into the depth: left-handed, metres. An orientation is the axis of a
-//! rotation, as long as its angle in radians.
+//! A packet is a tree of chunks: 16 bits of id, 15 of length, one that says whether further chunks are in it, and the
+//! content, all little-endian. Packets with data have positions, those with information names; each has at most 1500
+//! bytes, so that a frame may have several. Times are in microseconds since the server has started. Axes are x to the
+//! right, y up, z into the depth: left-handed, metres. An orientation is the axis of a rotation, as long as its angle
+//! in radians.
 
 use crate::axes::Axes;
 use crate::narrowed;
@@ -36,7 +37,8 @@ const MAX_TRACKER_BYTES: usize = 1400;
 /// The marks of a chunk that has further ones in it.
 const HAS_CHUNKS: u16 = 1 << 15;
 
-/// The trackers of a server. An object becomes one when it is named or seen first, and keeps its number, which counts from 1.
+/// The trackers of a server. An object becomes one when it is named or seen first, and keeps its number, which counts
+/// from 1.
 #[derive(Debug)]
 pub struct PsnTrackers {
     axes: Axes,
@@ -52,7 +54,7 @@ impl PsnTrackers {
     pub fn new(axes: Axes, names: &[ObjectId], now_ns: u64) -> Self {
         Self {
             axes,
-            roster: Roster::of(names),
+            roster: Roster::new(names),
             start_ns: now_ns,
             n_data: 0,
             n_info: 0,

@@ -4,8 +4,8 @@ use sextant_proto::{ObjectPose, limits};
 use sextant_site_model::ObjectId;
 use sextant_site_report::State;
 
-/// Objects in the order in which they were named, described or seen first; each keeps its place, also while it is removed. Where there is no other place,
-/// a new object gets that of a removed one.
+/// Objects in the order in which they were named, described or seen first; each keeps its place, also while it is
+/// removed. Where there is no other place, a new object gets that of a removed one.
 #[derive(Debug, Default)]
 pub(crate) struct Roster {
     members: Vec<Member>,
@@ -21,7 +21,7 @@ pub(crate) struct Member {
 }
 
 impl Roster {
-    pub(crate) fn of(names: &[ObjectId]) -> Self {
+    pub(crate) fn new(names: &[ObjectId]) -> Self {
         let mut roster = Self::default();
         for name in names {
             roster.add(name);
@@ -29,7 +29,8 @@ impl Roster {
         roster
     }
 
-    /// Gives an object a place; returns whether it is a new one. Beyond the most objects that a site may have there is none.
+    /// Gives an object a place; returns whether it is a new one. Beyond the most objects that a site may have there is
+    /// none.
     pub(crate) fn add(&mut self, name: &ObjectId) -> bool {
         let known = self.members.iter_mut().find(|member| member.name == *name);
         if let Some(known) = known {
@@ -117,7 +118,7 @@ mod tests {
     #[test]
     fn a_flood_of_objects_ends_at_the_bound() {
         let names = (0..2 * limits::MAX_OBJECTS).map(|n| ObjectId::new(&format!("o{n}")).unwrap());
-        let roster = Roster::of(&names.collect::<Vec<_>>());
+        let roster = Roster::new(&names.collect::<Vec<_>>());
         assert_eq!(roster.numbered().count(), limits::MAX_OBJECTS);
         assert_eq!(roster.seen().count(), 0);
     }
@@ -126,7 +127,7 @@ mod tests {
     fn a_full_roster_has_room_in_place_of_a_removed_object() {
         let names = (0..limits::MAX_OBJECTS).map(|n| ObjectId::new(&format!("o{n}")).unwrap());
         let names: Vec<_> = names.collect();
-        let mut roster = Roster::of(&names);
+        let mut roster = Roster::new(&names);
         let new = ObjectId::new("new").unwrap();
         assert!(!roster.add(&new));
         roster.remove(&names[7]);

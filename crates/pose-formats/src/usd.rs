@@ -1,10 +1,11 @@
 //! USD as text (openusd.org, file format `usda` 1.0), for Blender, Houdini, Unreal, Isaac Sim and usdview.
 //!
-//! Metres, z up, as Sextant's world. Time codes count frames at the usual rate of the poses from the first pose on; samples lie between frames where their
-//! capture times do. Object poses are `xformOp:translate` and `xformOp:orient` as 64-bit floats. `GfSlerp` interpolates the latter.
+//! Metres, z up, as Sextant's world. Time codes count frames at the usual rate of the poses from the first pose on;
+//! samples lie between frames where their capture times do. Object poses are `xformOp:translate` and `xformOp:orient`
+//! as 64-bit floats. `GfSlerp` interpolates the latter.
 //!
-//! A `UsdGeomCamera` gives lengths in tenths of a unit and has a sensor. Ours is 36 mm wide; only ratios matter. The principal point is an aperture
-//! offset, distortion is in `sextant:lens:` attributes that nothing else reads.
+//! A `UsdGeomCamera` gives lengths in tenths of a unit and has a sensor. Ours is 36 mm wide; only ratios matter. The
+//! principal point is an aperture offset, distortion is in `sextant:lens:` attributes that nothing else reads.
 
 use crate::animation::{
     AnimatedLink, AnimatedObject, Animation, PlacedCamera, PlacedTag, to_gl_camera,
@@ -32,13 +33,13 @@ pub fn write_usda(animation: &Animation, out: &mut impl Write) -> io::Result<()>
     layer.open("Xform", "Cameras", None)?;
     let mut names = Names::default();
     for placed in &animation.cameras {
-        layer.camera(placed, &names.of(placed.camera.id.as_str()))?;
+        layer.camera(placed, &names.unique(placed.camera.id.as_str()))?;
     }
     layer.close()?;
     layer.open("Xform", "Objects", None)?;
     let mut names = Names::default();
     for object in &animation.objects {
-        layer.object(object, &names.of(object.id.as_str()))?;
+        layer.object(object, &names.unique(object.id.as_str()))?;
     }
     layer.close()?;
     layer.close()
@@ -155,11 +156,11 @@ impl<W: Write> Layer<'_, W> {
         self.motion(object.samples())?;
         let mut names = Names::default();
         for link in &object.links {
-            self.link(link, &names.of(link.id.as_str()))?;
+            self.link(link, &names.unique(link.id.as_str()))?;
         }
         self.tags(&object.tags, &mut names)?;
         for camera in &object.cameras {
-            self.camera(camera, &names.of(camera.camera.id.as_str()))?;
+            self.camera(camera, &names.unique(camera.camera.id.as_str()))?;
         }
         self.close()
     }
@@ -174,7 +175,7 @@ impl<W: Write> Layer<'_, W> {
     fn tags(&mut self, tags: &[PlacedTag], names: &mut Names) -> io::Result<()> {
         for placed in tags {
             let tag = &placed.tag.tag;
-            let name = names.of(&format!("{}_{}", tag.family, tag.id));
+            let name = names.unique(&format!("{}_{}", tag.family, tag.id));
             self.open("Mesh", &name, Some(&tag.to_string()))?;
             let half = 0.5 * placed.tag.size_m;
             let corners = tag_corners_in_tag(placed.tag.size_m);
@@ -256,7 +257,7 @@ fn joined(numbers: &[f64]) -> String {
 struct Names(BTreeSet<String>);
 
 impl Names {
-    fn of(&mut self, id: &str) -> String {
+    fn unique(&mut self, id: &str) -> String {
         let mut name = id.replace(|c: char| !c.is_ascii_alphanumeric(), "_");
         if name.starts_with(|c: char| c.is_ascii_digit()) {
             name.insert(0, '_');
@@ -333,7 +334,7 @@ mod tests {
     #[test]
     fn names_are_identifiers_and_differ() {
         let mut names = Names::default();
-        let named = ["a-b", "a_b", "3d", "a.b"].map(|id| names.of(id));
+        let named = ["a-b", "a_b", "3d", "a.b"].map(|id| names.unique(id));
         assert_eq!(named, ["a_b", "a_b_", "_3d", "a_b__"]);
     }
 }

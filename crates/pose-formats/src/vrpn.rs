@@ -1,9 +1,10 @@
-//! VRPN, the Virtual Reality Peripheral Network (Taylor et al. 2001; vrpn/vrpn, `Format_Of_Protocol.txt`, `vrpn_Connection.C`), as a server
-//! of trackers: each object is a tracker of its name, with one sensor.
+//! VRPN, the Virtual Reality Peripheral Network (Taylor et al. 2001; vrpn/vrpn, `Format_Of_Protocol.txt`,
+//! `vrpn_Connection.C`), as a server of trackers: each object is a tracker of its name, with one sensor.
 //!
-//! Both ends open with a cookie of 24 bytes. Then each describes its senders and types, which gives its numbers of them their names, and
-//! sends messages: a header of 24 bytes (length without the final padding, time, sender, type, unused), then the payload, padded
-//! to eight bytes. Everything is big-endian. Negative types belong to the connection itself.
+//! Both ends open with a cookie of 24 bytes. Then each describes its senders and types, which gives its numbers of them
+//! their names, and sends messages: a header of 24 bytes (length without the final padding, time, sender, type,
+//! unused), then the payload, padded to eight bytes. Everything is big-endian. Negative types belong to the connection
+//! itself.
 
 pub(crate) mod connection;
 
@@ -178,8 +179,8 @@ fn describe(kind: i32, number: i32, name: &str, time_ns: u64) -> Vec<u8> {
 mod tests {
     use super::*;
 
-    /// A pose and descriptions as the server of VRPN 7.38 (`vrpn_Tracker_Server::report_pose`) has sent them; its sequence number, which is no
-    /// part of the protocol, is 0 here.
+    /// A pose and descriptions as the server of VRPN 7.38 (`vrpn_Tracker_Server::report_pose`) has sent them; its
+    /// sequence number, which is no part of the protocol, is 0 here.
     #[test]
     fn messages_have_the_bytes_of_the_reference() {
         let mut trackers = VrpnTrackers::new(Axes::ZUp);

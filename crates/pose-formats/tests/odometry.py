@@ -1,5 +1,6 @@
-"""Makes odometry.txt: frames by pymavlink 2.4.50, whose encoder and CRC share nothing with ours, of poses that are converted here once
-more with quaternions where the Rust code uses matrices. `pip install pymavlink==2.4.50`, then `python odometry.py > odometry.txt`."""
+"""Makes odometry.txt: frames by pymavlink 2.4.50, whose encoder and CRC share nothing with ours, of poses that are
+converted here once more with quaternions where the Rust code uses matrices. `pip install pymavlink==2.4.50`, then
+`python odometry.py > odometry.txt`."""
 
 import math
 

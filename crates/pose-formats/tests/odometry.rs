@@ -1,4 +1,5 @@
-//! MAVLink frames against those of an independent implementation: `odometry.txt`, which `odometry.py` makes with pymavlink.
+//! MAVLink frames against those of an independent implementation: `odometry.txt`, which `odometry.py` makes with
+//! pymavlink.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 

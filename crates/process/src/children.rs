@@ -140,7 +140,8 @@ pub fn stop_all(children: &mut [ChildProcess], grace: Duration) -> Vec<String> {
         .collect()
 }
 
-/// Makes the kernel send SIGTERM to this process when its parent ends. Fails when the parent, `parent`, has ended already.
+/// Makes the kernel send SIGTERM to this process when its parent ends. Fails when the parent, `parent`, has ended
+/// already.
 pub fn die_with_parent(parent: u32) -> io::Result<()> {
     // SAFETY: PR_SET_PDEATHSIG takes a signal number and touches no memory of ours.
     if unsafe { libc::prctl(libc::PR_SET_PDEATHSIG, libc::SIGTERM) } != 0 {

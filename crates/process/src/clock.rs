@@ -36,8 +36,8 @@ pub struct Reading {
 }
 
 impl Reading {
-    /// Reads the monotonic clock before and after the wall clock, so that a preemption in between causes half its length as error, and
-    /// repeats if that took long.
+    /// Reads the monotonic clock before and after the wall clock, so that a preemption in between causes half its
+    /// length as error, and repeats if that took long.
     pub fn take() -> Self {
         let take = || {
             let before = monotonic_ns();
@@ -133,28 +133,28 @@ pub struct ClockQuality {
 }
 
 impl ClockQuality {
-    /// The kernel's estimate, by `adjtimex` in read-only mode; unsynchronised with the largest error if it has none, and
-    /// for a time that is not [plausible](is_plausible).
+    /// The kernel's estimate, by `adjtimex` in read-only mode; unsynchronised with the largest error if it has none,
+    /// and for a time that is not [plausible](is_plausible).
     pub fn read() -> Self {
         if !is_plausible(now_ns()) {
-            return Self::of(false, 0, MAX_ERROR_US);
+            return Self::from_kernel(false, 0, MAX_ERROR_US);
         }
         // SAFETY: all-zero bytes are a valid timex (plain integers); `modes` 0 asks to read only.
         let mut timex: libc::timex = unsafe { std::mem::zeroed() };
         // SAFETY: `timex` is valid and writable for the whole call.
         let state = unsafe { libc::adjtimex(&raw mut timex) };
         if state == -1 {
-            return Self::of(false, 0, MAX_ERROR_US);
+            return Self::from_kernel(false, 0, MAX_ERROR_US);
         }
         let synchronised = state != libc::TIME_ERROR && timex.status & libc::STA_UNSYNC == 0;
         #[allow(
             clippy::useless_conversion,
             reason = "C longs, of 32 bits on 32-bit boards"
         )]
-        Self::of(synchronised, timex.esterror.into(), timex.maxerror.into())
+        Self::from_kernel(synchronised, timex.esterror.into(), timex.maxerror.into())
     }
 
-    fn of(synchronised: bool, estimate_us: i64, bound_us: i64) -> Self {
+    fn from_kernel(synchronised: bool, estimate_us: i64, bound_us: i64) -> Self {
         let error_us = match (synchronised, estimate_us) {
             (false, _) => bound_us,
             // timesyncd reports nothing and lets the bound grow by 500 ppm until the next answer of its server.
@@ -168,7 +168,8 @@ impl ClockQuality {
     }
 }
 
-/// Whether a wire time is plausible: boards without a battery start in 1970, 2000 or 2018, before this software was written.
+/// Whether a wire time is plausible: boards without a battery start in 1970, 2000 or 2018, before this software was
+/// written.
 pub fn is_plausible(now_ns: u64) -> bool {
     now_ns >= EARLIEST_NS
 }
@@ -248,11 +249,17 @@ mod tests {
 
     #[test]
     fn a_disciplined_clock_errs_by_what_its_discipline_states() {
-        assert_eq!(ClockQuality::of(true, 120, 900_000).error_ns, 120_000);
-        assert_eq!(ClockQuality::of(true, 0, 900_000).error_ns, 5_000_000);
-        assert_eq!(ClockQuality::of(true, 0, 300).error_ns, 300_000);
         assert_eq!(
-            ClockQuality::of(false, 120, 16_000_000).error_ns,
+            ClockQuality::from_kernel(true, 120, 900_000).error_ns,
+            120_000
+        );
+        assert_eq!(
+            ClockQuality::from_kernel(true, 0, 900_000).error_ns,
+            5_000_000
+        );
+        assert_eq!(ClockQuality::from_kernel(true, 0, 300).error_ns, 300_000);
+        assert_eq!(
+            ClockQuality::from_kernel(false, 120, 16_000_000).error_ns,
             16_000_000_000
         );
     }

@@ -14,7 +14,8 @@ pub enum Exit {
     Usage = 2,
     /// A given file is missing or invalid.
     Input = 3,
-    /// A port, camera or service is in use or unreachable; or a calibration is partial: some of its cameras or tags could not be placed.
+    /// A port, camera or service is in use or unreachable; or a calibration is partial: some of its cameras or tags
+    /// could not be placed.
     Unavailable = 4,
     /// A thread panicked: a defect of the program (Rust's own code for it).
     Panic = 101,
@@ -69,9 +70,9 @@ impl<T, E: Into<anyhow::Error>> WithExit<T> for Result<T, E> {
     }
 }
 
-/// Exit code of an error: that of the outermost [`Failure`] in its chain, else [`Exit::Fault`]. A file that could not be read for want
-/// of handles or memory, or by a fault of the disk, is not a wrong file: units start their node again after [`Exit::Fault`], not after
-/// [`Exit::Input`].
+/// Exit code of an error: that of the outermost [`Failure`] in its chain, else [`Exit::Fault`]. A file that could not
+/// be read for want of handles or memory, or by a fault of the disk, is not a wrong file: units start their node again
+/// after [`Exit::Fault`], not after [`Exit::Input`].
 pub fn exit_of(error: &anyhow::Error) -> Exit {
     let direct = error.downcast_ref::<Failure>();
     let within = || error.chain().find_map(|cause| cause.downcast_ref());

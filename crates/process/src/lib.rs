@@ -1,5 +1,5 @@
-//! Services of the operating system for a process: clocks and their errors, shutdown requests, logging, children, memory, exit
-//! codes. Linux only; independent of images, network and file formats.
+//! Services of the operating system for a process: clocks and their errors, shutdown requests, logging, children,
+//! memory, exit codes. Linux only; independent of images, network and file formats.
 
 pub mod background;
 pub mod children;

@@ -1,8 +1,8 @@
-//! Logging of a process: `tracing` to stderr, one line per event. `SEXTANT_LOG` (else `RUST_LOG`) filters by level and part, as in
-//! `info,zenoh=debug`; colour only on a terminal and never with `NO_COLOR`. Stdout is reserved for results.
+//! Logging of a process: `tracing` to stderr, one line per event. `SEXTANT_LOG` (else `RUST_LOG`) filters by level and
+//! part, as in `info,zenoh=debug`; colour only on a terminal and never with `NO_COLOR`. Stdout is reserved for results.
 //!
-//! A log statement prints at most ten lines at once, then one per half minute with the number of omitted ones. Debug and
-//! trace are not limited. A line that cannot be written whole, as on a full disk, is omitted.
+//! A log statement prints at most ten lines at once, then one per half minute with the number of omitted ones. Debug
+//! and trace are not limited. A line that cannot be written whole, as on a full disk, is omitted.
 
 mod refusals;
 

@@ -21,8 +21,8 @@ fn parse_pss(rollup: &str) -> Option<u64> {
     kilobytes.checked_mul(1024)
 }
 
-/// Keeps the C library's heap small: two arenas for all threads (its default of eight a core costs megabytes in a process
-/// with a dozen threads), and blocks from 256 kB on go back to the system when freed. Call it first in `main`.
+/// Keeps the C library's heap small: two arenas for all threads (its default of eight a core costs megabytes in a
+/// process with a dozen threads), and blocks from 256 kB on go back to the system when freed. Call it first in `main`.
 pub fn keep_heap_small() {
     #[cfg(target_env = "gnu")]
     // SAFETY: mallopt only sets parameters of the allocator; these values are within its documented ranges.

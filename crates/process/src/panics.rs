@@ -11,8 +11,8 @@ thread_local! {
     static IS_CONTAINED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Makes a panic of any thread, including those of libraries, print its location and end the process with [`Exit::Panic`]. Nothing is
-/// unwound and no destructor runs, so that inconsistent state is not written anywhere.
+/// Makes a panic of any thread, including those of libraries, print its location and end the process with
+/// [`Exit::Panic`]. Nothing is unwound and no destructor runs, so that inconsistent state is not written anywhere.
 pub fn end_the_process() {
     let print = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |info| {
@@ -110,8 +110,8 @@ fn message(payload: &(dyn Any + Send)) -> String {
         .unwrap_or_else(|| "no message".to_owned())
 }
 
-/// Panics in a test's process where the variable `SEXTANT_TEST_PANIC` has this name. Compiled into the unit tests of the calling
-/// crate only.
+/// Panics in a test's process where the variable `SEXTANT_TEST_PANIC` has this name. Compiled into the unit tests of
+/// the calling crate only.
 #[macro_export]
 macro_rules! fail_point {
     ($place:literal) => {
@@ -130,15 +130,18 @@ mod tests {
     #[test]
     fn what_the_system_lacks_is_no_defect() {
         let lack = |text| lack_of(text).unwrap_or("a defect");
-        let zenohs = "called `Result::unwrap()` on an `Err` value: Os { code: 24, kind: Uncategorized, message: \"Too many open files\" }";
+        let zenohs = "called `Result::unwrap()` on an `Err` value: Os \
+            { code: 24, kind: Uncategorized, message: \"Too many open files\" }";
         assert!(lack(zenohs).contains("LimitNOFILE"));
         assert!(
             lack("failed to spawn thread: Resource temporarily unavailable (os error 11)")
                 .contains("TasksMax")
         );
-        let threads = "called `Result::unwrap()` on an `Err` value: ThreadPoolBuildError { kind: IOError(Os { code: 11, kind: WouldBlock, message: \"Resource temporarily unavailable\" }) }";
+        let threads = "called `Result::unwrap()` on an `Err` value: ThreadPoolBuildError \
+            { kind: IOError(Os { code: 11, kind: WouldBlock, message: \"Resource temporarily unavailable\" }) }";
         assert!(lack(threads).contains("TasksMax"));
-        let a_sockets = "called `Result::unwrap()` on an `Err` value: Os { code: 11, kind: WouldBlock, message: \"Resource temporarily unavailable\" }";
+        let a_sockets = "called `Result::unwrap()` on an `Err` value: Os \
+            { code: 11, kind: WouldBlock, message: \"Resource temporarily unavailable\" }";
         assert_eq!(lack(a_sockets), "a defect");
         assert_eq!(lack_now(a_sockets), None);
         assert_eq!(

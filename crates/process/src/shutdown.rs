@@ -1,5 +1,5 @@
-//! Shutdown requests: SIGINT, SIGTERM and SIGHUP permanently set a flag and make a file descriptor readable. Loops read the flag, and
-//! waits poll the descriptor. This needs no thread, except to watch standard input.
+//! Shutdown requests: SIGINT, SIGTERM and SIGHUP permanently set a flag and make a file descriptor readable. Loops read
+//! the flag, and waits poll the descriptor. This needs no thread, except to watch standard input.
 
 use std::io::Write;
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd};
@@ -18,11 +18,11 @@ pub const SHUTDOWN_POLL: Duration = Duration::from_millis(50);
 /// A cheap handle on the shutdown request; clones share it.
 #[derive(Debug, Clone)]
 pub struct Shutdown {
-    state: Arc<State>,
+    state: Arc<ShutdownState>,
 }
 
 #[derive(Debug)]
-struct State {
+struct ShutdownState {
     requested: Arc<AtomicBool>,
     /// While set, SIGINT ends the process immediately.
     is_interruptible: Arc<AtomicBool>,
@@ -51,7 +51,7 @@ impl Shutdown {
         writable.set_nonblocking(true)?;
         let requested = Arc::new(AtomicBool::new(false));
         Ok(Self {
-            state: Arc::new(State {
+            state: Arc::new(ShutdownState {
                 requested,
                 is_interruptible: Arc::new(AtomicBool::new(false)),
                 readable,
@@ -77,7 +77,8 @@ impl Shutdown {
         });
     }
 
-    /// Runs work that does not check for shutdown: Ctrl-C ends the process during it, with [`Exit::Interrupted`] and without cleanup.
+    /// Runs work that does not check for shutdown: Ctrl-C ends the process during it, with [`Exit::Interrupted`] and
+    /// without cleanup.
     pub fn interruptible<T>(&self, work: impl FnOnce() -> T) -> T {
         self.state.is_interruptible.store(true, Ordering::SeqCst);
         let done = work();
@@ -121,7 +122,8 @@ fn wait_readable(fd: BorrowedFd<'_>, timeout: Duration) {
         tv_sec: libc::time_t::try_from(timeout.as_secs()).unwrap_or(libc::time_t::MAX),
         tv_nsec: timeout.subsec_nanos().cast_signed().into(),
     };
-    // SAFETY: `poll` is one valid pollfd, whose descriptor stays open through the borrow; the mask of signals stays as it is.
+    // SAFETY: `poll` is one valid pollfd, whose descriptor stays open through the borrow; the mask of signals stays as
+    // it is.
     unsafe { libc::ppoll(&raw mut poll, 1, &raw const timeout, std::ptr::null()) };
 }
 

@@ -1,8 +1,8 @@
-//! The watchdog of systemd, which restarts a process that is silent for `WatchdogSec`. Main loops call [`feed`] in each iteration,
-//! so that a hanging loop is detected; without a watchdog it does nothing.
+//! The watchdog of systemd, which restarts a process that is silent for `WatchdogSec`. Main loops call [`feed`] in each
+//! iteration, so that a hanging loop is detected; without a watchdog it does nothing.
 //!
-//! The protocol is `sd_notify`'s: a datagram `WATCHDOG=1` to the socket in `NOTIFY_SOCKET`, at least every `WATCHDOG_USEC`, from the process
-//! that `WATCHDOG_PID` names.
+//! The protocol is `sd_notify`'s: a datagram `WATCHDOG=1` to the socket in `NOTIFY_SOCKET`, at least every
+//! `WATCHDOG_USEC`, from the process that `WATCHDOG_PID` names.
 
 use std::ffi::{OsStr, OsString};
 use std::io;
@@ -13,7 +13,8 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// Notifies the watchdog, if there is one, at most four times in its period. Cheap enough for every iteration of a loop.
+/// Notifies the watchdog, if there is one, at most four times in its period. Cheap enough for every iteration of a
+/// loop.
 pub fn feed() {
     static WATCHDOG: OnceLock<Option<Watchdog>> = OnceLock::new();
     if let Some(watchdog) = WATCHDOG.get_or_init(Watchdog::from_environment) {

@@ -36,9 +36,9 @@ pub struct StreamBounds {
     pub items: usize,
     /// Largest total size in bytes. By [`DropRule::Oldest`] an item that is larger is queued alone.
     pub bytes: usize,
-    /// Longest wait. A reader is overloaded once the oldest item has waited longer, or once all that it has read in a quarter of this time had waited
-    /// for more than an eighth of it. Until it has read all items, those that have waited for more than an eighth are dropped, so that what it
-    /// reads is recent as long as the overload lasts.
+    /// Longest wait. A reader is overloaded once the oldest item has waited longer, or once all that it has read in a
+    /// quarter of this time had waited for more than an eighth of it. Until it has read all items, those that have
+    /// waited for more than an eighth are dropped, so that what it reads is recent as long as the overload lasts.
     pub wait: Duration,
 }
 
@@ -53,7 +53,8 @@ impl StreamBounds {
 
 /// Share of the longest wait that an overloaded reader keeps.
 const LEFT: u32 = 8;
-/// Share of the longest wait after which a reader that stays behind is overloaded. A reader that catches up sooner has had a burst.
+/// Share of the longest wait after which a reader that stays behind is overloaded. A reader that catches up sooner has
+/// had a burst.
 const BEHIND: u32 = 4;
 
 /// A bounded queue of `T`, some of them with a key.
@@ -61,12 +62,12 @@ const BEHIND: u32 = 4;
 pub struct Queue<T, K = Infallible> {
     bounds: StreamBounds,
     rule: DropRule,
-    state: Mutex<State<T, K>>,
+    state: Mutex<QueueState<T, K>>,
     arrival: Condvar,
 }
 
 #[derive(Debug)]
-struct State<T, K> {
+struct QueueState<T, K> {
     /// By their places, which increase.
     items: BTreeMap<u64, QueuedItem<T, K>>,
     places: HashMap<K, u64>,
@@ -88,7 +89,7 @@ struct QueuedItem<T, K> {
     since: Instant,
 }
 
-impl<T, K: Eq + Hash> State<T, K> {
+impl<T, K: Eq + Hash> QueueState<T, K> {
     fn pop(&mut self) -> Option<QueuedItem<T, K>> {
         let (_, first) = self.items.pop_first()?;
         self.bytes -= first.bytes;
@@ -173,7 +174,7 @@ impl<T, K: Eq + Hash + Clone> Queue<T, K> {
     /// An empty queue.
     #[must_use]
     pub fn new(bounds: StreamBounds, rule: DropRule) -> Self {
-        let state = State {
+        let state = QueueState {
             items: BTreeMap::new(),
             places: HashMap::new(),
             next_place: 0,
@@ -192,8 +193,8 @@ impl<T, K: Eq + Hash + Clone> Queue<T, K> {
         }
     }
 
-    /// Adds an item of this many bytes that arrives now, at the expense of others where the queue is full. Returns how many gave way, this one
-    /// included.
+    /// Adds an item of this many bytes that arrives now, at the expense of others where the queue is full. Returns how
+    /// many gave way, this one included.
     pub fn push(&self, item: T, bytes: usize) -> u64 {
         self.push_at(item, None, bytes, Instant::now())
     }
@@ -305,7 +306,7 @@ impl<T, K: Eq + Hash + Clone> Queue<T, K> {
         self.lock().counts
     }
 
-    fn lock(&self) -> MutexGuard<'_, State<T, K>> {
+    fn lock(&self) -> MutexGuard<'_, QueueState<T, K>> {
         // No caller's code runs under the lock, so a poisoned state is consistent.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }

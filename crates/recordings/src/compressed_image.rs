@@ -1,6 +1,7 @@
 //! Images and previews as `sensor_msgs/msg/CompressedImage` in CDR, which viewers and ROS tools read without a plug-in.
 //!
-//! The message: stamp (i32 s, u32 ns), frame (string), format (string), data (list of bytes); little-endian, aligned to 4.
+//! The message: stamp (i32 s, u32 ns), frame (string), format (string), data (list of bytes); little-endian, aligned
+//! to 4.
 
 use sextant_ros2::messages::{CompressedImage, Header};
 use sextant_site_model::CameraId;

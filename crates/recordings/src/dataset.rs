@@ -65,8 +65,8 @@ impl Dataset {
         })
     }
 
-    /// As [`Self::open`], or, for work in which time does not matter, the pictures of one camera without a table, in the order of their
-    /// names: those in `folder` or in `folder/<camera>`. Capture times then only count them.
+    /// As [`Self::open`], or, for work in which time does not matter, the pictures of one camera without a table, in
+    /// the order of their names: those in `folder` or in `folder/<camera>`. Capture times then only count them.
     ///
     /// # Errors
     /// As [`Self::open`], and a folder without pictures.
@@ -205,8 +205,8 @@ fn camera_of(folder: &Path) -> Result<CameraId, RecordingError> {
     })
 }
 
-/// A folder with detections, with pictures, or with a list of pictures. EuRoC's other sensors have a `data.csv` as well,
-/// but no folder `data` and no column `filename`.
+/// A folder with detections, with pictures, or with a list of pictures. EuRoC's other sensors have a `data.csv` as
+/// well, but no folder `data` and no column `filename`.
 fn is_camera(folder: &Path) -> bool {
     folder.join("detections.jsonl").is_file()
         || folder.join("data").is_dir()
@@ -232,7 +232,8 @@ fn no_camera(folder: &Path) -> RecordingError {
     let remedy = if is_one {
         "this is the folder of one camera: give the folder above it"
     } else {
-        "give a folder with DIR/<camera>/data.csv and the pictures in DIR/<camera>/data, or DIR/<camera>/detections.jsonl"
+        "give a folder with DIR/<camera>/data.csv and the pictures in DIR/<camera>/data, or \
+         DIR/<camera>/detections.jsonl"
     };
     RecordingError::wrong(folder, None, "no camera's folder in it", remedy)
 }

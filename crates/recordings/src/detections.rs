@@ -7,7 +7,8 @@ use sextant_geometry::wrong_corner_pair;
 use sextant_tag_families::Family;
 use std::path::Path;
 
-/// The tags of one image: a line of the file. Keys that are not listed here are ignored, so that other detectors may say more.
+/// The tags of one image: a line of the file. Keys that are not listed here are ignored, so that other detectors may
+/// say more.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DetectionsLine {
     /// Capture time, middle of the exposure, ns since the Unix epoch.
@@ -32,11 +33,13 @@ pub struct DetectedTag {
     /// Noise of a corner's coordinate, one standard deviation, pixels; the estimator's own default when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sigma_px: Option<f32>,
-    /// Covariance of each corner as (xx, xy, yy) in square pixels, in single precision as on the wire; goes before `sigma_px`.
+    /// Covariance of each corner as (xx, xy, yy) in square pixels, in single precision as on the wire; goes before
+    /// `sigma_px`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub corner_covariance: Option<[[f32; 3]; 4]>,
-    /// Covariance between the corners of each of [`sextant_geometry::CORNER_PAIRS`] in square pixels: x of the one with x and with y of
-    /// the other, then y of the one with both; independent when absent. Counts beside `corner_covariance` only.
+    /// Covariance between the corners of each of [`sextant_geometry::CORNER_PAIRS`] in square pixels: x of the one with
+    /// x and with y of the other, then y of the one with both; independent when absent. Counts beside
+    /// `corner_covariance` only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub corner_cross_covariance: Option<[[f32; 4]; 6]>,
 }
@@ -72,7 +75,12 @@ impl DetectionsLine {
         let line: Self = serde_json::from_str(text).map_err(|error| {
             // The position inside the line is the column; its "line 1" would mislead.
             let cause = error.to_string().replace("at line 1 column", "at column");
-            (cause, "write {\"t_ns\",\"arrival_ns\",\"detections\":[{\"family\",\"id\",\"corners\":[[x,y]x4],\"sigma_px\",\"corner_covariance\":[[xx,xy,yy]x4],\"corner_cross_covariance\":[[xx,xy,yx,yy]x6]}]} with finite numbers")
+            (
+                cause,
+                "write {\"t_ns\",\"arrival_ns\",\"detections\":[{\"family\",\"id\",\
+                \"corners\":[[x,y]x4],\"sigma_px\",\"corner_covariance\":[[xx,xy,yy]x4],\
+                \"corner_cross_covariance\":[[xx,xy,yx,yy]x6]}]} with finite numbers",
+            )
         })?;
         line.detections.iter().try_for_each(DetectedTag::check)?;
         Ok(line)
@@ -156,7 +164,8 @@ impl DetectedTag {
         let cause = format!("corner_cross_covariance of {tag} is none of the corners {a} and {b}");
         Err((
             cause,
-            "write xx, xy, yx, yy of the corners 0 and 1, 0 and 2, 0 and 3, 1 and 2, 1 and 3, 2 and 3 in square pixels, no product above that of the corners' own variances, or leave it out",
+            "write xx, xy, yx, yy of the corners 0 and 1, 0 and 2, 0 and 3, 1 and 2, 1 and 3, 2 \
+             and 3 in square pixels, no product above that of the corners' own variances, or leave it out",
         ))
     }
 }

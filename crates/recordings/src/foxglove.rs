@@ -1,9 +1,10 @@
-//! Messages of a site as viewers show them: Foxglove's schemas in protobuf (<https://docs.foxglove.dev/docs/sdk/schemas>), which Foxglove,
-//! Lichtblick, Rerun and PlotJuggler decode; and ROS messages for what Foxglove has no schema for.
+//! Messages of a site as viewers show them: Foxglove's schemas in protobuf
+//! (<https://docs.foxglove.dev/docs/sdk/schemas>), which Foxglove, Lichtblick, Rerun and PlotJuggler decode; and ROS
+//! messages for what Foxglove has no schema for.
 //!
-//! In: a decoded message. Out: topic, schema and bytes, for a recording or a live server. Each camera and object has topics of its own, so
-//! that a viewer that jumps to a time finds the last message of each. Frames: `world`, `camera/<camera>`, `object/<object>`, and
-//! `object/<object>/<link>`.
+//! In: a decoded message. Out: topic, schema and bytes, for a recording or a live server. Each camera and object has
+//! topics of its own, so that a viewer that jumps to a time finds the last message of each. Frames: `world`,
+//! `camera/<camera>`, `object/<object>`, and `object/<object>/<link>`.
 
 mod annotations;
 pub mod layout;

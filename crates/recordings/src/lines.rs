@@ -11,7 +11,8 @@ const MAX_TIME_NS: u64 = i64::MAX as u64;
 /// Longest line of a text file, bytes.
 pub const MOST_LINE_BYTES: usize = 16 << 20;
 
-/// The lines of a text. One that is longer than [`MOST_LINE_BYTES`] is an error: an endless file must not fill the memory.
+/// The lines of a text. One that is longer than [`MOST_LINE_BYTES`] is an error: an endless file must not fill the
+/// memory.
 pub fn bounded_lines(mut text: impl BufRead) -> impl Iterator<Item = io::Result<String>> {
     std::iter::from_fn(move || {
         let mut line = Vec::new();
@@ -28,7 +29,8 @@ pub fn bounded_lines(mut text: impl BufRead) -> impl Iterator<Item = io::Result<
     })
 }
 
-/// Hands each line that is neither empty nor a `#` comment to `take`, with its number from 1 and without a byte order mark.
+/// Hands each line that is neither empty nor a `#` comment to `take`, with its number from 1 and without a byte order
+/// mark.
 pub(crate) fn each_line(
     path: &Path,
     mut take: impl FnMut(usize, &str) -> Result<(), RecordingError>,
@@ -90,8 +92,8 @@ impl TimeOrder {
     }
 }
 
-/// What makes times of images doubtful, and the remedy: they are too close together for nanoseconds, so that they are in another unit or
-/// count the images.
+/// What makes times of images doubtful, and the remedy: they are too close together for nanoseconds, so that they are
+/// in another unit or count the images.
 pub(crate) fn doubt(times_ns: impl Iterator<Item = u64>) -> Option<(String, &'static str)> {
     let times_ns: Vec<u64> = times_ns.collect();
     if times_ns.len() < ENOUGH_IMAGES {

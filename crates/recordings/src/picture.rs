@@ -12,7 +12,7 @@ mod png_file;
 use crate::error::RecordingError;
 use flaw::Flaw;
 pub use grey::GreyImage;
-use kind::{HEAD, Kind};
+use kind::{HEAD, PictureKind};
 use png::ColorType;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, BufWriter, Read, Seek, Write};
@@ -29,16 +29,16 @@ pub struct ColourImage {
     pub pixels: Vec<u8>,
 }
 
-/// Reads a picture as 8-bit grey. What it is, its content says, not its name: PNG of any kind and, with the feature `pictures`,
-/// JPEG, PNM, WebP, TIFF and BMP, turned as EXIF or TIFF say.
+/// Reads a picture as 8-bit grey. What it is, its content says, not its name: PNG of any kind and, with the feature
+/// `pictures`, JPEG, PNM, WebP, TIFF and BMP, turned as EXIF or TIFF say.
 ///
-/// Colour becomes grey (luma after ITU-R BT.601), transparency is ignored. Of a picture with more than 8 bits the range that is
-/// in it is kept: with a pixel brighter than 255, every value is divided by the brightest / 255, and black stays 0. A camera's
-/// 12 bits in a file of 16 are therefore not dark.
+/// Colour becomes grey (luma after ITU-R BT.601), transparency is ignored. Of a picture with more than 8 bits the range
+/// that is in it is kept: with a pixel brighter than 255, every value is divided by the brightest / 255, and black
+/// stays 0. A camera's 12 bits in a file of 16 are therefore not dark.
 ///
 /// # Errors
-/// A file that is missing, no picture of a kind that is read, truncated, damaged, or of more than 256 MB once it is decoded
-/// (100 MB of a progressive JPEG or a WebP).
+/// A file that is missing, no picture of a kind that is read, truncated, damaged, or of more than 256 MB once it is
+/// decoded (100 MB of a progressive JPEG or a WebP).
 pub fn read_picture(path: &Path) -> Result<GreyImage, RecordingError> {
     let file = File::open(path).map_err(RecordingError::unreadable(path, CHECK))?;
     decode_picture(BufReader::new(file), path)
@@ -53,11 +53,12 @@ pub fn decode_picture(
     path: &Path,
 ) -> Result<GreyImage, RecordingError> {
     let head = head_of(&mut file).map_err(RecordingError::unreadable(path, CHECK))?;
-    decode(Kind::of(&head), file)
+    decode(PictureKind::from_head(&head), file)
         .map_err(|flaw| RecordingError::wrong(path, None, flaw.cause, flaw.remedy))
 }
 
-/// Endings of the names of pictures. A file so named that is none is a fault to be told, not a file of another purpose.
+/// Endings of the names of pictures. A file so named that is none is reported as a fault, not a file of another
+/// purpose.
 const ENDINGS: [&str; 12] = [
     "png", "jpg", "jpeg", "pgm", "ppm", "pnm", "webp", "tif", "tiff", "bmp", "gif", "heic",
 ];
@@ -76,7 +77,7 @@ pub(crate) fn is_picture(path: &Path) -> Result<bool, RecordingError> {
     }
     let read = File::open(path).and_then(|file| head_of(&mut BufReader::new(file)));
     let head = read.map_err(RecordingError::unreadable(path, CHECK))?;
-    Ok(Kind::of(&head).is_read())
+    Ok(PictureKind::from_head(&head).is_read())
 }
 
 /// Whether these bytes begin a PNG of 8-bit grey, which is what recordings in one file consist of.
@@ -95,15 +96,19 @@ fn head_of(file: &mut (impl BufRead + Seek)) -> io::Result<Vec<u8>> {
     Ok(head)
 }
 
-fn decode(kind: Kind, file: impl BufRead + Seek) -> Result<GreyImage, Flaw> {
+fn decode(kind: PictureKind, file: impl BufRead + Seek) -> Result<GreyImage, Flaw> {
     let cause = match kind {
-        Kind::Png => return Ok(png_file::decode(file)?.into_grey()),
-        Kind::Jpeg | Kind::Pnm | Kind::Webp | Kind::Tiff | Kind::Bmp => {
+        PictureKind::Png => return Ok(png_file::decode(file)?.into_grey()),
+        PictureKind::Jpeg
+        | PictureKind::Pnm
+        | PictureKind::Webp
+        | PictureKind::Tiff
+        | PictureKind::Bmp => {
             return decode_other(kind, file);
         }
-        Kind::Other(name) => format!("{name}, which is not supported"),
-        Kind::Unknown => format!("no picture that is known ({KNOWN})"),
-        Kind::Empty => {
+        PictureKind::Other(name) => format!("{name}, which is not supported"),
+        PictureKind::Unknown => format!("no picture that is known ({KNOWN})"),
+        PictureKind::Empty => {
             return Err(Flaw::new("the file is empty", "copy or record it again"));
         }
     };
@@ -119,7 +124,7 @@ const KNOWN: &str = "PNG";
 use others::decode as decode_other;
 
 #[cfg(not(feature = "pictures"))]
-fn decode_other(kind: Kind, _: impl BufRead + Seek) -> Result<GreyImage, Flaw> {
+fn decode_other(kind: PictureKind, _: impl BufRead + Seek) -> Result<GreyImage, Flaw> {
     let name = format!("{kind:?}").to_uppercase();
     let cause = format!("a {name} picture, and this program reads only PNG");
     Err(Flaw::new(cause, SAVE_AS_PNG))

@@ -41,9 +41,10 @@ struct JointLine<'a> {
     velocity: f64,
 }
 
-/// `{"t_ns","object","position","orientation","covariance","twist","state","cameras","tags","rms_px"}`: metres, x y z w,
-/// 6x6 row-major over (x, y, z, rx, ry, rz) in world axes, m/s and rad/s; for an object that has links also
-/// `"links":[{"link","position","orientation","covariance"}]` and `"joints":[{"joint","value","sigma","velocity"}]`. Numbers have as many digits as bring them back.
+/// `{"t_ns","object","position","orientation","covariance","twist","state","cameras","tags","rms_px"}`: metres, x y z
+/// w, 6x6 row-major over (x, y, z, rx, ry, rz) in world axes, m/s and rad/s; for an object that has links also
+/// `"links":[{"link","position","orientation","covariance"}]` and `"joints":[{"joint","value","sigma","velocity"}]`.
+/// Numbers have as many digits as bring them back.
 pub fn pose_json(estimate: &ObjectEstimate) -> String {
     let parts = PoseParts::from(&estimate.world_from_object);
     let articulated = estimate.articulated.as_deref();
@@ -108,8 +109,8 @@ pub fn tum_line(t_ns: u64, world_from_object: &Pose) -> String {
 const AXES: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
 
 /// The header of [`pose_csv`]'s lines:
-/// `t_ns,object,state,x,y,z,qx,qy,qz,qw,vx,vy,vz,wx,wy,wz,cameras,tags,rms_px,cov_x_x,cov_x_y,...`, the upper triangle of the covariance
-/// row by row.
+/// `t_ns,object,state,x,y,z,qx,qy,qz,qw,vx,vy,vz,wx,wy,wz,cameras,tags,rms_px,cov_x_x,cov_x_y,...`, the upper triangle
+/// of the covariance row by row.
 pub fn csv_header() -> String {
     let mut header =
         "t_ns,object,state,x,y,z,qx,qy,qz,qw,vx,vy,vz,wx,wy,wz,cameras,tags,rms_px".to_owned();

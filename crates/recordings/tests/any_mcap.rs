@@ -136,7 +136,8 @@ fn a_recording_that_is_cut_within_its_first_chunk_gives_the_messages_before() {
     assert_eq!(recovered, messages.len() as u64);
 }
 
-/// What another tool makes of a recording: its messages, written anew in an order of their sequence numbers, eight in a chunk.
+/// What another tool makes of a recording: its messages, written anew in an order of their sequence numbers, eight in a
+/// chunk.
 fn rewritten(options: WriteOptions, order: impl Fn(u32) -> u32) -> Vec<u8> {
     let mut messages: Vec<_> = MessageStream::new(recording())
         .unwrap()
@@ -314,10 +315,22 @@ fn what_is_no_recording_of_a_site_is_refused_with_a_remedy() {
     let path = folder.path().join("a.mcap");
     std::fs::write(&path, &recording()[..20]).unwrap();
     let error = SiteRecording::read(&path).unwrap_err().to_string();
-    assert!(error.ends_with("a.mcap: the file ends after 20 bytes, before its first whole message; copy or save it again"), "{error}");
+    assert!(
+        error.ends_with(
+            "a.mcap: the file ends after 20 bytes, before its first whole \
+        message; copy or save it again"
+        ),
+        "{error}"
+    );
     std::fs::write(&path, b"#timestamp,filename\n").unwrap();
     let error = SiteRecording::read(&path).unwrap_err().to_string();
-    assert!(error.ends_with("a.mcap: this is not an MCAP file; give a recording made by `sextant record` or `sextant convert`"), "{error}");
+    assert!(
+        error.ends_with(
+            "a.mcap: this is not an MCAP file; give a recording made by `sextant \
+        record` or `sextant convert`"
+        ),
+        "{error}"
+    );
     let footer = [&[2, 20, 0, 0, 0, 0, 0, 0, 0][..], &[0; 20]].concat();
     std::fs::write(&path, [MAGIC, &footer, MAGIC].concat()).unwrap();
     let error = SiteRecording::read(&path).unwrap_err().to_string();

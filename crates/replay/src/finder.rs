@@ -1,4 +1,5 @@
-//! Tags in pictures: those with codes by the detector, the squares of a plain chessboard by a search for the whole board.
+//! Tags in pictures: those with codes by the detector, the squares of a plain chessboard by a search for the whole
+//! board.
 
 use sextant_apriltag::{
     BoardShape, ChessboardView, Detection, Detector, Extent, Image, ImageError, Options,
@@ -18,7 +19,8 @@ pub struct ChessboardSearch {
     seen: Mutex<Views>,
 }
 
-/// What becomes of images that show a chessboard in part. It has no ids, so that such an image does not tell which part.
+/// What becomes of images that show a chessboard in part. It has no ids, so that such an image does not tell which
+/// part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PartialViews {
     /// They serve: a lens does not depend on it.
@@ -38,11 +40,11 @@ struct Views {
 
 impl ChessboardSearch {
     /// The chessboard among some objects.
-    pub fn of<'a>(
+    pub fn among<'a>(
         objects: impl IntoIterator<Item = &'a ObjectModel>,
         partial: PartialViews,
     ) -> Option<Self> {
-        let board = objects.into_iter().find_map(Chessboard::of)?;
+        let board = objects.into_iter().find_map(Chessboard::from_object)?;
         let Chessboard { columns, rows, .. } = board;
         Some(Self {
             shape: BoardShape { columns, rows },
@@ -79,12 +81,16 @@ impl ChessboardSearch {
         if let Some(([seen_columns, seen_rows], _)) = seen.larger.iter().max_by_key(|(_, n)| **n) {
             let n: usize = seen.larger.values().sum();
             remarks.push(format!(
-                "{n} images show a chessboard of other size, most often {seen_columns} x {seen_rows} inner corners instead of {columns} x {rows}, and are left out; correct the board file: it counts inner corners, one fewer than squares"
+                "{n} images show a chessboard of other size, most often {seen_columns} x \
+                 {seen_rows} inner corners instead of {columns} x {rows}, and are left out; \
+                 correct the board file: it counts inner corners, one fewer than squares"
             ));
         }
         if self.partial == PartialViews::LeftOut && seen.part > 0 {
             remarks.push(format!(
-                "{} images show a part of the chessboard and are left out, since a plain chessboard does not tell which part; keep all {columns} x {rows} inner corners in view, or use a board with tags (`sextant print charuco`)",
+                "{} images show a part of the chessboard and are left out, since a plain \
+                 chessboard does not tell which part; keep all {columns} x {rows} inner corners \
+                 in view, or use a board with tags (`sextant print charuco`)",
                 seen.part
             ));
         }
@@ -148,8 +154,8 @@ pub fn image_of(picture: &GreyImage) -> Result<Image<'_>, ImageError> {
     )
 }
 
-/// What is recorded of detections. A replay takes pictures through the same form, so that pictures and what is recorded of
-/// them give the same poses, bit for bit.
+/// What is recorded of detections. A replay takes pictures through the same form, so that pictures and what is recorded
+/// of them give the same poses, bit for bit.
 pub fn detected_tags(detections: &[Detection]) -> Vec<DetectedTag> {
     let tags = detections.iter().map(|detection| DetectedTag {
         family: detection.family,

@@ -18,7 +18,7 @@ struct Page {
 
 impl Ledger {
     /// The ledger of a recording with images of these capture times.
-    pub fn of(capture_times_ns: impl Iterator<Item = u64>) -> Self {
+    pub fn new(capture_times_ns: impl Iterator<Item = u64>) -> Self {
         let mut ledger = Self::default();
         for time_ns in capture_times_ns {
             ledger.open.entry(time_ns).or_default().images_to_come += 1;
@@ -26,9 +26,9 @@ impl Ledger {
         ledger
     }
 
-    /// Notes what was said after an image; returns the final poses of its capture time, ordered by object, when it was the
-    /// last one. Poses at another time are of an image whose stamp was put right, alone at that time, and final at once. A loss
-    /// is said at a time of no image and is no pose of one.
+    /// Notes what was said after an image; returns the final poses of its capture time, ordered by object, when it was
+    /// the last one. Poses at another time are of an image whose stamp was put right, alone at that time, and final at
+    /// once. A loss is said at a time of no image and is no pose of one.
     pub fn took(
         &mut self,
         capture_ns: u64,
@@ -81,7 +81,7 @@ mod tests {
 
     #[test]
     fn the_pose_after_the_last_image_of_a_time_is_final() {
-        let mut ledger = Ledger::of([1, 2, 1].into_iter());
+        let mut ledger = Ledger::new([1, 2, 1].into_iter());
         assert!(
             ledger
                 .took(1, [pose("a", 1, 0.5, Tracking)].into_iter())
@@ -96,7 +96,7 @@ mod tests {
 
     #[test]
     fn an_image_that_says_nothing_keeps_what_was_said_before() {
-        let mut ledger = Ledger::of([1, 1].into_iter());
+        let mut ledger = Ledger::new([1, 1].into_iter());
         ledger.took(1, [pose("a", 1, 0.5, Tracking)].into_iter());
         let finals = ledger.took(1, std::iter::empty());
         assert_eq!(xs(&finals), [("a".into(), 1, 0.5)]);
@@ -104,7 +104,7 @@ mod tests {
 
     #[test]
     fn losses_are_no_poses_of_an_image() {
-        let mut ledger = Ledger::of([1].into_iter());
+        let mut ledger = Ledger::new([1].into_iter());
         let said = [
             pose("a", 1, 0.0, State::Lost),
             pose("b", 9, 0.0, State::Lost),
@@ -115,7 +115,7 @@ mod tests {
 
     #[test]
     fn a_pose_at_a_stamp_that_was_put_right_is_final() {
-        let mut ledger = Ledger::of([1, 1].into_iter());
+        let mut ledger = Ledger::new([1, 1].into_iter());
         let righted = ledger.took(1, [pose("a", 9, 2.0, Tracking)].into_iter());
         assert_eq!(xs(&righted), [("a".into(), 9, 2.0)]);
         let at_one = ledger.took(1, [pose("a", 1, 1.0, Tracking)].into_iter());

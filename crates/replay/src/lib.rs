@@ -1,12 +1,13 @@
 //! Recordings through the very detector and estimator that run live.
 //!
-//! A replay gives one pose per object and capture time: the estimate after the last image of exactly that capture time. The same recording
-//! gives the same poses, bit for bit.
+//! A replay gives one pose per object and capture time: the estimate after the last image of exactly that capture time.
+//! The same recording gives the same poses, bit for bit.
 //!
-//! - [`replay_folder`]: images or detections of a folder, in order of arrival, with [`Models`] from files.
-//! - [`Plan`], [`replay_plan`]: a site's recording in one file, as its fusion node processed it; [`LiveComparison`] with the poses that
-//!   were published live.
-//! - [`observation`], [`TagFinder`], [`in_order`]: recorded images as observations, by several threads, for a replay and other uses.
+//! - [`replay_folder`]: images or detections of a folder, in order of arrival, with [`ReplayModels`] from files.
+//! - [`Plan`], [`replay_plan`]: a site's recording in one file, as its fusion node processed it; [`LiveComparison`]
+//!   with the poses that were published live.
+//! - [`observation`], [`TagFinder`], [`in_order`]: recorded images as observations, by several threads, for a replay
+//!   and other uses.
 //!
 //! Nothing here prints; a [`ReplayObserver`] follows a replay and may slow it down to the recorded pace.
 
@@ -24,7 +25,7 @@ pub use finder::{
     ChessboardSearch, NothingSought, PartialViews, TagFinder, detected_tags, image_of,
 };
 pub use live::LiveComparison;
-pub use models::{Models, ModelsError, read_objects};
+pub use models::{ModelsError, ReplayModels, read_objects};
 pub use observation::{ObservationError, observation};
 pub use ordered::in_order;
 pub use pass::ReplayObserver;

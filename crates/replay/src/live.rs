@@ -21,8 +21,8 @@ pub struct LiveComparison {
     pub identical: usize,
     /// Not given by the replay, or not with these bits.
     pub different: usize,
-    /// Published while no inputs are recorded, which the replay cannot know: before the first ones, and after the last ones of a process of the
-    /// node, which has them for a tenth of a second before it publishes them.
+    /// Published while no inputs are recorded, which the replay cannot know: before the first ones, and after the last
+    /// ones of a process of the node, which has them for a tenth of a second before it publishes them.
     pub without_inputs: usize,
 }
 

@@ -47,7 +47,8 @@ pub enum ModelsError {
     },
     /// Nothing stands still by which a carried camera is localised.
     #[error(
-        "{}: camera \"{camera}\" is carried, and no object is a landmark; give the object file of tags that stand still a `world_from_object`",
+        "{}: camera \"{camera}\" is carried, and no object is a landmark; give the object file \
+         of tags that stand still a `world_from_object`",
         rig.display()
     )]
     NoLandmarks {
@@ -60,7 +61,7 @@ pub enum ModelsError {
 
 /// Cameras and objects.
 #[derive(Debug)]
-pub struct Models {
+pub struct ReplayModels {
     /// The cameras.
     pub rig: Rig,
     /// The objects, in the order of their files.
@@ -68,7 +69,7 @@ pub struct Models {
     rig_file: PathBuf,
 }
 
-impl Models {
+impl ReplayModels {
     /// Reads the files.
     ///
     /// # Errors

@@ -35,7 +35,7 @@ impl Pass {
     pub fn new(fusion: Fusion, capture_times_ns: impl Iterator<Item = u64>) -> Self {
         Self {
             fusion,
-            ledger: Ledger::of(capture_times_ns),
+            ledger: Ledger::new(capture_times_ns),
             poses: Vec::new(),
         }
     }

@@ -1,4 +1,5 @@
-//! What a recorded fusion node took in, in its order and with its times; where the recording lacks that, observations in order of arrival.
+//! What a recorded fusion node took in, in its order and with its times; where the recording lacks that, observations
+//! in order of arrival.
 
 use sextant_estimator::Input;
 use sextant_proto::{FusionInputs, InputSource, NodeId, ObjectConfig, Observations, RigConfig};
@@ -36,8 +37,8 @@ pub struct Plan {
     pub order: Order,
     /// Inputs whose observations the recording lacks.
     pub missing: usize,
-    /// Whether the inputs say when each adjustment of the files applied: they are whole from the node's start on, with the models that it
-    /// had. Otherwise adjustments are solved as they come.
+    /// Whether the inputs say when each adjustment of the files applied: they are whole from the node's start on, with
+    /// the models that it had. Otherwise adjustments are solved as they come.
     pub are_adjustments_known: bool,
 }
 
@@ -98,7 +99,7 @@ impl Plan {
     ///
     /// # Errors
     /// A recording without rig or objects, or with models that cannot be used.
-    pub fn of(
+    pub fn new(
         recording: &SiteRecording,
         node: Option<&NodeId>,
         replacement: &Replacement,
@@ -209,7 +210,7 @@ impl<'a> Planner<'a> {
             }
             next = Some(batch.first + batch.inputs.len() as u64);
             for (number, input) in (batch.first..).zip(&batch.inputs) {
-                self.add(&mut plan, number, (input.now_ns, &input.source))?;
+                self.add(&mut plan, number, input.now_ns, &input.source)?;
             }
         }
         let is_replaced = self.replacement.rig.is_some() || self.replacement.objects.is_some();
@@ -223,7 +224,8 @@ impl<'a> Planner<'a> {
         &self,
         plan: &mut Plan,
         number: u64,
-        (now_ns, source): (u64, &InputSource),
+        now_ns: u64,
+        source: &InputSource,
     ) -> Result<(), String> {
         let Some(run) = plan.runs.last_mut() else {
             return Ok(());
@@ -482,7 +484,7 @@ mod tests {
     }
 
     fn plan(recording: &SiteRecording) -> Plan {
-        Plan::of(recording, None, &Replacement::default()).unwrap()
+        Plan::new(recording, None, &Replacement::default()).unwrap()
     }
 
     /// Capture times less 100, and 0 for a change.

@@ -2,7 +2,7 @@
 
 use crate::finder::{ChessboardSearch, PartialViews, TagFinder};
 use crate::live::{LiveComparison, LivePoses};
-use crate::models::{Models, ModelsError};
+use crate::models::{ModelsError, ReplayModels};
 use crate::observation::{ObservationError, observation};
 use crate::ordered::in_order;
 use crate::pass::{Pass, ReplayObserver};
@@ -61,14 +61,14 @@ pub struct CameraCounts {
     pub unknown_tags: u64,
 }
 
-/// Replays the images of a folder in order of arrival, then of capture time, then of camera. `threads` detect tags; the poses do not depend
-/// on their number.
+/// Replays the images of a folder in order of arrival, then of capture time, then of camera. `threads` detect tags; the
+/// poses do not depend on their number.
 ///
 /// # Errors
 /// [`ReplayError`], and those of the observer.
 pub fn replay_folder<O: ReplayObserver>(
     dataset: &Dataset,
-    models: &Models,
+    models: &ReplayModels,
     threads: usize,
     observer: &mut O,
 ) -> Result<Replayed, O::Error>
@@ -80,7 +80,7 @@ where
     let fusion = estimator(&models.rig, &models.objects)?;
     let mut pass = Pass::new(fusion, times_ns);
     let options = models.detector_options();
-    let chessboard = ChessboardSearch::of(&models.objects, PartialViews::LeftOut);
+    let chessboard = ChessboardSearch::among(&models.objects, PartialViews::LeftOut);
     in_order(
         threads,
         rows.iter().copied(),
@@ -95,7 +95,7 @@ where
     let images = dataset.cameras().iter();
     let images = images.map(|camera| (camera.camera.clone(), camera.rows.len()));
     let objects = posed_objects(&models.rig, &models.objects);
-    Ok(Replayed::of(pass, images, objects.into_iter()))
+    Ok(Replayed::new(pass, images, objects.into_iter()))
 }
 
 /// Replays the inputs of a plan; `live` are the poses that were published then.
@@ -137,7 +137,7 @@ where
                 .for_each(|pose| live.take(pose));
         }
     }
-    let mut replayed = Replayed::of(pass, images.into_iter(), objects.into_iter());
+    let mut replayed = Replayed::new(pass, images.into_iter(), objects.into_iter());
     replayed.live = Some(live.comparison(&spans_ns));
     Ok(replayed)
 }
@@ -148,7 +148,7 @@ fn estimator(rig: &Rig, objects: &[ObjectModel]) -> Result<Fusion, ReplayError> 
 }
 
 impl Replayed {
-    fn of(
+    fn new(
         pass: Pass,
         images: impl Iterator<Item = (CameraId, usize)>,
         objects: impl Iterator<Item = ObjectId>,

@@ -1,5 +1,6 @@
-"""Records the demo, converts the recording to a bag of ROS 2, and reads both files as people's tools do: the bag by rosbags, which shares no
-code with Sextant; both by Rerun; the recording by Foxglove's own protobuf classes. Each pose is compared with the recorded payload.
+"""Records the demo, converts the recording to a bag of ROS 2, and reads both files as people's tools do: the bag by
+rosbags, which shares no code with Sextant; both by Rerun; the recording by Foxglove's own protobuf classes. Each pose
+is compared with the recorded payload.
 
     python files.py PROGRAM      PROGRAM is the sextant to run
 
@@ -145,7 +146,9 @@ def check_rerun(file, poses, pictures):
 
 def main():
     program = sys.argv[1]
-    run = lambda *words: subprocess.run([program, "--json", *map(str, words)], check=True, capture_output=True, text=True)
+    run = lambda *words: subprocess.run(
+        [program, "--json", *map(str, words)], check=True, capture_output=True, text=True
+    )
     with tempfile.TemporaryDirectory() as folder:
         file, bag = pathlib.Path(folder) / "site.mcap", pathlib.Path(folder) / "bag"
         demo = ("demo", "--no-browser", "--port", free_port(), "--cameras", 2, "--objects", 1, "--duration", 8)
@@ -154,7 +157,10 @@ def main():
         poses = recorded(file)
         kinds = check_protobuf(file, poses)
         pictures = check_bag(bag, poses, counts)
-        print(f"files: {len(poses)} poses in {kinds} schemas of Foxglove, {sum(counts.values())} messages on {len(counts)} topics of ROS")
+        print(
+            f"files: {len(poses)} poses in {kinds} schemas of Foxglove, {sum(counts.values())} messages on "
+            f"{len(counts)} topics of ROS"
+        )
         try:
             import rerun
         except ImportError:

@@ -1,5 +1,5 @@
-"""Runs the demo and `sextant ros2`, and listens to them as ROS 2 would: the zenoh team's own Python binding, whose AdvancedSubscriber is
-the one of rmw_zenoh, and rosbags to decode.
+"""Runs the demo and `sextant ros2`, and listens to them as ROS 2 would: the zenoh team's own Python binding, whose
+AdvancedSubscriber is the one of rmw_zenoh, and rosbags to decode.
 
     python live.py PROGRAM      PROGRAM is the sextant to run
 

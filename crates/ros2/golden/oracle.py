@@ -1,11 +1,14 @@
-"""Makes and checks the golden files of this folder with implementations of ROS 2's formats that share no code with Sextant.
+"""Makes and checks the golden files of this folder with implementations of ROS 2's formats that share no code with
+Sextant.
 
     python oracle.py make FOLDER      writes the files
-    python oracle.py check FOLDER     compares them with the files there; and, where ROS 2's own packages are installed, lets Fast CDR
-                                      read each file, write it again, and compares type hashes with those that the packages ship
+    python oracle.py check FOLDER     compares them with the files there; and, where ROS 2's own packages are installed,
+                                      lets Fast CDR read each file, write it again, and compares type hashes with
+                                      those that the packages ship
 
-Files: *.cdr and hashes.txt by rosbags; graph.txt, with keys, liveliness tokens, GIDs and attachments, by zenoh-ros2-sdk and xxhash.
-All three are on PyPI. For the second part ros-rclpy, ros-geometry-msgs, ros-sensor-msgs, ros-diagnostic-msgs.
+Files: *.cdr and hashes.txt by rosbags; graph.txt, with keys, liveliness tokens, GIDs and attachments, by zenoh-ros2-sdk
+and xxhash. All three are on PyPI. For the second part ros-rclpy, ros-geometry-msgs, ros-sensor-msgs,
+ros-diagnostic-msgs.
 """
 
 import importlib
@@ -49,7 +52,8 @@ string marker_name
 geometry_msgs/Point translation
 """,
     "mocap4r2_msgs/msg/RigidBody": "string rigid_body_name\nMarker[] markers\ngeometry_msgs/Pose pose\n",
-    "mocap4r2_msgs/msg/RigidBodies": "std_msgs/Header header\nuint32 frame_number\nmocap4r2_msgs/RigidBody[] rigidbodies\n",
+    "mocap4r2_msgs/msg/RigidBodies": "std_msgs/Header header\nuint32 frame_number\n"
+    "mocap4r2_msgs/RigidBody[] rigidbodies\n",
 }
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
@@ -119,7 +123,9 @@ def samples():
         header=header(1_700_000_001, 7, "map"),
         poses=[named("cube"), named("pad-2")],
     )
-    marker = make("mocap4r2_msgs/msg/Marker", id_type=2, marker_index=-3, marker_name="tag36h11:3", translation=position)
+    marker = make(
+        "mocap4r2_msgs/msg/Marker", id_type=2, marker_index=-3, marker_name="tag36h11:3", translation=position
+    )
     body = lambda name, markers: make("mocap4r2_msgs/msg/RigidBody", rigid_body_name=name, markers=markers, pose=pose)
     yield "rigid-bodies", make(
         "mocap4r2_msgs/msg/RigidBodies",
@@ -253,7 +259,9 @@ def fresh():
 
 
 def check_by_ros(folder):
-    """Fast CDR leaves the padding between fields as it is, so that bytes are compared after its reading, not after its writing."""
+    """Fast CDR leaves the padding between fields as it is, so that bytes are compared after its reading, not after its
+    writing.
+    """
     try:
         from rclpy.serialization import deserialize_message, serialize_message
     except ImportError:
@@ -273,7 +281,8 @@ def check_by_ros(folder):
         if bytes(STORE.serialize_cdr(again, kind)) != (folder / f"{name}.cdr").read_bytes():
             wrong.append(f"{name}: Fast CDR reads something else")
         description = pathlib.Path(sys.prefix) / "share" / package / "msg" / f"{short}.json"
-        shipped = {entry["type_name"]: entry["hash_string"] for entry in json.loads(description.read_text())["type_hashes"]}
+        described = json.loads(description.read_text())["type_hashes"]
+        shipped = {entry["type_name"]: entry["hash_string"] for entry in described}
         if shipped[kind] != hashes[kind]:
             wrong.append(f"{kind}: {package} ships {shipped[kind]}")
         seen.append(kind)

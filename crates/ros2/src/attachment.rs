@@ -5,7 +5,8 @@ use crate::Gid;
 /// Length of an attachment: 8 + 8 + 1 + 16.
 pub const ATTACHMENT_BYTES: usize = 33;
 
-/// The attachment of one message. A receiver that finds none, or another length, drops the message or ends: these bytes are fixed.
+/// The attachment of one message. A receiver that finds none, or another length, drops the message or ends: these bytes
+/// are fixed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Attachment {
     /// Number of the message on its topic, from 1.

@@ -113,8 +113,8 @@ impl Bridge {
         }
     }
 
-    /// The ROS messages of a message of the site and its sender's signature, in the order in which they are to be published. Keys that
-    /// nothing is made of are ignored.
+    /// The ROS messages of a message of the site and its sender's signature, in the order in which they are to be
+    /// published. Keys that nothing is made of are ignored.
     pub fn handle(
         &mut self,
         now_ns: u64,
@@ -154,8 +154,8 @@ impl Bridge {
         outgoing("/diagnostics".to_owned(), TopicKind::Diagnostics, &message)
     }
 
-    /// Poses are published while they mean something: with their covariance from the first on, as transforms, which have none, once
-    /// one attitude is known.
+    /// Poses are published while they mean something: with their covariance from the first on, as transforms, which
+    /// have none, once one attitude is known.
     fn pose(&mut self, pose: &ObjectPose) -> Vec<Outgoing> {
         let owner = Owner::Object(pose.object.clone());
         let folder = format!("object/{}", token(pose.object.as_str()));

@@ -1,5 +1,6 @@
-//! CDR: how ROS 2 writes a message as bytes (OMG, Common Object Request Broker Architecture 3.3, 9.3; as "plain CDR" of DDS-XTypes 1.3, 7.4).
-//! Numbers are little-endian and aligned to their own size, counted from the end of the four-byte header.
+//! CDR: how ROS 2 writes a message as bytes (OMG, Common Object Request Broker Architecture 3.3, 9.3; as "plain CDR" of
+//! DDS-XTypes 1.3, 7.4). Numbers are little-endian and aligned to their own size, counted from the end of the four-byte
+//! header.
 
 /// Encapsulation identifier of little-endian plain CDR, and no options.
 const HEADER: [u8; 4] = [0x00, 0x01, 0x00, 0x00];

@@ -1,10 +1,11 @@
 //! Messages of a site as ROS messages.
 //!
-//! Positions, attitudes and covariances are those of the site: metres, radians, 6x6 row-major over x, y, z and rotations about the
-//! world's axes, which is what ROS's PoseWithCovariance asks for. Pixels count from the centre of the first, as ROS's camera
-//! models do. Two things differ from what apriltag_ros publishes:
+//! Positions, attitudes and covariances are those of the site: metres, radians, 6x6 row-major over x, y, z and
+//! rotations about the world's axes, which is what ROS's PoseWithCovariance asks for. Pixels count from the centre of
+//! the first, as ROS's camera models do. Two things differ from what apriltag_ros publishes:
 //!
-//! - Tag frames have x right, y up and z out of the face towards the viewer; apriltag_ros's are turned by 180 degrees about x.
+//! - Tag frames have x right, y up and z out of the face towards the viewer; apriltag_ros's are turned by 180 degrees
+//!   about x.
 //! - Pixels of detections are 0.5 smaller than the AprilTag library's, which counts from the corner of the first pixel.
 
 mod camera;

@@ -1,5 +1,5 @@
-//! Types of messages: as descriptions (REP 2011) with their hash RIHS01, SHA-256 of the description as JSON, fields in order, referenced types
-//! by name; and as definitions, the text of `.msg` files, which bags carry.
+//! Types of messages: as descriptions (REP 2011) with their hash RIHS01, SHA-256 of the description as JSON, fields in
+//! order, referenced types by name; and as definitions, the text of `.msg` files, which bags carry.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -56,7 +56,8 @@ pub fn type_hash<M: RosMessage>() -> String {
     hash
 }
 
-/// The definition of a message's type, in the format `ros2msg` of MCAP and rosbag2: its fields, then those of each type that they refer to.
+/// The definition of a message's type, in the format `ros2msg` of MCAP and rosbag2: its fields, then those of each type
+/// that they refer to.
 #[must_use]
 pub fn definition<M: RosMessage>() -> String {
     let (fields, referenced) = types_of::<M>();

@@ -1,9 +1,10 @@
-//! What a node of rmw_zenoh puts on the network beside data: where each topic's messages go, and the liveliness tokens of which
-//! `ros2 node list` and `ros2 topic list` are made.
+//! What a node of rmw_zenoh puts on the network beside data: where each topic's messages go, and the liveliness tokens
+//! of which `ros2 node list` and `ros2 topic list` are made.
 //!
-//! Data keys are `<domain>/<topic>/<type>/<hash>`, tokens `@ros2_lv/<domain>/<session>/<node>/<entity>/<kind>/<enclave>/<namespace>/<name>`,
-//! a publisher's with `/<topic>/<type>/<hash>/<qos>` behind; in a token's parts `%` stands for `/`.
-//! Source: rmw_zenoh_cpp, `liveliness_utils.cpp`.
+//! Data keys are `<domain>/<topic>/<type>/<hash>`, tokens
+//! `@ros2_lv/<domain>/<session>/<node>/<entity>/<kind>/<enclave>/<namespace>/<name>`, a publisher's with
+//! `/<topic>/<type>/<hash>/<qos>` behind; in a token's parts `%` stands for `/`. Source: rmw_zenoh_cpp,
+//! `liveliness_utils.cpp`.
 
 use std::str::FromStr;
 

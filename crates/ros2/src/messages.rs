@@ -55,7 +55,10 @@ messages! {
     "geometry_msgs/msg/PoseWithCovariance" PoseWithCovariance { pose: Pose, covariance: [f64; 36], }
 
     /// The pose of an object.
-    "geometry_msgs/msg/PoseWithCovarianceStamped" PoseWithCovarianceStamped { header: Header, pose: PoseWithCovariance, }
+    "geometry_msgs/msg/PoseWithCovarianceStamped" PoseWithCovarianceStamped {
+        header: Header,
+        pose: PoseWithCovariance,
+    }
 
     /// What an axis of an array of numbers means.
     "std_msgs/msg/MultiArrayDimension" MultiArrayDimension { label: String, size: u32, stride: u32, }
@@ -104,7 +107,11 @@ messages! {
     "geometry_msgs/msg/Transform" Transform { translation: Vector3, rotation: Quaternion, }
 
     /// `frame_id` from `child_frame_id`.
-    "geometry_msgs/msg/TransformStamped" TransformStamped { header: Header, child_frame_id: String, transform: Transform, }
+    "geometry_msgs/msg/TransformStamped" TransformStamped {
+        header: Header,
+        child_frame_id: String,
+        transform: Transform,
+    }
 
     /// Of `/tf` and `/tf_static`.
     "tf2_msgs/msg/TFMessage" TFMessage { transforms: Vec<TransformStamped>, }
@@ -152,7 +159,10 @@ messages! {
     }
 
     /// The tags of an image.
-    "apriltag_msgs/msg/AprilTagDetectionArray" AprilTagDetectionArray { header: Header, detections: Vec<AprilTagDetection>, }
+    "apriltag_msgs/msg/AprilTagDetectionArray" AprilTagDetectionArray {
+        header: Header,
+        detections: Vec<AprilTagDetection>,
+    }
 
     /// A named value.
     "diagnostic_msgs/msg/KeyValue" KeyValue { key: String, value: String, }

@@ -3,7 +3,8 @@
 /// Why a text is no namespace.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "{0:?} is no ROS namespace: parts of A-Z, a-z, 0-9 and _, none of which begins with a digit, divided by single slashes"
+    "{0:?} is no ROS namespace: parts of A-Z, a-z, 0-9 and _, none of which begins with a digit, \
+     divided by single slashes"
 )]
 pub struct NameError(String);
 

@@ -67,16 +67,16 @@ impl TopicKind {
 
     fn message(self) -> MessageType {
         match self {
-            Self::Transforms | Self::StaticTransforms => MessageType::of::<TFMessage>(),
-            Self::Pose => MessageType::of::<PoseWithCovarianceStamped>(),
-            Self::Quality => MessageType::of::<Float64MultiArray>(),
-            Self::Odometry => MessageType::of::<Odometry>(),
-            Self::NamedPoses => MessageType::of::<NamedPoseArray>(),
-            Self::RigidBodies => MessageType::of::<RigidBodies>(),
-            Self::Detections => MessageType::of::<AprilTagDetectionArray>(),
-            Self::CameraInfo | Self::PictureInfo => MessageType::of::<CameraInfo>(),
-            Self::Image | Self::Picture => MessageType::of::<CompressedImage>(),
-            Self::Diagnostics => MessageType::of::<DiagnosticArray>(),
+            Self::Transforms | Self::StaticTransforms => MessageType::for_message::<TFMessage>(),
+            Self::Pose => MessageType::for_message::<PoseWithCovarianceStamped>(),
+            Self::Quality => MessageType::for_message::<Float64MultiArray>(),
+            Self::Odometry => MessageType::for_message::<Odometry>(),
+            Self::NamedPoses => MessageType::for_message::<NamedPoseArray>(),
+            Self::RigidBodies => MessageType::for_message::<RigidBodies>(),
+            Self::Detections => MessageType::for_message::<AprilTagDetectionArray>(),
+            Self::CameraInfo | Self::PictureInfo => MessageType::for_message::<CameraInfo>(),
+            Self::Image | Self::Picture => MessageType::for_message::<CompressedImage>(),
+            Self::Diagnostics => MessageType::for_message::<DiagnosticArray>(),
         }
     }
 
@@ -117,7 +117,7 @@ struct MessageType {
 }
 
 impl MessageType {
-    fn of<M: RosMessage>() -> Self {
+    fn for_message<M: RosMessage>() -> Self {
         Self {
             name: M::TYPE_NAME,
             hash: type_hash::<M>,
@@ -156,8 +156,8 @@ pub enum Durability {
 }
 
 impl Qos {
-    /// `<reliability>:<durability>:<history>,<depth>:<deadline>:<lifespan>:<liveliness>`, a default left empty: reliable, volatile,
-    /// the last 42 messages, everything else without limit.
+    /// `<reliability>:<durability>:<history>,<depth>:<deadline>:<lifespan>:<liveliness>`, a default left empty:
+    /// reliable, volatile, the last 42 messages, everything else without limit.
     pub(crate) fn token(self) -> String {
         let reliability = match self.reliability {
             Reliability::Reliable => "",

@@ -30,7 +30,8 @@ fn camera(id: &str) -> CameraConfig {
             cy: 242.0,
         },
         lens_sigma: None,
-        // 1 m above the world's origin, looking along the world's x: its right is the world's -y, its down the world's -z.
+        // 1 m above the world's origin, looking along the world's x: its right is the world's -y, its down the world's
+        // -z.
         world_from_camera: Some(PoseConfig {
             position: [0.0, 0.0, 1.0],
             orientation: [-0.5, 0.5, -0.5, 0.5],

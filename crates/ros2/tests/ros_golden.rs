@@ -1,5 +1,5 @@
-//! Bytes and type hashes equal those of other implementations: rosbags wrote the files of `golden/`, and Fast CDR reads them
-//! (`golden/oracle.py`, which `cargo xtask ros2` runs again).
+//! Bytes and type hashes equal those of other implementations: rosbags wrote the files of `golden/`, and Fast CDR reads
+//! them (`golden/oracle.py`, which `cargo xtask ros2` runs again).
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 
@@ -251,7 +251,8 @@ fn a_definition_has_the_fields_and_then_the_types_that_they_refer_to() {
          {rule}\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n\
          {rule}\nMSG: geometry_msgs/Quaternion\nfloat64 x\nfloat64 y\nfloat64 z\nfloat64 w\n\
          {rule}\nMSG: geometry_msgs/Transform\ngeometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation\n\
-         {rule}\nMSG: geometry_msgs/TransformStamped\nstd_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform\n\
+         {rule}\nMSG: geometry_msgs/TransformStamped\nstd_msgs/Header header\n\
+         string child_frame_id\ngeometry_msgs/Transform transform\n\
          {rule}\nMSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n\
          {rule}\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n"
     );

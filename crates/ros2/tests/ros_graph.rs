@@ -1,5 +1,5 @@
-//! Keys, liveliness tokens, GIDs and attachments equal those of zenoh-ros2-sdk and xxhash, which wrote `golden/graph.txt`
-//! (`golden/oracle.py`, which `cargo xtask ros2` runs again).
+//! Keys, liveliness tokens, GIDs and attachments equal those of zenoh-ros2-sdk and xxhash, which wrote
+//! `golden/graph.txt` (`golden/oracle.py`, which `cargo xtask ros2` runs again).
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 

@@ -3,7 +3,7 @@
 use crate::frame_clock::FrameClock;
 use crate::imx219::{Identity, Imx219, SHORTEST_FRAME, longest_exposure};
 use crate::sensor_bus::ADDRESS;
-use crate::{Layout, PhysicalMemory, SensorBus, vin};
+use crate::{OnChipLayout, PhysicalMemory, SensorBus, vin};
 use std::io;
 use std::time::Duration;
 
@@ -34,7 +34,8 @@ pub struct CameraSettings {
 pub enum CameraError {
     /// Nothing answers on the bus.
     #[error(
-        "no sensor answers at I2C address {ADDRESS:#04x} ({0}): check the ribbon cable and its direction, and that the bus is the camera connector's"
+        "no sensor answers at I2C address {ADDRESS:#04x} ({0}): check the ribbon cable and its \
+         direction, and that the bus is the camera connector's"
     )]
     Silent(io::Error),
     /// Another sensor.
@@ -44,7 +45,8 @@ pub enum CameraError {
     OtherSensor(u16),
     /// The sensor's registers can be read, but nothing arrives.
     #[error(
-        "the sensor answers over I2C, but no image arrives over CSI-2: check the cable's seat, power the board off and on"
+        "the sensor answers over I2C, but no image arrives over CSI-2: check the cable's seat, \
+         power the board off and on"
     )]
     NoImage,
     /// VIN keeps writing.
@@ -89,7 +91,7 @@ pub struct Camera<B> {
     settings: CameraSettings,
     buffers: [u32; 3],
     clock: FrameClock,
-    state: State,
+    state: CameraState,
     started_ns: Option<u64>,
     polled_ns: u64,
     frame_lines: u16,
@@ -97,7 +99,7 @@ pub struct Camera<B> {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum State {
+enum CameraState {
     /// Images are counted only, until the frame period is known.
     Measuring,
     /// Images before the exposure holds.
@@ -151,7 +153,7 @@ impl<B: SensorBus> Camera<B> {
     pub fn start(
         memory: &mut impl PhysicalMemory,
         bus: B,
-        layout: &Layout,
+        layout: &OnChipLayout,
         settings: CameraSettings,
     ) -> Result<Self, CameraError> {
         settings.check()?;
@@ -178,7 +180,7 @@ impl<B: SensorBus> Camera<B> {
             settings,
             buffers: layout.raw,
             clock: FrameClock::default(),
-            state: State::Measuring,
+            state: CameraState::Measuring,
             started_ns: None,
             polled_ns: 0,
             frame_lines: SHORTEST_FRAME,
@@ -211,15 +213,15 @@ impl<B: SensorBus> Camera<B> {
             return Ok(None);
         };
         let (period_ns, first) = match (self.state, self.clock.period_ns()) {
-            (State::Measuring, Some(period_ns)) => {
+            (CameraState::Measuring, Some(period_ns)) => {
                 self.apply(period_ns)?;
                 return Ok(None);
             }
-            (State::Settling, Some(period_ns)) if arrival.number >= SETTLING => {
-                self.state = State::Running(arrival.number);
+            (CameraState::Settling, Some(period_ns)) if arrival.number >= SETTLING => {
+                self.state = CameraState::Running(arrival.number);
                 (period_ns, arrival.number)
             }
-            (State::Running(first), Some(period_ns)) => (period_ns, first),
+            (CameraState::Running(first), Some(period_ns)) => (period_ns, first),
             _ => return Ok(None),
         };
         let line_ns = period_ns as f64 / f64::from(self.frame_lines);
@@ -273,7 +275,7 @@ impl<B: SensorBus> Camera<B> {
             .and_then(|()| self.sensor.set_exposure(self.exposure_lines))
             .map_err(failed("setting the sensor's exposure"))?;
         self.clock = FrameClock::with_period((line_ns * f64::from(self.frame_lines)) as u64);
-        self.state = State::Settling;
+        self.state = CameraState::Settling;
         Ok(())
     }
 

@@ -5,8 +5,9 @@
 //! - [`Pipeline`]: circuits one after the other on all tiles, with spot checks of what they wrote.
 //! - [`SelfTest`]: what the comparison of circuits and models gave.
 //!
-//! Source of requests, records and traps: renesas-rz/rza2m_drp, `driver/drp/{drp_linux.c,drp_linux.h,r_dk2_if.c}`, read at d03929aa. Circuit
-//! data is not part of this project, since its licence forbids passing it on: users name their own files.
+//! Source of requests, records and traps: renesas-rz/rza2m_drp, `driver/drp/{drp_linux.c,drp_linux.h,r_dk2_if.c}`, read
+//! at d03929aa. Circuit data is not part of this project, since its licence forbids passing it on: users name their own
+//! files.
 
 mod device;
 mod pipeline;

@@ -1,7 +1,9 @@
-//! Arrivals of images that are seen by polling: when each arrived, how many there were since, and how long a frame takes.
+//! Arrivals of images that are seen by polling: when each arrived, how many there were since, and how long a frame
+//! takes.
 //!
-//! VIN tells which of three buffers it filled last and counts nothing, so that a change by one may stand for one image or for four. The
-//! frame period, measured here, decides. It is not computed from the sensor's clock tree either: the documents leave its input clock open.
+//! VIN tells which of three buffers it filled last and counts nothing, so that a change by one may stand for one image
+//! or for four. The frame period, measured here, decides. It is not computed from the sensor's clock tree either: the
+//! documents leave its input clock open.
 
 /// Buffers that are filled in turn.
 const BUFFERS: u64 = 3;
@@ -46,7 +48,8 @@ impl FrameClock {
         self.period_ns
     }
 
-    /// Notes that `buffer` was the newest at `now_ns` and was not at `before_ns`; none if it is the one of the last arrival.
+    /// Notes that `buffer` was the newest at `now_ns` and was not at `before_ns`; none if it is the one of the last
+    /// arrival.
     pub fn arrive(&mut self, buffer: usize, before_ns: u64, now_ns: u64) -> Option<Arrival> {
         // However long nobody looked, the newest image is no older than a period.
         let oldest_ns = now_ns.saturating_sub(self.period_ns.unwrap_or(now_ns));
@@ -109,7 +112,8 @@ impl FrameClock {
         }
     }
 
-    /// Whether the image of `buffer` that arrived at `at_ns` is still whole: VIN has not begun to fill that buffer again.
+    /// Whether the image of `buffer` that arrived at `at_ns` is still whole: VIN has not begun to fill that buffer
+    /// again.
     pub(crate) fn is_whole(&self, buffer: usize, at_ns: u64, newest: usize, now_ns: u64) -> bool {
         let turn = (BUFFERS + newest as u64 - buffer as u64) % BUFFERS;
         let period_ns = self.period_ns.unwrap_or(0);
@@ -162,7 +166,10 @@ mod tests {
 
     proptest! {
         #[test]
-        fn images_that_pass_unseen_are_counted(pauses in prop::collection::vec(0_u64..9, 1..60), period_ns in 12_000_000_u64..50_000_000) {
+        fn images_that_pass_unseen_are_counted(
+            pauses in prop::collection::vec(0_u64..9, 1..60),
+            period_ns in 12_000_000_u64..50_000_000,
+        ) {
             let mut clock = settled(period_ns);
             // A pause of exactly three, six... images leaves VIN as it was: nothing is seen until the next one.
             let pauses = pauses.into_iter().filter(|pause| (pause + 1) % 3 != 0);

@@ -1,8 +1,9 @@
 //! The Sony IMX219 (Raspberry Pi Camera Module 2) with 2x2 binning, as raw images of 8 bits on two lanes.
 //!
-//! Sources: the register table of renesas-rz/rza2m_drp (`DRP_sample/camera_mipi.c`), which the vendor's demonstration writes; the names,
-//! exposure and gain from Linux (`drivers/media/i2c/imx219.c`). One deviation: the demonstration turns the image by 180 degrees
-//! (orientation 3), which by Linux' driver makes its Bayer order BGGR; here the orientation is 0, whose order is RGGB, as circuits need it.
+//! Sources: the register table of renesas-rz/rza2m_drp (`DRP_sample/camera_mipi.c`), which the vendor's demonstration
+//! writes; the names, exposure and gain from Linux (`drivers/media/i2c/imx219.c`). One deviation: the demonstration
+//! turns the image by 180 degrees (orientation 3), which by Linux' driver makes its Bayer order BGGR; here the
+//! orientation is 0, whose order is RGGB, as circuits need it.
 
 use crate::SensorBus;
 use std::io;

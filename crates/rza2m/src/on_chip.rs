@@ -1,19 +1,20 @@
 //! Where images and circuit data lie in the 4 MB of on-chip memory.
 //!
-//! The camera writes raw images there and circuits see it directly; external RAM is the kernel's. Source of the address and of the use that
-//! the vendor's demonstration makes of it: renesas-rz/rza2m_drp, `DRP_sample/main.c`.
+//! The camera writes raw images there and circuits see it directly; external RAM is the kernel's. Source of the address
+//! and of the use that the vendor's demonstration makes of it: renesas-rz/rza2m_drp, `DRP_sample/main.c`.
 
 /// Physical address of on-chip memory.
 pub(crate) const BASE: u32 = 0x8000_0000;
 /// Its size in bytes.
 pub(crate) const SIZE: u32 = 4 << 20;
 
-/// VIN takes buffers at multiples of 128 bytes (`DRP_sample/mipi.c`), LOAD circuit data at multiples of 32; the caches' lines are shorter.
+/// VIN takes buffers at multiples of 128 bytes (`DRP_sample/mipi.c`), LOAD circuit data at multiples of 32; the caches'
+/// lines are shorter.
 const ALIGNMENT: u32 = 128;
 
 /// Physical addresses of everything in on-chip memory.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Layout {
+pub struct OnChipLayout {
     /// Raw images, which VIN fills in turn.
     pub raw: [u32; 3],
     /// The input of self-tests, which run while the camera does.
@@ -27,14 +28,15 @@ pub struct Layout {
 /// Images and circuit data exceed on-chip memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "six images and the circuits' data take {needed} of {SIZE} bytes of on-chip memory; choose a smaller resolution or fewer circuits"
+    "six images and the circuits' data take {needed} of {SIZE} bytes of on-chip memory; choose a \
+     smaller resolution or fewer circuits"
 )]
 pub struct LayoutError {
     /// Bytes needed.
     pub needed: u64,
 }
 
-impl Layout {
+impl OnChipLayout {
     /// Places images of `image_bytes` and circuit data of the sizes given, in bytes.
     ///
     /// # Errors
@@ -66,8 +68,8 @@ mod tests {
 
     #[test]
     fn vga_and_two_circuits_fit() {
-        let layout = Layout::plan(640 * 480, &[62_912, 57_536]).unwrap();
-        let Layout {
+        let layout = OnChipLayout::plan(640 * 480, &[62_912, 57_536]).unwrap();
+        let OnChipLayout {
             raw,
             test_input,
             outputs,
@@ -88,7 +90,7 @@ mod tests {
 
     #[test]
     fn what_does_not_fit_is_refused() {
-        assert!(Layout::plan(960 * 800, &[]).is_err());
-        assert!(Layout::plan(usize::MAX, &[1]).is_err());
+        assert!(OnChipLayout::plan(960 * 800, &[]).is_err());
+        assert!(OnChipLayout::plan(usize::MAX, &[1]).is_err());
     }
 }

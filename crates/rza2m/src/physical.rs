@@ -1,7 +1,8 @@
 //! Memory and registers by their physical address.
 //!
-//! The kernel maps on-chip memory and registers strongly ordered through `/dev/mem`, so that every access must be aligned to its own
-//! size; all go through volatile accesses here, and no slice of such memory exists. Reading it is slow: images are copied out once, in order.
+//! The kernel maps on-chip memory and registers strongly ordered through `/dev/mem`, so that every access must be
+//! aligned to its own size; all go through volatile accesses here, and no slice of such memory exists. Reading it is
+//! slow: images are copied out once, in order.
 
 use crate::on_chip;
 use std::fs::{File, OpenOptions};
@@ -11,7 +12,8 @@ use std::os::unix::fs::OpenOptionsExt;
 use std::ptr::NonNull;
 use std::time::Duration;
 
-/// Memory and registers by their physical address. Addresses are multiples of the size of an access; of copies, multiples of 8.
+/// Memory and registers by their physical address. Addresses are multiples of the size of an access; of copies,
+/// multiples of 8.
 pub trait PhysicalMemory {
     /// A register of 8 bits.
     ///
@@ -129,7 +131,8 @@ fn refuse_other_machines(compatible: &[u8]) -> io::Result<()> {
     Err(io::Error::new(io::ErrorKind::Unsupported, message))
 }
 
-/// Complains where the kernel uses on-chip memory as system memory, by the text of `/proc/iomem`: there is no room for images then.
+/// Complains where the kernel uses on-chip memory as system memory, by the text of `/proc/iomem`: there is no room for
+/// images then.
 ///
 /// # Errors
 /// Such an entry, or a listing without addresses, which is all that the kernel shows to anybody but root.
@@ -150,7 +153,8 @@ fn refuse_system_memory(iomem: &str) -> io::Result<()> {
         }
         if from <= last && to >= on_chip::BASE {
             let message = format!(
-                "the kernel uses on-chip memory ({from:#x} to {to:#x}); choose HyperRAM or SDRAM as system memory in the device tree"
+                "the kernel uses on-chip memory ({from:#x} to {to:#x}); choose HyperRAM or SDRAM \
+                 as system memory in the device tree"
             );
             return Err(io::Error::new(io::ErrorKind::AddrInUse, message));
         }
@@ -269,7 +273,8 @@ mod tests {
 
     #[test]
     fn a_kernel_in_on_chip_memory_is_refused() {
-        let hyper = "20000000-23ffffff : 20000000.qspi\n40000000-407fffff : System RAM\n  40008000-4003d3ab : Kernel data\n";
+        let hyper = "20000000-23ffffff : 20000000.qspi\n\
+            40000000-407fffff : System RAM\n  40008000-4003d3ab : Kernel data\n";
         assert!(refuse_system_memory(hyper).is_ok());
         let on_chip = "80000000-803fffff : System RAM\n";
         let refusal = refuse_system_memory(on_chip).unwrap_err().to_string();

@@ -1,20 +1,22 @@
 //! From a raw image to the grey one that the detector takes.
 //!
-//! This is where an accelerator stands, and the only place: of the detector's own first stages (extrema of tiles, thresholds by them, thin
-//! dark lines) the library has no circuit, while the conversion that comes before them is one of its circuits.
+//! This is where an accelerator stands, and the only place: of the detector's own first stages (extrema of tiles,
+//! thresholds by them, thin dark lines) the library has no circuit, while the conversion that comes before them is one
+//! of its circuits.
 
 use crate::drp::{CircuitData, DrpDevice, Pipeline, PipelineError, SelfTest, Session};
-use crate::{Layout, PhysicalMemory};
+use crate::{OnChipLayout, PhysicalMemory};
 use sextant_drp_circuits::{Circuit, Model, Raster};
 use std::io;
 
-/// Images that the CPU takes over after a failure before the accelerator is tried again: the first number, doubled with each attempt in vain
-/// up to the second.
+/// Images that the CPU takes over after a failure before the accelerator is tried again: the first number, doubled with
+/// each attempt in vain up to the second.
 const PAUSE_IMAGES: [u32; 2] = [30, 3000];
 
 /// From a raw image in on-chip memory to a grey one.
 pub trait Preprocess<M: PhysicalMemory> {
-    /// Makes `grey` of the raw image at the physical address `raw`; both have the size that the preprocessing was made for.
+    /// Makes `grey` of the raw image at the physical address `raw`; both have the size that the preprocessing was made
+    /// for.
     ///
     /// # Errors
     /// On-chip memory out of reach, `grey` of another size. An accelerator's failures are none: the CPU takes over.
@@ -84,7 +86,8 @@ pub fn check_order(mut circuits: impl Iterator<Item = Circuit>) -> Result<(), &'
         || circuits.any(|circuit| circuit == Circuit::Bayer2Grayscale)
     {
         return Err(
-            "the first circuit must be Bayer2Grayscale, or GaussianBlur, which makes (R + 2 G + B) / 4; others may follow",
+            "the first circuit must be Bayer2Grayscale, or GaussianBlur, which makes (R + 2 G + \
+             B) / 4; others may follow",
         );
     }
     Ok(())
@@ -106,13 +109,14 @@ impl<D: DrpDevice> Accelerated<D> {
     /// Opens a session, loads the circuits and tests them. Gives also what to tell about it.
     ///
     /// # Errors
-    /// A first circuit that makes no grey image, and whatever makes the DRP unusable: the caller decides for [`Cpu`] then.
+    /// A first circuit that makes no grey image, and whatever makes the DRP unusable: the caller decides for [`Cpu`]
+    /// then.
     pub fn start<M: PhysicalMemory>(
         device: D,
         memory: &mut M,
         circuits: Vec<CircuitData>,
         size: [usize; 2],
-        layout: Layout,
+        layout: OnChipLayout,
     ) -> Result<(Self, Vec<SelfTest>), PipelineError> {
         check_order(circuits.iter().map(|data| data.circuit))
             .map_err(|why| PipelineError::Circuits(why.to_owned()))?;

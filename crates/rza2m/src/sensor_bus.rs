@@ -78,8 +78,8 @@ impl I2cBus {
             messages: messages.as_mut_ptr(),
             n_messages: messages.len() as u32,
         };
-        // SAFETY: the structures have the kernel's layout; `messages` and the buffers that they point to are valid and writable for the
-        // whole call, with the lengths given.
+        // SAFETY: the structures have the kernel's layout; `messages` and the buffers that they point to are valid and
+        // writable for the whole call, with the lengths given.
         let result =
             unsafe { libc::ioctl(self.file.as_raw_fd(), I2C_RDWR as _, &raw mut transfer) };
         if result == -1 {

@@ -1,14 +1,16 @@
 //! The CSI-2 receiver and the video input module (VIN): their registers and what is written to them.
 //!
 //! Sources: renesas-rz/rza2m_drp, `DRP_sample/{mipi.c,mipi.h,main.c}`, for addresses, values and order; Linux'
-//! `drivers/media/platform/renesas/rcar-vin/rcar-dma.c`, whose module is of the same family, for the stride of raw images (pixels / 2, a
-//! multiple of 16) and the meaning of the frame buffer status. The demonstration's window is 800x480; ours lies in its middle.
+//! `drivers/media/platform/renesas/rcar-vin/rcar-dma.c`, whose module is of the same family, for the stride of raw
+//! images (pixels / 2, a multiple of 16) and the meaning of the frame buffer status. The demonstration's window is
+//! 800x480; ours lies in its middle.
 
 use crate::PhysicalMemory;
 use std::io;
 use std::time::Duration;
 
-/// Greatest width and height: the window that the demonstration is known to receive, columns 100 to 899 and rows 24 to 503.
+/// Greatest width and height: the window that the demonstration is known to receive, columns 100 to 899 and rows 24
+/// to 503.
 pub(crate) const LARGEST: [u16; 2] = [800, 480];
 const WINDOW_START: [u16; 2] = [100, 24];
 /// Widths are multiples of this, for the stride.
@@ -136,7 +138,8 @@ pub(crate) fn start_capture(
     memory.write_word(VNFC, VNFC_CONTINUOUS)
 }
 
-/// VIN for images of a size from the middle of the window, beginning at even columns and rows, which keeps the Bayer order.
+/// VIN for images of a size from the middle of the window, beginning at even columns and rows, which keeps the Bayer
+/// order.
 fn set_up(size: [u16; 2]) -> [(u32, u32); 17] {
     let margin = |i: usize| LARGEST[i] - size[i].min(LARGEST[i]);
     let start = [0, 1].map(|i| WINDOW_START[i] + (margin(i) / 4) * 2);

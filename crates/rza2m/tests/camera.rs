@@ -5,7 +5,7 @@
 mod board;
 
 use board::{Board, Event};
-use sextant_rza2m::{Camera, CameraError, CameraSettings, Frame, Layout, PhysicalMemory};
+use sextant_rza2m::{Camera, CameraError, CameraSettings, Frame, OnChipLayout, PhysicalMemory};
 use std::time::Duration;
 
 const MS: u64 = 1_000_000;
@@ -16,8 +16,8 @@ const SETTINGS: CameraSettings = CameraSettings {
     gain: 4.0,
 };
 
-fn layout() -> Layout {
-    Layout::plan(640 * 480, &[]).unwrap()
+fn layout() -> OnChipLayout {
+    OnChipLayout::plan(640 * 480, &[]).unwrap()
 }
 
 fn start(board: &Board, settings: CameraSettings) -> Result<Camera<Board>, CameraError> {

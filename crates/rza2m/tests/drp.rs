@@ -10,16 +10,16 @@ use sextant_drp_circuits::{Circuit, Raster};
 use sextant_rza2m::drp::{
     CircuitData, DrpError, Pipeline, PipelineError, SelfTest, Session, requests,
 };
-use sextant_rza2m::{Accelerated, Cpu, DrpDevice, Layout, PhysicalMemory, Preprocess};
+use sextant_rza2m::{Accelerated, Cpu, DrpDevice, OnChipLayout, PhysicalMemory, Preprocess};
 use sextant_simulator::Random;
 use std::time::Duration;
 
 const SIZE: [usize; 2] = [64, 48];
 const PIXELS: usize = SIZE[0] * SIZE[1];
 
-fn layout(circuits: &[CircuitData]) -> Layout {
+fn layout(circuits: &[CircuitData]) -> OnChipLayout {
     let sizes: Vec<usize> = circuits.iter().map(|circuit| circuit.bytes.len()).collect();
-    Layout::plan(PIXELS, &sizes).unwrap()
+    OnChipLayout::plan(PIXELS, &sizes).unwrap()
 }
 
 fn accelerated(
@@ -403,7 +403,8 @@ fn every_kind_of_failure_is_taken_over_by_the_cpu_and_recovered_from() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 40, ..ProptestConfig::default() })]
 
-    /// Requests fail at random, in every way: no image is wrong, nothing harmful is asked, and the number of requests stays bounded.
+    /// Requests fail at random, in every way: no image is wrong, nothing harmful is asked, and the number of requests
+    /// stays bounded.
     #[test]
     fn no_failure_spoils_an_image(seed in any::<u64>(), rate in 1_u64..40) {
         let board = Board::new();
@@ -468,7 +469,7 @@ fn the_cpu_gives_what_the_likeliest_circuit_gives() {
 fn bands_of_every_size_agree_with_the_whole_image() {
     for (width, height) in [(16, 8), (20, 10), (64, 50), (128, 480), (640, 478)] {
         let (board, circuits) = (Board::new(), vec![bayer(0)]);
-        let layout = Layout::plan(width * height, &[1000]).unwrap();
+        let layout = OnChipLayout::plan(width * height, &[1000]).unwrap();
         let session = Session::open(board.clone()).unwrap();
         let started = Pipeline::start(
             session,

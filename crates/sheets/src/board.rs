@@ -1,7 +1,7 @@
 //! A flat board of tags for the calibration of lenses and rigs: its sheet and its object file.
 //!
-//! The origin of the board's frame is the centre of the grid; x points right, y up and z out of the paper, as for each of its
-//! tags. Ids run from the top left, row by row.
+//! The origin of the board's frame is the centre of the grid; x points right, y up and z out of the paper, as for each
+//! of its tags. Ids run from the top left, row by row.
 
 use crate::sheet::{MARGIN, NOTE, SMALL, Sheet, label_of, length_text, printed_edge};
 use crate::{Paper, PrintJob, SheetError, check_size, ids_from};
@@ -54,7 +54,8 @@ fn foot(sheet: &mut Sheet, grid: &PrintedGrid, size: f64) {
     sheet.ruler_right([MARGIN + 5.0, MARGIN + 4.0]);
     let notes = [
         format!(
-            "{} x {} tags {}, ids {} to {}, black squares of {}. Print at 100 % and glue it onto something stiff and flat.",
+            "{} x {} tags {}, ids {} to {}, black squares of {}. Print at 100 % and glue it onto \
+             something stiff and flat.",
             grid.columns,
             grid.rows,
             grid.family,
@@ -62,8 +63,11 @@ fn foot(sheet: &mut Sheet, grid: &PrintedGrid, size: f64) {
             grid.first + grid.tags() - 1,
             length_text(size)
         ),
-        "Both rulers must be 100 mm long. If they are not, measure a black square from edge to edge in metres".to_owned(),
-        "and run the same command with --measured-size, or state it to `sextant calibrate lens`.".to_owned(),
+        "Both rulers must be 100 mm long. If they are not, measure a black square from edge to \
+         edge in metres"
+            .to_owned(),
+        "and run the same command with --measured-size, or state it to `sextant calibrate lens`."
+            .to_owned(),
     ];
     let top = MARGIN + 4.0 + 8.0 + 1.35 * NOTE * (notes.len() - 1) as f64;
     sheet.notes([MARGIN + 5.0, top], &notes);

@@ -1,4 +1,5 @@
-//! Boards of other tools: Kalibr's AprilGrid, OpenCV's ChArUco board and plain chessboards, with object files that describe them.
+//! Boards of other tools: Kalibr's AprilGrid, OpenCV's ChArUco board and plain chessboards, with object files that
+//! describe them.
 
 use crate::sheet::{MARGIN, NOTE, Sheet};
 use crate::{Paper, PrintJob, SheetError, check_size};
@@ -33,7 +34,8 @@ pub fn aprilgrid(grid: &AprilGrid, id: &str, paper: Paper) -> Result<PrintJob, S
     foot(
         &mut sheet,
         format!(
-            "AprilGrid: tagCols {columns}, tagRows {rows}, tagSize {size}, tagSpacing {spacing}; tag36h11 from {first} on."
+            "AprilGrid: tagCols {columns}, tagRows {rows}, tagSize {size}, tagSpacing {spacing}; \
+             tag36h11 from {first} on."
         ),
     );
     Ok(PrintJob {
@@ -146,8 +148,11 @@ fn foot(sheet: &mut Sheet, board: String) {
     sheet.ruler_right([MARGIN + 5.0, MARGIN + 4.0]);
     let notes = [
         board,
-        "Print at 100 % and glue it onto something stiff and flat. The ruler must be 100 mm long; if it is not, measure".to_owned(),
-        "a black square from edge to edge in metres and run the same command with --measured-size.".to_owned(),
+        "Print at 100 % and glue it onto something stiff and flat. The ruler must be 100 mm \
+         long; if it is not, measure"
+            .to_owned(),
+        "a black square from edge to edge in metres and run the same command with --measured-size."
+            .to_owned(),
     ];
     let top = MARGIN + 4.0 + 8.0 + 1.35 * NOTE * (notes.len() - 1) as f64;
     sheet.notes([MARGIN + 5.0, top], &notes);

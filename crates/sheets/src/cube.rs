@@ -1,8 +1,8 @@
 //! A cube to fold from one sheet, with a tag on each face, and the constellation of the folded cube.
 //!
-//! The origin of the cube's frame is its centre. Seen from outside, the second face of the net's column faces along z, the one above it
-//! along y, the one to its right along x; the printed side is outside. Each tag is centred on its face and upright
-//! in the net. The tags are in the order +z, +y, -x, +x, -y, -z:
+//! The origin of the cube's frame is its centre. Seen from outside, the second face of the net's column faces along z,
+//! the one above it along y, the one to its right along x; the printed side is outside. Each tag is centred on its face
+//! and upright in the net. The tags are in the order +z, +y, -x, +x, -y, -z:
 //!
 //! ```text
 //!        [+y]

@@ -1,6 +1,7 @@
 //! Sheets to print in true size, with the objects that they make: boards for calibration, single tags, cubes to fold.
 //!
-//! Sizes on paper are in millimetres from its lower left corner, those of objects in metres. The same job gives the same bytes of PDF.
+//! Sizes on paper are in millimetres from its lower left corner, those of objects in metres. The same job gives the
+//! same bytes of PDF.
 
 mod board;
 mod calibration_boards;

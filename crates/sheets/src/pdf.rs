@@ -1,4 +1,5 @@
-//! Pages as a PDF file: black areas, grey lines and Helvetica, all in millimetres from the lower left corner of the paper.
+//! Pages as a PDF file: black areas, grey lines and Helvetica, all in millimetres from the lower left corner of the
+//! paper.
 //!
 //! Follows ISO 32000-1 (PDF 1.7): objects, cross-reference table, and uncompressed content, so that a person can
 //! read it. The file asks viewers not to scale it (12.2, `PrintScaling`). Equal pages give

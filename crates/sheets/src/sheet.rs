@@ -61,8 +61,8 @@ impl Sheet {
         self.page
     }
 
-    /// Adds an upright tag centred at a point; `size` is the edge of its black square, or of a ChArUco board's marker. Squares at the
-    /// corners of an AprilGrid's tag are separate: [`Self::squares`].
+    /// Adds an upright tag centred at a point; `size` is the edge of its black square, or of a ChArUco board's marker.
+    /// Squares at the corners of an AprilGrid's tag are separate: [`Self::squares`].
     pub fn tag(&mut self, tag: TagId, centre: [f64; 2], size: f64) {
         let across = usize::from(tag.family.data().total_width);
         let module = module_of(tag, size);

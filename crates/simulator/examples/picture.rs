@@ -1,7 +1,7 @@
 //! Draws images of the demonstration to look at, and tells how long one takes.
 //!
-//! `cargo run --release -p sextant-simulator --example picture -- [FOLDER] [CAMERAS] [OBJECTS] [SEED] [IMAGES]`; without a folder the
-//! pictures go to the system's temporary one.
+//! `cargo run --release -p sextant-simulator --example picture -- [FOLDER] [CAMERAS] [OBJECTS] [SEED] [IMAGES]`;
+//! without a folder the pictures go to the system's temporary one.
 
 use sextant_simulator::{Renderer, Scenario};
 use std::error::Error;

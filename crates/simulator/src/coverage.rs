@@ -1,8 +1,9 @@
 //! Exact area coverage: polygons added into a grid of pixels, each pixel weighted by the area of it that is covered.
 //!
-//! Every edge leaves the change of coverage it causes to its right; a sum along each row turns the changes into coverage
-//! (as in R. Levien's font-rs, 2016). The result is linear in the polygons: colours of nested and neighbouring areas add up
-//! to what an infinitely fine supersampling would give. Coordinates here have (0, 0) at the **corner** of the first pixel.
+//! Every edge leaves the change of coverage it causes to its right; a sum along each row turns the changes into
+//! coverage (as in R. Levien's font-rs, 2016). The result is linear in the polygons: colours of nested and neighbouring
+//! areas add up to what an infinitely fine supersampling would give. Coordinates here have (0, 0) at the **corner** of
+//! the first pixel.
 
 use crate::polygon::signed_area;
 use nalgebra::Point2;
@@ -223,7 +224,10 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_pixel_gets_the_area_of_the_polygon_inside_it(mut points in prop::collection::vec(point(), 3..9), turn in any::<bool>()) {
+        fn a_pixel_gets_the_area_of_the_polygon_inside_it(
+            mut points in prop::collection::vec(point(), 3..9),
+            turn in any::<bool>(),
+        ) {
             let polygon = convex_hull(&mut points);
             let mut outline = polygon.corners().to_vec();
             if turn {

@@ -1,9 +1,9 @@
 //! Seeded scenes rendered to images, with truth, clock and network faults.
 //!
-//! A [`Scenario`] is plain data; a [`Renderer`] makes a camera's images of it, an [`Observer`] ideal observations without
-//! images, a [`Network`] late, lost and reordered messages. Pure: no clock, no file, time is an argument (true time in ns).
-//! Truth comes from [`SceneObject::world_from_object`] and [`SceneObject::twist`]. Nothing here detects or estimates: the
-//! simulator never uses what it tests.
+//! A [`Scenario`] is plain data; a [`Renderer`] makes a camera's images of it, an [`Observer`] ideal observations
+//! without images, a [`Network`] late, lost and reordered messages. Pure: no clock, no file, time is an argument (true
+//! time in ns). Truth comes from [`SceneObject::world_from_object`] and [`SceneObject::twist`]. Nothing here detects or
+//! estimates: the simulator never uses what it tests.
 
 mod clock;
 mod coverage;

@@ -129,15 +129,15 @@ fn areas_of(tag: &SceneTag, albedo_below: f64) -> Vec<Area> {
         end: [total; 2],
     };
     let black_square = matches!(data.border, BorderColour::Black);
-    let mut areas = area(tag, sheet, (PAPER - albedo_below, albedo_below));
+    let mut areas = area(tag, sheet, PAPER - albedo_below, albedo_below);
     if black_square {
-        areas.extend(area(tag, square, (INK - PAPER, 0.0)));
+        areas.extend(area(tag, square, INK - PAPER, 0.0));
     }
     let base_is_white = |x, y| !(black_square && square.holds(x, y));
     for run in runs(tag.family, tag.id, total, base_is_white) {
         let white = module_is_white(tag.family, tag.id, run.start[0], run.start[1]);
         let step = if white { PAPER - INK } else { INK - PAPER };
-        areas.extend(area(tag, run, (step, 0.0)));
+        areas.extend(area(tag, run, step, 0.0));
     }
     areas
 }
@@ -181,7 +181,7 @@ fn runs(
 }
 
 /// A rectangle of modules: one area where the sheet is flat, one a strip where it is bent.
-fn area(tag: &SceneTag, modules: Modules, (step, face_albedo): (f64, f64)) -> Vec<Area> {
+fn area(tag: &SceneTag, modules: Modules, step: f64, face_albedo: f64) -> Vec<Area> {
     let data = tag.family.data();
     let module = tag.true_size() / f64::from(data.border_width);
     let half = f64::from(data.total_width) / 2.0;
@@ -198,7 +198,7 @@ fn area(tag: &SceneTag, modules: Modules, (step, face_albedo): (f64, f64)) -> Ve
         corner(left, bottom),
     ];
     if tag.curl.sagitta != 0.0 {
-        return bent(tag, &corners.map(Point2::from), (step, face_albedo));
+        return bent(tag, &corners.map(Point2::from), step, face_albedo);
     }
     let object_from_tag = tag.true_object_from_tag();
     let in_object = corners.map(|[x, y]| object_from_tag * Point3::new(x, y, 0.0));
@@ -210,7 +210,7 @@ fn area(tag: &SceneTag, modules: Modules, (step, face_albedo): (f64, f64)) -> Ve
 }
 
 /// The strips of a rectangle of bent paper.
-fn bent(tag: &SceneTag, corners: &[Point2<f64>; 4], (step, face_albedo): (f64, f64)) -> Vec<Area> {
+fn bent(tag: &SceneTag, corners: &[Point2<f64>; 4], step: f64, face_albedo: f64) -> Vec<Area> {
     let edge = tag.printed_size();
     let half = tag.curl.half_width(edge);
     let along = Vector2::new(libm::cos(tag.curl.direction), libm::sin(tag.curl.direction));
@@ -288,7 +288,8 @@ mod tests {
                             start: [x, y],
                             end: [x + 1, y + 1],
                         },
-                        (0.0, 0.0),
+                        0.0,
+                        0.0,
                     );
                     let centre = &centre[0].corners;
                     let centre = nalgebra::center(&centre[0], &centre[2]);

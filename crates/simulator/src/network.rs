@@ -1,7 +1,7 @@
 //! A simulated network that loses, delays, reorders and duplicates messages, seeded, in virtual time.
 //!
-//! Input: payloads with their capture time and the time they were sent. Output: arrivals in order of arrival time. One stream a
-//! camera keeps its order (a datagram waits for the one before it) unless the reordering fault says otherwise.
+//! Input: payloads with their capture time and the time they were sent. Output: arrivals in order of arrival time. One
+//! stream a camera keeps its order (a datagram waits for the one before it) unless the reordering fault says otherwise.
 
 use crate::random::{Random, key_of_name};
 use crate::scenario::{NetworkFaults, Scenario};
@@ -136,7 +136,8 @@ impl ArrivalTimes {
 }
 
 impl Link {
-    /// Draws the same count of random numbers whatever the faults are, so that one fault doesn't change another's pattern.
+    /// Draws the same count of random numbers whatever the faults are, so that one fault doesn't change another's
+    /// pattern.
     fn fate(&mut self, sent_ns: u64) -> ArrivalTimes {
         let since_ns = *self.first_sent_ns.get_or_insert(sent_ns);
         let cut_off = cut_off_ns(&self.faults, since_ns);

@@ -1,18 +1,19 @@
 //! Ideal observations: the corners of visible tags, projected exactly and moved by noise of known size.
 //!
-//! For tests of what comes after detection, without an image. Pixels with (0, 0) at the centre of the top left one; corners
-//! top left, top right, bottom right, bottom left of the black square.
+//! For tests of what comes after detection, without an image. Pixels with (0, 0) at the centre of the top left one;
+//! corners top left, top right, bottom right, bottom left of the black square.
 
 use crate::model::Model;
 use crate::optics::Optics;
 use crate::random::Random;
 use crate::scenario::{Scenario, ScenarioError, SceneCamera, SceneObject, SceneTag};
-use crate::view::{PlacedSolid, View, normalised_polygon};
+use crate::view::{PlacedSolid, SolidsView, normalised_polygon};
 use nalgebra::{Point2, Point3, Vector2};
 use sextant_geometry::{Pose, tag_corners_in_tag};
 use sextant_tag_families::Family;
 
-/// Rounds in which row and time of a corner settle; each brings them nearer by the way in rows of a line delay, a hundredth.
+/// Rounds in which row and time of a corner settle; each brings them nearer by the way in rows of a line delay, a
+/// hundredth.
 const ROUNDS: usize = 4;
 
 /// A tag that a camera sees.
@@ -62,7 +63,7 @@ impl Default for Visibility {
 pub struct Observer {
     scenario: Scenario,
     model: Model,
-    view: View,
+    view: SolidsView,
     visibility: Visibility,
 }
 
@@ -76,14 +77,14 @@ impl Observer {
         let model = Model::new(scenario);
         Ok(Self {
             scenario: scenario.clone(),
-            view: View::new(&model),
+            view: SolidsView::new(&model),
             model,
             visibility,
         })
     }
 
-    /// The tags that a camera sees at a true time, by object and tag in the scenario's order; each corner coordinate with
-    /// normal noise of `corner_sigma_px`. A camera that doesn't exist sees nothing.
+    /// The tags that a camera sees at a true time, by object and tag in the scenario's order; each corner coordinate
+    /// with normal noise of `corner_sigma_px`. A camera that doesn't exist sees nothing.
     pub fn observe(
         &mut self,
         camera: usize,
@@ -99,7 +100,7 @@ impl Observer {
         let mut seen = Vec::new();
         for (object, scene_object) in self.scenario.objects.iter().enumerate() {
             for tag in 0..scene_object.tags.len() {
-                seen.extend(self.tag(camera, (object, tag), true_ns));
+                seen.extend(self.tag(camera, object, tag, true_ns));
             }
         }
         for corner in seen.iter_mut().flat_map(|tag| &mut tag.corners) {
@@ -111,7 +112,8 @@ impl Observer {
     fn tag(
         &self,
         camera: &SceneCamera,
-        (object, index): (usize, usize),
+        object: usize,
+        index: usize,
         true_ns: u64,
     ) -> Option<ObservedTag> {
         let tag = &self.scenario.objects[object].tags[index];
@@ -176,15 +178,15 @@ impl Observer {
     }
 }
 
-/// Where a camera sees the corners of a tag, each when its row is taken; `camera_from_object` by seconds after the capture
-/// time.
+/// Where a camera sees the corners of a tag, each when its row is taken; `camera_from_object` by seconds after the
+/// capture time.
 fn project(
     camera: &SceneCamera,
     camera_from_object: impl Fn(f64) -> Pose,
     tag: &SceneTag,
 ) -> Option<[Point2<f64>; 4]> {
     let mut corners = [Point2::origin(); 4];
-    let optics = Optics::of(camera);
+    let optics = Optics::from_camera(camera);
     for (corner, point) in corners.iter_mut().zip(tag.corners_in_object()) {
         let seen_after = |after_s: f64| optics.project(&(camera_from_object(after_s) * point));
         *corner = seen_after(0.0)?;

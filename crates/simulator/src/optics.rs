@@ -18,7 +18,7 @@ pub(crate) struct Optics {
 }
 
 impl Optics {
-    pub fn of(camera: &SceneCamera) -> Self {
+    pub fn from_camera(camera: &SceneCamera) -> Self {
         let half = Vector2::from(camera.resolution.map(|n| (f64::from(n) - 1.0) / 2.0));
         Self {
             lens: camera.lens,
@@ -78,7 +78,7 @@ impl Optics {
 impl SceneCamera {
     /// Pixel of a point in the camera's frame, through the lens model and [`LensResidual`].
     pub fn project(&self, point_in_camera: &Point3<f64>) -> Option<Point2<f64>> {
-        Optics::of(self).project(point_in_camera)
+        Optics::from_camera(self).project(point_in_camera)
     }
 }
 
@@ -94,7 +94,7 @@ mod tests {
             radial_px: 3.0,
             prism_px: [5.0, -5.0],
         };
-        let optics = Optics::of(&camera);
+        let optics = Optics::from_camera(&camera);
         let mut largest: f64 = 0.0;
         for y in (0..480).step_by(20) {
             for x in (0..640).step_by(20) {

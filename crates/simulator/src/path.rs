@@ -3,7 +3,8 @@
 //! Every coordinate is a sum of harmonics of one period, so a path has no beginning: processes that start at different
 //! moments agree on it, and its twist is a formula, not a difference. Attitude is R = Rz(yaw) Ry(pitch) Rx(roll).
 //! A link of an articulated object goes with its base, with the joints from there to it on top.
-//! Input: true time in ns. Output: `world_from_object` and the twist (v, w) in world axes, metres and radians (per second).
+//! Input: true time in ns. Output: `world_from_object` and the twist (v, w) in world axes, metres and radians (per
+//! second).
 
 mod event;
 mod joint;
@@ -118,7 +119,7 @@ impl Path {
             twist.fixed_rows_mut::<3>(3).copy_from(&angular);
         }
         for joint in &self.joints {
-            (pose, twist) = joint.child((&pose, &twist), angle, rate);
+            (pose, twist) = joint.child(&pose, &twist, angle, rate);
         }
         (pose, twist)
     }
@@ -145,7 +146,8 @@ impl Path {
         )
     }
 
-    /// The angle of the fundamental, from 0 to TAU. The whole periods are taken off in integers: 2026 in ns needs 61 bits.
+    /// The angle of the fundamental, from 0 to TAU. The whole periods are taken off in integers: 2026 in ns needs 61
+    /// bits.
     fn angle(&self, true_ns: u64) -> f64 {
         let period_ns = ((self.period_s * 1e9).round() as u64).max(1);
         (true_ns % period_ns) as f64 / period_ns as f64 * TAU

@@ -45,7 +45,7 @@ impl Polygon {
     }
 
     pub fn bounds(&self) -> Bounds {
-        Bounds::of(self.corners())
+        Bounds::around(self.corners())
     }
 
     pub fn area(&self) -> f64 {
@@ -140,7 +140,7 @@ impl Bounds {
         max: Point2::new(f64::NEG_INFINITY, f64::NEG_INFINITY),
     };
 
-    pub fn of(points: &[Point2<f64>]) -> Self {
+    pub fn around(points: &[Point2<f64>]) -> Self {
         points.iter().fold(Self::NOTHING, |bounds, point| Self {
             min: bounds.min.inf(point),
             max: bounds.max.sup(point),
@@ -192,7 +192,11 @@ mod tests {
         }
 
         #[test]
-        fn parts_inside_and_outside_a_line_make_the_whole(mut points in prop::collection::vec(point(), 3..9), a in point(), b in point()) {
+        fn parts_inside_and_outside_a_line_make_the_whole(
+            mut points in prop::collection::vec(point(), 3..9),
+            a in point(),
+            b in point(),
+        ) {
             let whole = convex_hull(&mut points);
             let parts = whole.on_positive_side(&a, &b).area() + whole.on_positive_side(&b, &a).area();
             prop_assert!((parts - whole.area()).abs() < 1e-12);

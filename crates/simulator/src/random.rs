@@ -1,8 +1,8 @@
 //! Seeded random numbers that are the same on every platform.
 //!
-//! The generator is xoshiro256++ (D. Blackman, S. Vigna, "Scrambled linear pseudorandom number generators", 2021), seeded
-//! through SplitMix64. Normal numbers are sums of twelve uniform ones: pure additions, hence no dependence on a platform's
-//! mathematics library; variance exactly 1, tails end at 6 sigma.
+//! The generator is xoshiro256++ (D. Blackman, S. Vigna, "Scrambled linear pseudorandom number generators", 2021),
+//! seeded through SplitMix64. Normal numbers are sums of twelve uniform ones: pure additions, hence no dependence on a
+//! platform's mathematics library; variance exactly 1, tails end at 6 sigma.
 
 /// A seeded source of random numbers.
 #[derive(Clone, Debug)]
@@ -16,7 +16,8 @@ impl Random {
         Self::from_keys(&[seed])
     }
 
-    /// A source for one purpose: `keys` name it (seed, camera, image time, ...). Different keys give unrelated sequences.
+    /// A source for one purpose: `keys` name it (seed, camera, image time, ...). Different keys give unrelated
+    /// sequences.
     pub fn from_keys(keys: &[u64]) -> Self {
         let mut mixer = SplitMix(0x243f_6a88_85a3_08d3);
         for &key in keys {

@@ -1,9 +1,9 @@
 //! Images of a scenario: one renderer per camera, one image per call.
 //!
-//! Input: a true capture time (middle of the exposure of the middle row). Output: 8-bit grey pixels, a function of seed, camera and time.
-//! Coverage is exact, without supersampling: outlines are convex polygons in normalised coordinates, hidden parts are removed by
-//! inclusion and exclusion, lens distortion bends the rest, and coverage adds up in the pixels. Static parts are
-//! drawn once. The heap stops growing after the first images.
+//! Input: a true capture time (middle of the exposure of the middle row). Output: 8-bit grey pixels, a function of
+//! seed, camera and time. Coverage is exact, without supersampling: outlines are convex polygons in normalised
+//! coordinates, hidden parts are removed by inclusion and exclusion, lens distortion bends the rest, and coverage adds
+//! up in the pixels. Static parts are drawn once. The heap stops growing after the first images.
 
 mod backdrop;
 mod bayer;
@@ -27,7 +27,7 @@ use crate::model::{Area, Model, SolidModel, light_on};
 use crate::optics::Optics;
 use crate::polygon::{Polygon, convex_hull};
 use crate::scenario::{Light, Scenario, ScenarioError, SceneCamera};
-use crate::view::{PlacedSolid, View, normalised_polygon};
+use crate::view::{PlacedSolid, SolidsView, normalised_polygon};
 use backdrop::Backdrop;
 use bayer::Demosaic;
 use canvas::{Canvas, Layer, Occluders};
@@ -52,7 +52,7 @@ pub struct WrongImageSize {
 /// Draws the images of one camera of a scenario.
 pub struct Renderer {
     scene: Scene,
-    view: View,
+    view: SolidsView,
     shadows: Shadows,
     canvas: Canvas,
     regions: Regions,
@@ -90,16 +90,16 @@ impl Renderer {
         exposure.apply(&mut field);
         let camera = &exposure.camera;
         Ok(Self {
-            view: View::new(&model),
+            view: SolidsView::new(&model),
             shadows: Shadows::new(scenario),
             canvas: Canvas::new(camera),
             regions: Regions::new(camera.resolution, model.solids.len() + model.paths.len()),
             backdrop: Backdrop::new(camera, field, sharp),
             sensor: Sensor::new(scenario, camera),
-            demosaic: Demosaic::of(camera),
-            jpeg: Jpeg::of(camera),
+            demosaic: Demosaic::for_camera(camera),
+            jpeg: Jpeg::for_camera(camera),
             scene: Scene {
-                optics: Optics::of(camera),
+                optics: Optics::from_camera(camera),
                 camera: camera.clone(),
                 camera_from_world: camera.world_from_camera.inverse(),
                 light: scenario.light,
@@ -163,7 +163,7 @@ impl Renderer {
             canvas,
             ..
         } = self;
-        for shadow in shadows.of(object, &scene.model, view) {
+        for shadow in shadows.cast(object, &scene.model, view) {
             let in_camera = shadow
                 .corners()
                 .map(|corner| scene.camera_from_world * corner);
@@ -188,13 +188,15 @@ impl Renderer {
         for face in (0..model.faces.len()).filter(|&face| placed.faces_camera(face)) {
             let normal = &model.faces[face].normal;
             let light = weight * light_on(&self.scene.light, &placed.world_from_object, normal);
-            draw_face(&mut self.canvas, model, placed, hiders, (face, light));
+            draw_face(&mut self.canvas, model, placed, hiders, face, light);
             draw_displaced(
                 &mut self.canvas,
                 &self.scene,
-                (solid, placed),
+                solid,
+                placed,
                 hiders,
-                (face, weight),
+                face,
+                weight,
             );
         }
     }
@@ -206,7 +208,8 @@ fn draw_face(
     model: &SolidModel,
     placed: &PlacedSolid,
     hiders: Occluders,
-    (face, light): (usize, f64),
+    face: usize,
+    light: f64,
 ) {
     let project = |corners: &mut dyn Iterator<Item = nalgebra::Point3<f64>>| {
         normalised_polygon(corners.map(|corner| placed.camera_from_object * corner))
@@ -229,9 +232,11 @@ fn draw_face(
 fn draw_displaced(
     canvas: &mut Canvas,
     scene: &Scene,
-    (solid, placed): (usize, &PlacedSolid),
+    solid: usize,
+    placed: &PlacedSolid,
     hiders: Occluders,
-    (face, weight): (usize, f64),
+    face: usize,
+    weight: f64,
 ) {
     let model = &scene.model.solids[solid];
     let is_displaced = |print: &&crate::model::Print| print.face == face && !print.is_flush;

@@ -1,8 +1,9 @@
 //! A scenario: everything about a simulated site, as plain data (`scenario.toml`).
 //!
-//! Cameras, objects with their tags and paths, light, background, and the faults of clocks and network. Metres, radians,
-//! grey levels from 0 to 255; frames as everywhere (`world_from_camera`, `object_from_tag`). Faults are off where a key is left
-//! out. What the site's files say is [`Scenario::as_written`], what it truly is [`Scenario::as_built`].
+//! Cameras, objects with their tags and paths, light, background, and the faults of clocks and network. Metres,
+//! radians, grey levels from 0 to 255; frames as everywhere (`world_from_camera`, `object_from_tag`). Faults are off
+//! where a key is left out. What the site's files say is [`Scenario::as_written`], what it truly is
+//! [`Scenario::as_built`].
 
 mod arm;
 mod demo;
@@ -78,8 +79,8 @@ pub struct SceneCamera {
     /// Duration of the exposure, ns; moving edges blur over it. Below the period.
     #[serde(default = "defaults::exposure_ns")]
     pub exposure_ns: u64,
-    /// Seconds from a row to the next, below zero where the lowest is read first: the capture time is that of the middle row.
-    /// All rows together at most 0.1 s.
+    /// Seconds from a row to the next, below zero where the lowest is read first: the capture time is that of the
+    /// middle row. All rows together at most 0.1 s.
     #[serde(default)]
     pub line_delay_s: f64,
     /// Exposure and gain that follow the brightness of the background; none: both stay as they are.
@@ -182,8 +183,8 @@ pub struct Light {
     pub lamp: f64,
     /// Radius of the lamp's pool of light about the world's z axis, m: there it has fallen to 3/4. 0.1 to 1000.
     pub pool_radius: f64,
-    /// All light that swings, as lamps on mains do at 100 or 120 Hz: less the longer the exposure, in bands where the shutter
-    /// rolls.
+    /// All light that swings, as lamps on mains do at 100 or 120 Hz: less the longer the exposure, in bands where the
+    /// shutter rolls.
     #[serde(skip_serializing_if = "is_default")]
     pub flicker: Flicker,
     /// How much of the light a shadow on the table takes away, 0 (no shadows) to 1.

@@ -14,7 +14,7 @@ pub(crate) const NEAR_M: f64 = 0.02;
 const TOUCHING_M: f64 = 1e-6;
 
 /// The solids of a model as a camera sees them. Made once, placed for each instant; no heap growth after the first.
-pub(crate) struct View {
+pub(crate) struct SolidsView {
     pub solids: Vec<PlacedSolid>,
     /// Those that are in view.
     pub in_view: Vec<usize>,
@@ -33,7 +33,7 @@ pub(crate) struct PlacedSolid {
     planes_in_camera: Vec<(Vector3<f64>, f64)>,
 }
 
-impl View {
+impl SolidsView {
     pub fn new(model: &Model) -> Self {
         let placed = |_| PlacedSolid {
             world_from_object: Pose::identity(),

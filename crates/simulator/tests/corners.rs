@@ -1,5 +1,5 @@
-//! Corners can be found again in an image without noise, to 0.02 px, by a fit of straight lines that knows nothing of the
-//! renderer: along each edge of a tag's black square the sum of light across it tells where it runs.
+//! Corners can be found again in an image without noise, to 0.02 px, by a fit of straight lines that knows nothing of
+//! the renderer: along each edge of a tag's black square the sum of light across it tells where it runs.
 
 #![allow(clippy::unwrap_used, reason = "a test may end in a panic")]
 

@@ -36,14 +36,21 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(6))]
 
     #[test]
-    fn same_seed_gives_the_same_bytes_and_another_seed_others(seed in 0u64..1 << 62, t_ns in 0u64..1 << 60, camera in 0usize..2) {
+    fn same_seed_gives_the_same_bytes_and_another_seed_others(
+        seed in 0u64..1 << 62,
+        t_ns in 0u64..1 << 60,
+        camera in 0usize..2,
+    ) {
         let there = fresh(&small(seed), camera, t_ns);
         prop_assert_eq!(&fresh(&small(seed), camera, t_ns), &there);
         prop_assert_ne!(&fresh(&small(seed + 1), camera, t_ns), &there);
     }
 
     #[test]
-    fn an_image_does_not_depend_on_those_before_it(t_ns in 0u64..1 << 60, others in prop::collection::vec(0u64..1 << 60, 1..6)) {
+    fn an_image_does_not_depend_on_those_before_it(
+        t_ns in 0u64..1 << 60,
+        others in prop::collection::vec(0u64..1 << 60, 1..6),
+    ) {
         let scenario = small(1);
         let mut used = Renderer::new(&scenario, 1).unwrap();
         for other in others {

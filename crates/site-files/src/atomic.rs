@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Duration;
 
-/// Writes a file atomically: writes a temporary file beside it, flushes it to disk, and renames it. A symbolic link remains a link, and
-/// the permissions of an existing file are kept.
+/// Writes a file atomically: writes a temporary file beside it, flushes it to disk, and renames it. A symbolic link
+/// remains a link, and the permissions of an existing file are kept.
 ///
 /// # Errors
 /// An I/O error; the old file is then unchanged and the temporary one removed.
@@ -22,8 +22,9 @@ pub fn write_atomically(path: &Path, content: &[u8]) -> Result<(), FileError> {
     Ok(())
 }
 
-/// A new file beside the one that it is to replace, `.NAME.tmp`. It is locked: of two processes that replace one file the second
-/// waits for two seconds at most, and a file that one left behind is removed by the next. Dropped without [`Self::commit`], it is removed.
+/// A new file beside the one that it is to replace, `.NAME.tmp`. It is locked: of two processes that replace one file
+/// the second waits for two seconds at most, and a file that one left behind is removed by the next. Dropped without
+/// [`Self::commit`], it is removed.
 #[derive(Debug)]
 pub struct Replacement {
     /// Nothing once it was committed.
@@ -36,7 +37,8 @@ impl Replacement {
     /// Creates the new file, with the permissions of the old one.
     ///
     /// # Errors
-    /// An I/O error, as for a folder in place of the file; [`io::ErrorKind::WouldBlock`] where another process goes on writing.
+    /// An I/O error, as for a folder in place of the file; [`io::ErrorKind::WouldBlock`] where another process goes on
+    /// writing.
     pub fn begin(path: &Path) -> io::Result<Self> {
         let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         if target.is_dir() {

@@ -1,8 +1,9 @@
-//! Calibration boards: Kalibr's AprilGrid, OpenCV's ChArUco board and grid of markers, and plain chessboards, from their files to objects.
+//! Calibration boards: Kalibr's AprilGrid, OpenCV's ChArUco board and grid of markers, and plain chessboards, from
+//! their files to objects.
 //!
-//! Each keeps the frame of the tool that it comes from: the AprilGrid's origin is the lower left corner of its first tag, x to the
-//! right, y up. The others' is the upper left corner (of the chessboard, the first marker, the first inner corner), x to the right,
-//! y down, so that z looks into the board. Metres.
+//! Each keeps the frame of the tool that it comes from: the AprilGrid's origin is the lower left corner of its first
+//! tag, x to the right, y up. The others' is the upper left corner (of the chessboard, the first marker, the first
+//! inner corner), x to the right, y down, so that z looks into the board. Metres.
 
 mod anipose;
 mod chessboard;
@@ -25,7 +26,8 @@ pub use reading::read_board;
 
 /// Most columns and rows of a board.
 const MOST: u16 = 100;
-/// Gap of an AprilGrid as a share of its tags' edge: below, the squares at their corners are narrower than the detector needs.
+/// Gap of an AprilGrid as a share of its tags' edge: below, the squares at their corners are narrower than the detector
+/// needs.
 const SPACING: std::ops::RangeInclusive<f64> = 0.15..=1.0;
 /// Share of a chessboard's square that a marker takes: beyond, too little white is left around it.
 const SHARE: std::ops::RangeInclusive<f64> = 0.45..=0.87;
@@ -43,7 +45,8 @@ pub enum BoardError {
     },
     /// Inner corners of a chessboard.
     #[error(
-        "a chessboard has 3 to {} inner corners in a row and in a column, not {columns} x {rows}; inner corners are one fewer than squares",
+        "a chessboard has 3 to {} inner corners in a row and in a column, not {columns} x \
+         {rows}; inner corners are one fewer than squares",
         CHESSBOARD_SQUARES + 1
     )]
     Corners {
@@ -56,7 +59,11 @@ pub enum BoardError {
     #[error("a separation of {0} m leaves no white between the markers")]
     Separation(f64),
     /// A gap between tags that is too narrow, or wider than the tags.
-    #[error("a spacing of {0} is outside {start} to {end}, as a share of a tag's edge", start = SPACING.start(), end = SPACING.end())]
+    #[error(
+        "a spacing of {0} is outside {start} to {end}, as a share of a tag's edge",
+        start = SPACING.start(),
+        end = SPACING.end()
+    )]
     Spacing(f64),
     /// Markers that leave too little white or too little to read.
     #[error("markers of {0:.2} of a square are outside {start} to {end}", start = SHARE.start(), end = SHARE.end())]
@@ -79,7 +86,8 @@ pub enum BoardError {
     Object(#[from] ObjectError),
 }
 
-/// Kalibr's AprilGrid: tags in columns and rows, ids row by row from the lower left, and a black square at each of their corners.
+/// Kalibr's AprilGrid: tags in columns and rows, ids row by row from the lower left, and a black square at each of
+/// their corners.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AprilGrid {
     /// Tags in a row.
@@ -88,7 +96,8 @@ pub struct AprilGrid {
     pub rows: u16,
     /// Edge of a tag's black square, metres: Kalibr's `tagSize`.
     pub size_m: f64,
-    /// Gap between tags as a share of their edge, which is the edge of the squares at their corners too: Kalibr's `tagSpacing`.
+    /// Gap between tags as a share of their edge, which is the edge of the squares at their corners too: Kalibr's
+    /// `tagSpacing`.
     pub spacing: f64,
     /// Id of the tag at the lower left.
     pub first: u32,
@@ -145,7 +154,8 @@ impl AprilGrid {
     }
 }
 
-/// OpenCV's ChArUco board: a chessboard with a marker in the middle of each white square, ids row by row from the upper left.
+/// OpenCV's ChArUco board: a chessboard with a marker in the middle of each white square, ids row by row from the upper
+/// left.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CharucoBoard {
     /// Squares in a row, black and white.

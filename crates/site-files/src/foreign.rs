@@ -1,14 +1,15 @@
-//! Calibrations of other tools: ROS `camera_info`, Kalibr `camchain` and OpenCV's YAML, read and written; OpenCV's JSON and XML,
-//! PhotonVision, WPILib, anipose, caliscope, MATLAB, nerfstudio, camodocal, EuRoC, SLAM systems and makers of cameras, read. What a file is, its content says, not its name.
+//! Calibrations of other tools: ROS `camera_info`, Kalibr `camchain` and OpenCV's YAML, read and written; OpenCV's JSON
+//! and XML, PhotonVision, WPILib, anipose, caliscope, MATLAB, nerfstudio, camodocal, EuRoC, SLAM systems and makers of
+//! cameras, read. What a file is, its content says, not its name.
 //!
-//! The three that are written count pixels from the centre of the top left one and look along z with y down, as here, so lens parameters and
-//! camera axes are unchanged. Kalibr's chain gives each camera relative to the previous one (`T_cn_cnm1`, a map of points of
-//! camera n-1 into camera n). Reading makes it `world_from_camera` with the first camera as the world; writing
-//! accepts any world frame. The other two formats describe one camera without a pose. Formats that count pixels from elsewhere are
-//! converted ([`others`]).
+//! The three that are written count pixels from the centre of the top left one and look along z with y down, as here,
+//! so lens parameters and camera axes are unchanged. Kalibr's chain gives each camera relative to the previous one
+//! (`T_cn_cnm1`, a map of points of camera n-1 into camera n). Reading makes it `world_from_camera` with the first
+//! camera as the world; writing accepts any world frame. The other two formats describe one camera without a pose.
+//! Formats that count pixels from elsewhere are converted ([`others`]).
 //!
-//! Rational and thin-prism terms become the nearest lens that is known here ([`refit`]). What has no counterpart is refused with the
-//! cause: skew, other models.
+//! Rational and thin-prism terms become the nearest lens that is known here ([`refit`]). What has no counterpart is
+//! refused with the cause: skew, other models.
 
 pub(crate) mod anipose;
 mod camera_info;
@@ -115,7 +116,10 @@ pub fn parse_foreign(path: &Path, text: &str) -> Result<(ForeignFormat, Rig), Fi
         wrong(Complaint::new(
             "",
             "this is no calibration that is known",
-            "known are ROS camera_info (camera_matrix, distortion_model), Kalibr camchains (cam0: ...), OpenCV's YAML, JSON and XML, PhotonVision, anipose, caliscope, MATLAB as JSON, nerfstudio's transforms.json, EuRoC's sensor.yaml, ORB-SLAM, stella_vslam, Basalt, RealSense, ZED and Metashape",
+            "known are ROS camera_info (camera_matrix, distortion_model), Kalibr camchains \
+             (cam0: ...), OpenCV's YAML, JSON and XML, PhotonVision, anipose, caliscope, MATLAB \
+             as JSON, nerfstudio's transforms.json, EuRoC's sensor.yaml, ORB-SLAM, stella_vslam, \
+             Basalt, RealSense, ZED and Metashape",
         ))
     })?;
     let one = |read: fn(&Value, &str) -> Result<Camera, Complaint>| {
@@ -208,11 +212,12 @@ fn format_of(document: &Value, text: &str) -> Option<ForeignFormat> {
     }
 }
 
-/// Distance of a principal point from the middle of the image, as a share of the image, from which it may be that of other images.
+/// Distance of a principal point from the middle of the image, as a share of the image, from which it may be that of
+/// other images.
 const OFF_CENTRE: f64 = 0.1;
 
-/// Refuses a size that is not that of the images of the calibration: the principal point is outside of it, or in the middle of the image
-/// only where width and height change places.
+/// Refuses a size that is not that of the images of the calibration: the principal point is outside of it, or in the
+/// middle of the image only where width and height change places.
 fn check_size(camera: &Camera) -> Result<(), Complaint> {
     let [width, height] = camera.resolution;
     let Intrinsics { cx, cy, .. } = camera.lens.intrinsics();

@@ -13,8 +13,8 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Path of a new object, relative to the folder of the site: `objects/<id>.toml`. That folder has no other files of a site, whatever
-/// the id of the object.
+/// Path of a new object, relative to the folder of the site: `objects/<id>.toml`. That folder has no other files of a
+/// site, whatever the id of the object.
 pub fn object_file(id: &ObjectId) -> PathBuf {
     format!("objects/{id}.toml").into()
 }
@@ -98,7 +98,8 @@ mod tests {
     use crate::atomic::former_of;
     use crate::object::parse_object;
 
-    const RIG: &str = "[[camera]]\nid = \"north\"\nresolution = [640, 480]\nlens = { model = \"pinhole\", fx = 600.0, fy = 600.0, cx = 319.5, cy = 239.5 }\n";
+    const RIG: &str = "[[camera]]\nid = \"north\"\nresolution = [640, 480]\n\
+        lens = { model = \"pinhole\", fx = 600.0, fy = 600.0, cx = 319.5, cy = 239.5 }\n";
 
     fn object(id: &str, tag: u32) -> ObjectModel {
         let text =

@@ -3,14 +3,16 @@
 //! - [`read_rig`], [`read_object`]: checked models from files.
 //! - [`write_rig`], [`write_object`]: models to files; numbers keep every digit.
 //! - [`read_robot`], [`write_robot`]: a robot of the site.
-//! - [`AprilGrid`], [`CharucoBoard`], [`MarkerGrid`], [`Chessboard`]: calibration boards; [`read_object`] reads their files as well.
+//! - [`AprilGrid`], [`CharucoBoard`], [`MarkerGrid`], [`Chessboard`]: calibration boards; [`read_object`] reads their
+//!   files as well.
 //! - [`read_foreign`], [`foreign_text`]: calibrations of other tools; [`read_rig`] reads them as well.
 //! - [`assumptions`]: what such a file leaves open, and what is assumed.
 //! - [`read_toml`], [`read_toml_checked`], [`write_toml`]: any other configuration, with the same kind of errors.
 //! - [`with_value`]: changes one value of a text and keeps comments.
 //! - [`write_atomically`], [`Replacement`]: replace a file atomically.
 //! - [`write_keeping_former`]: as well, and keeps former versions ([`former_of`]) in bounded number.
-//! - [`keep_rig`], [`keep_object`]: for programs that save automatically; they replace only another version of the same rig or object.
+//! - [`keep_rig`], [`keep_object`]: for programs that save automatically; they replace only another version of the same
+//!   rig or object.
 //!
 //! Every error names file, line, column and key, cause and remedy: [`FileError`].
 //! Metres, pixels, quaternions x, y, z, w, as in the files; no network and no clock here.

@@ -93,7 +93,10 @@ pub fn read_object(path: &Path) -> Result<ObjectModel, FileError> {
     }
     let board = parse_board(path, &text, &id_of(path)?)?;
     Ok(board.ok_or_else(|| {
-        let known = "known are Kalibr's target.yaml (target_type: aprilgrid or checkerboard), ChArUco boards (squaresX, squaresY, squareLength, markerLength, dictionary) grids of markers (markersX, markersY, markerLength, markerSeparation, dictionary), tag_bundles of apriltag_ros and fields of WPILib";
+        let known = "known are Kalibr's target.yaml (target_type: aprilgrid or checkerboard), \
+            ChArUco boards (squaresX, squaresY, squareLength, markerLength, dictionary) grids of \
+            markers (markersX, markersY, markerLength, markerSeparation, dictionary), \
+            tag_bundles of apriltag_ros and fields of WPILib";
         let cause = "this is no board that is known";
         InvalidFile::with_all(path, Complaint::new("", cause, known))
     })?)

@@ -93,7 +93,8 @@ fn known_other(bytes: &[u8]) -> Option<(&'static str, &'static str)> {
         (
             b"# Camera list with one line of data per camera",
             "this is a cameras.txt of COLMAP",
-            "make a transforms.json of it with nerfstudio (ns-process-data), or write its numbers into a rig.toml; pixels there begin half a pixel earlier",
+            "make a transforms.json of it with nerfstudio (ns-process-data), or write its \
+             numbers into a rig.toml; pixels there begin half a pixel earlier",
         ),
     ];
     let found = known
@@ -102,8 +103,8 @@ fn known_other(bytes: &[u8]) -> Option<(&'static str, &'static str)> {
     found.map(|(_, cause, remedy)| (cause, remedy))
 }
 
-/// A configuration file. Give `T` and its parts `#[serde(deny_unknown_fields)]`: then an unknown key is refused with the
-/// nearest known one as a hint.
+/// A configuration file. Give `T` and its parts `#[serde(deny_unknown_fields)]`: then an unknown key is refused with
+/// the nearest known one as a hint.
 ///
 /// # Errors
 /// A file that is missing, malformed, or not a valid `T`.

@@ -93,8 +93,12 @@ fn rig_of(file: &RigFile, document: &Document<'_>) -> Result<Rig, Complaint> {
         return Err(Complaint::new("", "the rig has no camera", remedy));
     }
     unique(file, document)?;
-    let cameras: Result<Vec<Camera>, Complaint> =
-        file.camera.iter().enumerate().map(camera_of).collect();
+    let cameras: Result<Vec<Camera>, Complaint> = file
+        .camera
+        .iter()
+        .enumerate()
+        .map(|(i, it)| camera_of(i, it))
+        .collect();
     let rig = Rig::new(cameras?).map_err(|error| complaint("camera", &error))?;
     let rig = rig
         .with_scale_sigma(file.scale_sigma)
@@ -132,7 +136,7 @@ fn unique(file: &RigFile, document: &Document<'_>) -> Result<(), Complaint> {
     Ok(())
 }
 
-fn camera_of((index, table): (usize, &CameraTable)) -> Result<Camera, Complaint> {
+fn camera_of(index: usize, table: &CameraTable) -> Result<Camera, Complaint> {
     let key = format!("camera[{index}]");
     let pose = pose_of(
         table.world_from_camera.as_ref(),
@@ -196,7 +200,8 @@ fn mount_of(table: &CameraTable, key: &str) -> Result<Option<Mount>, Complaint> 
         None => Err(Complaint::new(
             format!("{key}.carrier"),
             "the place of the camera on its carrier is missing",
-            "add `carrier_from_camera = { position = [x, y, z], orientation = [qx, qy, qz, qw] }`; `sextant calibrate robot --on-hand` finds it",
+            "add `carrier_from_camera = \
+             { position = [x, y, z], orientation = [qx, qy, qz, qw] }`; `sextant calibrate robot --on-hand` finds it",
         )),
     }
 }

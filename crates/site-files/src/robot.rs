@@ -81,11 +81,13 @@ pub fn write_robot(path: &Path, robot: &RobotModel) -> Result<(), FileError> {
 
 fn robot_of(file: &RobotFile) -> Result<RobotModel, Complaint> {
     let object = uncertain(
-        (&file.hand_from_object, &file.hand_from_object_covariance),
+        &file.hand_from_object,
+        &file.hand_from_object_covariance,
         "hand_from_object",
     )?;
     let camera = uncertain(
-        (&file.hand_from_camera, &file.hand_from_camera_covariance),
+        &file.hand_from_camera,
+        &file.hand_from_camera_covariance,
         "hand_from_camera",
     )?;
     let carried = match ((&file.object, object), (&file.camera, camera)) {
@@ -101,10 +103,8 @@ fn robot_of(file: &RobotFile) -> Result<RobotModel, Complaint> {
         }
     };
     let base = uncertain(
-        (
-            &Some(file.base_from_world),
-            &file.base_from_world_covariance,
-        ),
+        &Some(file.base_from_world),
+        &file.base_from_world_covariance,
         "base_from_world",
     )?;
     let clock_offset_s = file.clock_offset;
@@ -125,7 +125,8 @@ fn robot_of(file: &RobotFile) -> Result<RobotModel, Complaint> {
 
 /// A pose with its covariance; that of a camera placed by hand where the file has none.
 fn uncertain(
-    (parts, rows): (&Option<PoseParts>, &Option<Rows>),
+    parts: &Option<PoseParts>,
+    rows: &Option<Rows>,
     key: &str,
 ) -> Result<Option<UncertainPose>, Complaint> {
     let Some(pose) = pose_of(parts.as_ref(), key)? else {
@@ -241,7 +242,8 @@ mod tests {
             "base_from_world = { position = [0, 0, 0], orientation = [0, 0, 0, 2] }\n",
             &[":1:", "base_from_world.orientation", "unit quaternion"],
         );
-        let rows = "[[0, 1, 0, 0, 0, 0], [0, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 0]]";
+        let rows = "[[0, 1, 0, 0, 0, 0], [0, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, \
+            0], [0, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 0]]";
         refused(
             &format!("{BASE}base_from_world_covariance = {rows}\n"),
             &[":2:", "base_from_world_covariance", "six rows"],

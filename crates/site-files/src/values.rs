@@ -1,5 +1,5 @@
-//! Reads a type of serde from a parsed document. Its errors are data: location, cause and remedy. Those of `toml` are texts, and its reader ignores
-//! elements behind the last of an array of fixed length.
+//! Reads a type of serde from a parsed document. Its errors are data: location, cause and remedy. Those of `toml` are
+//! texts, and its reader ignores elements behind the last of an array of fixed length.
 
 use crate::hint::nearest;
 use serde::de::value::{self, MapAccessDeserializer};
@@ -265,7 +265,8 @@ mod tests {
 
     #[test]
     fn values_are_read_as_toml_reads_them() {
-        let text = "a = 0x10\nb = -1_000\nc = 18446744073709551615\nd = 1.5e3\ne = -inf\nf = true\ng = [[1, 2]]\n[h]\ni = \"point\"\nj = { circle = { radius = 2 } }\n";
+        let text = "a = 0x10\nb = -1_000\nc = 18446744073709551615\nd = 1.5e3\ne = -inf\n\
+            f = true\ng = [[1, 2]]\n[h]\ni = \"point\"\nj = { circle = { radius = 2 } }\n";
         let all: All = read_text(text).unwrap();
         assert_eq!(all, toml::from_str(text).unwrap());
         assert_eq!((all.a, all.b, all.c), (16, -1000, u64::MAX));

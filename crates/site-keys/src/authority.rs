@@ -255,8 +255,8 @@ impl Authority {
         lines.fold(head.to_owned(), |text, line| text + &line)
     }
 
-    /// Writes the list of members here and in the folders of fusion nodes and routers below, with these passwords, except those of revoked
-    /// members.
+    /// Writes the list of members here and in the folders of fusion nodes and routers below, with these passwords,
+    /// except those of revoked members.
     fn save(&self, passwords: &str) -> Result<(), KeysError> {
         let accepted: BTreeSet<&str> = self
             .members
@@ -295,7 +295,8 @@ impl Authority {
 fn page_tokens() -> Result<String, KeysError> {
     let (read, operate) = (random_text()?, random_text()?);
     Ok(format!(
-        "# Who may use the page: who says the first token may look, who says the second may also change the site.\nread = \"{read}\"\noperate = \"{operate}\"\n"
+        "# Who may use the page: who says the first token may look, who says the second may also \
+         change the site.\nread = \"{read}\"\noperate = \"{operate}\"\n"
     ))
 }
 

@@ -1,7 +1,7 @@
 //! X.509 certificates (RFC 5280), ECDSA on P-256: that of the authority, and those that it signs.
 //!
-//! Certificates are valid from the start of 2018: boards without a battery-backed clock begin there after each start and could not
-//! connect otherwise before their clock is set. Only the end of validity protects.
+//! Certificates are valid from the start of 2018: boards without a battery-backed clock begin there after each start
+//! and could not connect otherwise before their clock is set. Only the end of validity protects.
 
 use crate::KeysError;
 use rcgen::{

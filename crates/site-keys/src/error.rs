@@ -11,7 +11,8 @@ use std::path::{Path, PathBuf};
 pub enum KeysError {
     /// The folder of a new authority has contents.
     #[error(
-        "{}: there is something in this folder already; name a new one (`sextant keys list {}` says whether it is an authority's)",
+        "{}: there is something in this folder already; name a new one (`sextant keys list {}` \
+         says whether it is an authority's)",
         .0.display(), .0.display()
     )]
     NotEmpty(PathBuf),
@@ -28,7 +29,8 @@ pub enum KeysError {
     ReservedName(NodeId),
     /// The name of a member.
     #[error(
-        "{name} is a member already, as {role}: choose another name, `sextant keys renew` its keys, or `sextant keys revoke` them first"
+        "{name} is a member already, as {role}: choose another name, `sextant keys renew` its \
+         keys, or `sextant keys revoke` them first"
     )]
     NameTaken {
         /// The name.

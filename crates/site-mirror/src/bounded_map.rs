@@ -1,7 +1,9 @@
-//! Values by ids from the network: bounded in number, and dropped when they are no longer updated. Times are ns by any one clock.
+//! Values by ids from the network: bounded in number, and dropped when they are no longer updated. Times are ns by any
+//! one clock.
 //!
-//! Drop rule: if there is no room for a new id, it replaces the entry untouched for the longest time, if that is at least the
-//! expiry; otherwise it is refused. A flood of forged ids therefore neither grows the map nor evicts what is in use.
+//! Drop rule: if there is no room for a new id, it replaces the entry untouched for the longest time, if that is at
+//! least the expiry; otherwise it is refused. A flood of forged ids therefore neither grows the map nor evicts what is
+//! in use.
 
 use std::collections::BTreeMap;
 

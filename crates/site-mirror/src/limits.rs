@@ -4,14 +4,16 @@ use sextant_proto::limits::{MAX_CAMERAS, MAX_OBJECTS};
 
 /// Nodes publish a status about this often, ns.
 const STATUS_PERIOD_NS: u64 = 1_000_000_000;
-/// Messages in a row that have to be missed: one is lost now and then, and a second one while a connection is made again.
+/// Messages in a row that have to be missed: one is lost now and then, and a second one while a connection is made
+/// again.
 const MISSED: u64 = 3;
 
-/// A node, camera or object without a message for longer is silent, ns: three statuses were missed. Fusion nodes report a camera without
-/// images after the same time.
+/// A node, camera or object without a message for longer is silent, ns: three statuses were missed. Fusion nodes report
+/// a camera without images after the same time.
 pub const SILENCE_NS: u64 = MISSED * STATUS_PERIOD_NS;
 
-/// As [`SILENCE_NS`], for messages that come at this rate, Hz: the time of three of them where that is longer. An unknown rate is 0.
+/// As [`SILENCE_NS`], for messages that come at this rate, Hz: the time of three of them where that is longer. An
+/// unknown rate is 0.
 #[must_use]
 pub fn silence_ns(rate_hz: f64) -> u64 {
     if rate_hz > 0.0 {
@@ -22,8 +24,9 @@ pub fn silence_ns(rate_hz: f64) -> u64 {
     }
 }
 
-/// What nothing was heard of for so long is forgotten, ns; until then it also keeps its place against new ids. Prometheus takes a series for
-/// ended after the same time. Nodes stay as long as their token is alive, cameras and objects as long as a fusion node lists them.
+/// What nothing was heard of for so long is forgotten, ns; until then it also keeps its place against new ids.
+/// Prometheus takes a series for ended after the same time. Nodes stay as long as their token is alive, cameras and
+/// objects as long as a fusion node lists them.
 pub const FORGOTTEN_NS: u64 = 300_000_000_000;
 
 /// Most cameras: those of the largest rig.

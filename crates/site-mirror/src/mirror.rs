@@ -13,8 +13,8 @@ use sextant_proto::{
 use sextant_site_model::{CameraId, ObjectId, ObjectModel, Rig, TagId};
 use std::collections::BTreeMap;
 
-/// A site as heard. Drop rule: beyond the [`limits`](crate::limits) a new id takes the place of the one that was silent longest, if that is
-/// [`FORGOTTEN_NS`] or more, and is refused otherwise.
+/// A site as heard. Drop rule: beyond the [`limits`](crate::limits) a new id takes the place of the one that was silent
+/// longest, if that is [`FORGOTTEN_NS`] or more, and is refused otherwise.
 #[derive(Debug, Clone)]
 pub struct SiteMirror {
     cameras: BoundedMap<CameraId, Camera>,
@@ -53,7 +53,8 @@ impl Default for SiteMirror {
 }
 
 impl SiteMirror {
-    /// Handles a payload that arrived at `now_ns` with its sender's signature; a payload too long to be copied is an error.
+    /// Handles a payload that arrived at `now_ns` with its sender's signature; a payload too long to be copied is an
+    /// error.
     ///
     /// # Errors
     /// A payload that is refused; it has been counted and changes nothing.
@@ -271,7 +272,8 @@ impl SiteMirror {
         ObjectModel::try_from(config).ok()
     }
 
-    /// The object that has a tag and the edge of its black square, m. Of two objects that claim a tag the first by name has it.
+    /// The object that has a tag and the edge of its black square, m. Of two objects that claim a tag the first by name
+    /// has it.
     #[must_use]
     pub fn tag(&self, tag: TagId) -> Option<(&ObjectId, f64)> {
         self.tags.get(tag)
@@ -355,8 +357,8 @@ impl SiteMirror {
         objects
     }
 
-    /// A model of an object, or its removal, which counts when a fusion node announces it. Where somebody else asks for one, the statuses
-    /// show whether the object is gone.
+    /// A model of an object, or its removal, which counts when a fusion node announces it. Where somebody else asks for
+    /// one, the statuses show whether the object is gone.
     fn handle_object(
         &mut self,
         now_ns: u64,

@@ -9,11 +9,13 @@ const MOST_HELD: usize = 1024;
 
 /// Decides when to ask for the values that the nodes of a site keep: what was published meanwhile may have been missed.
 ///
-/// That is at the start, whenever the own link is back, and whenever a node appears that may keep values: it has started, or lay beyond a link
-/// between routers that was down. Since two nodes may both believe to be in charge just then, each question is asked again a little later.
+/// That is at the start, whenever the own link is back, and whenever a node appears that may keep values: it has
+/// started, or lay beyond a link between routers that was down. Since two nodes may both believe to be in charge just
+/// then, each question is asked again a little later.
 ///
-/// What is published while a question is open is newer than the answers, and is to be handled after them: [`hold`](Self::hold) keeps it until
-/// [`next_held`](Self::next_held) gives it back. The question is open until that gives none.
+/// What is published while a question is open is newer than the answers, and is to be handled after them:
+/// [`hold`](Self::hold) keeps it until [`next_held`](Self::next_held) gives it back. The question is open until that
+/// gives none.
 #[derive(Debug)]
 pub struct Renewal<T> {
     is_linked: bool,
@@ -69,7 +71,8 @@ impl<T> Renewal<T> {
         }
     }
 
-    /// After the answers were handled, or when none comes any more: the next message to be handled. Without one the question is closed.
+    /// After the answers were handled, or when none comes any more: the next message to be handled. Without one the
+    /// question is closed.
     pub fn next_held(&mut self) -> Option<T> {
         let next = self.held.as_mut()?.pop_front();
         if next.is_none() {

@@ -50,7 +50,8 @@ impl TagIndex {
         }
     }
 
-    /// The object that has a tag and the edge of its black square, m. Of two objects that claim it the first by name has it.
+    /// The object that has a tag and the edge of its black square, m. Of two objects that claim it the first by name
+    /// has it.
     pub(crate) fn get(&self, tag: TagId) -> Option<(&ObjectId, f64)> {
         let (object, size_m) = self.owners.get(&tag)?.first_key_value()?;
         Some((object, *size_m))

@@ -1,8 +1,8 @@
 //! Links and joints of an articulated object: a tree whose root is the base.
 //!
-//! `parent_from_child = parent_from_joint * motion(value)`: a revolute joint rotates the child by its value (rad) about the
-//! axis through the joint's origin, a prismatic one translates it by its value (m) along the axis, a fixed one does nothing. The
-//! axis is in the joint's frame, and at value zero the child's frame is the joint's (as in ROS's URDF).
+//! `parent_from_child = parent_from_joint * motion(value)`: a revolute joint rotates the child by its value (rad) about
+//! the axis through the joint's origin, a prismatic one translates it by its value (m) along the axis, a fixed one does
+//! nothing. The axis is in the joint's frame, and at value zero the child's frame is the joint's (as in ROS's URDF).
 
 use std::collections::BTreeSet;
 

@@ -5,8 +5,8 @@
 //! - [`Prior`]: what is known of the error of a pose, lens or size.
 //! - [`ImageObservation`]: the tag corners that one image shows, with its capture time.
 //!
-//! Plain checked data in metres, radians, pixels with (0, 0) at the centre of the top-left pixel, and nanoseconds since the Unix epoch. This
-//! crate estimates nothing and reads no file.
+//! Plain checked data in metres, radians, pixels with (0, 0) at the centre of the top-left pixel, and nanoseconds since
+//! the Unix epoch. This crate estimates nothing and reads no file.
 
 mod articulation;
 mod ids;

@@ -18,8 +18,9 @@ pub struct ObjectTag {
     /// Maps points of the tag (x right, y up, z out of its face) into the object, or into its link where the object has
     /// links; `None` until learned.
     pub object_from_tag: Option<Pose>,
-    /// Prior of `object_from_tag`, in axes of the object or link about the centre of the tag. Fusion and calibration default to
-    /// [`PoseSigma::OF_TAG`]; by default the only placed tag of an object is exact to fusion, since it is the frame.
+    /// Prior of `object_from_tag`, in axes of the object or link about the centre of the tag. Fusion and calibration
+    /// default to [`PoseSigma::OF_TAG`]; by default the only placed tag of an object is exact to fusion, since it is
+    /// the frame.
     pub pose_prior: Prior<PoseSigma>,
     /// Prior of `size_m`, m. Fusion and calibration default to half a per cent of the size.
     pub size_prior: Prior<f64>,
@@ -41,7 +42,8 @@ impl ObjectTag {
     }
 }
 
-/// Default standard deviation of the size of a printed tag, as a share of it: printers scale by some tenths of a per cent.
+/// Default standard deviation of the size of a printed tag, as a share of it: printers scale by some tenths of a per
+/// cent.
 pub const SIZE_SIGMA: f64 = 0.005;
 
 /// An object with its tags.
@@ -172,7 +174,8 @@ impl ObjectModel {
     /// Checks the tags of a rigid object. Standard deviations of zero become [`Prior::Exact`].
     ///
     /// # Errors
-    /// Without tags, and for the first tag with an invalid size, pose or standard deviation, that names a link, or that is duplicated.
+    /// Without tags, and for the first tag with an invalid size, pose or standard deviation, that names a link, or that
+    /// is duplicated.
     pub fn new(id: ObjectId, tags: Vec<ObjectTag>) -> Result<Self, ObjectError> {
         Self::checked(id, None, tags)
     }
@@ -262,7 +265,8 @@ impl ObjectModel {
         self
     }
 
-    /// The object with standard deviations of its frame in its tags, in axes of the object about its origin; zero is `None`.
+    /// The object with standard deviations of its frame in its tags, in axes of the object about its origin; zero is
+    /// `None`.
     ///
     /// # Errors
     /// Where they do not lie between 0 and 1 (m, rad).
@@ -274,13 +278,14 @@ impl ObjectModel {
         Ok(self)
     }
 
-    /// Standard deviations of its frame in its tags, which no image shows: the tags' sigmas are without them, since they displace all of
-    /// them alike. `None` if the file does not state them.
+    /// Standard deviations of its frame in its tags, which no image shows: the tags' sigmas are without them, since
+    /// they displace all of them alike. `None` if the file does not state them.
     pub fn frame_sigma(&self) -> Option<PoseSigma> {
         self.frame_sigma
     }
 
-    /// The object with a standard deviation of the scale that the sizes and places of its tags share, as a share of it; zero is exact.
+    /// The object with a standard deviation of the scale that the sizes and places of its tags share, as a share of it;
+    /// zero is exact.
     ///
     /// # Errors
     /// Where it does not lie between 0 and 1.
@@ -292,8 +297,8 @@ impl ObjectModel {
         Ok(self)
     }
 
-    /// Standard deviation of the scale that the sizes and places of its tags share, as a share of it, as the file states it: the tags' sigmas
-    /// are without it.
+    /// Standard deviation of the scale that the sizes and places of its tags share, as a share of it, as the file
+    /// states it: the tags' sigmas are without it.
     pub fn scale_sigma(&self) -> Option<f64> {
         self.scale_sigma
     }
@@ -329,8 +334,8 @@ impl ObjectModel {
         self.scale_sigma.unwrap_or(usual)
     }
 
-    /// The object with this tag in place of the one with its name; unchanged if it is invalid or the object has no such tag. The standard
-    /// deviation of the former size scales with the size.
+    /// The object with this tag in place of the one with its name; unchanged if it is invalid or the object has no such
+    /// tag. The standard deviation of the former size scales with the size.
     #[must_use]
     pub fn with_tag(mut self, mut corrected: ObjectTag) -> Self {
         let Some(at) = self.tags.iter().position(|tag| tag.tag == corrected.tag) else {
@@ -348,8 +353,8 @@ impl ObjectModel {
         self
     }
 
-    /// Takes over the pose priors of a former model for tags with unchanged poses, and the sigmas of its frame and scale and its place in the
-    /// world where some pose is unchanged, unless this model has its own.
+    /// Takes over the pose priors of a former model for tags with unchanged poses, and the sigmas of its frame and
+    /// scale and its place in the world where some pose is unchanged, unless this model has its own.
     #[must_use]
     pub fn holding_on_to(mut self, former: &Self) -> Self {
         let mut is_placed_alike = false;
@@ -396,8 +401,8 @@ impl ObjectModel {
     }
 }
 
-/// The objects whose poses are to be expected: all of these, but landmarks only where some camera stands still; then carriers of cameras
-/// that have no model.
+/// The objects whose poses are to be expected: all of these, but landmarks only where some camera stands still; then
+/// carriers of cameras that have no model.
 pub fn posed_objects(rig: &Rig, objects: &[ObjectModel]) -> Vec<ObjectId> {
     let mut cameras = rig.cameras().iter();
     let some_stand_still = cameras.any(|camera| camera.mount.is_none());

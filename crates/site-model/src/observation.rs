@@ -14,8 +14,8 @@ pub struct TagCorners {
     pub corners: [Point2<f64>; 4],
     /// Covariance of each corner in px², from the detector; zero if unknown.
     pub corner_covariance: [Matrix2<f64>; 4],
-    /// Covariance between the corners of each of [`sextant_geometry::CORNER_PAIRS`] in px², rows of the first one; all zero where their
-    /// errors are independent or their covariance is unknown.
+    /// Covariance between the corners of each of [`sextant_geometry::CORNER_PAIRS`] in px², rows of the first one; all
+    /// zero where their errors are independent or their covariance is unknown.
     pub corner_cross_covariance: [Matrix2<f64>; 6],
 }
 
@@ -58,7 +58,8 @@ pub struct ImageObservation {
     pub camera: CameraId,
     /// Middle of the exposure by the camera's clock, in ns since the Unix epoch.
     pub capture_ns: u64,
-    /// Standard deviation of that clock relative to the site's time in ns; [`ImageObservation::CLOCK_ERROR_UNKNOWN`] if unknown.
+    /// Standard deviation of that clock relative to the site's time in ns; [`ImageObservation::CLOCK_ERROR_UNKNOWN`] if
+    /// unknown.
     pub clock_error_ns: u64,
     /// Length of the exposure in ns; 0 where unknown.
     pub exposure_ns: u64,

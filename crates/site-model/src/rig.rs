@@ -25,14 +25,15 @@ pub struct Camera {
     pub world_from_camera: Option<Pose>,
     /// What carries it; `None` where it stands still.
     pub mount: Option<Mount>,
-    /// Prior of `world_from_camera`, in axes of the world, or of `carrier_from_camera`, in axes of the carrier. Fusion and calibration default to
-    /// [`PoseSigma::OF_CAMERA`]; a camera that alone has a pose is exact to fusion, since it is the frame.
+    /// Prior of `world_from_camera`, in axes of the world, or of `carrier_from_camera`, in axes of the carrier. Fusion
+    /// and calibration default to [`PoseSigma::OF_CAMERA`]; a camera that alone has a pose is exact to fusion, since it
+    /// is the frame.
     pub pose_prior: Prior<PoseSigma>,
-    /// Prior of `lens`. Fusion defaults to [`LensSigma::usual`], with a wider focal length where nothing checks it; calibration has its own
-    /// defaults.
+    /// Prior of `lens`. Fusion defaults to [`LensSigma::usual`], with a wider focal length where nothing checks it;
+    /// calibration has its own defaults.
     pub lens_prior: Prior<LensSigma>,
-    /// Rolling shutter: seconds from a row to the next, negative if the lowest row is read first. The capture time is then that of the
-    /// middle row. `None` with a global shutter.
+    /// Rolling shutter: seconds from a row to the next, negative if the lowest row is read first. The capture time is
+    /// then that of the middle row. `None` with a global shutter.
     pub line_delay_s: Option<f64>,
     /// Exposure and reference of timestamps; `None` if the timestamps are capture times.
     pub exposure: Option<Exposure>,
@@ -152,7 +153,8 @@ impl LensSigma {
         distortion_px: 0.0,
     };
 
-    /// Default for a lens that was calibrated on another day: 0.3 % of the focal length, half a pixel in the corners of the image.
+    /// Default for a lens that was calibrated on another day: 0.3 % of the focal length, half a pixel in the corners of
+    /// the image.
     pub fn usual(lens: &Lens) -> Self {
         let is_bending = !lens.distortion().is_empty();
         Self {
@@ -270,8 +272,8 @@ impl Rig {
     /// Checks the cameras. Standard deviations of zero become [`Prior::Exact`], line delays of zero `None`.
     ///
     /// # Errors
-    /// For the first camera with an invalid resolution, pose, standard deviation, line delay or exposure, and for the first whose name
-    /// is in use.
+    /// For the first camera with an invalid resolution, pose, standard deviation, line delay or exposure, and for the
+    /// first whose name is in use.
     pub fn new(cameras: Vec<Camera>) -> Result<Self, RigError> {
         let cameras: Result<Vec<Camera>, RigError> = cameras.into_iter().map(checked).collect();
         let rig = Self {
@@ -307,8 +309,8 @@ impl Rig {
         Ok(self)
     }
 
-    /// Standard deviation of the scale that all positions share, as a share of it: the cameras' sigmas are without it, since it displaces
-    /// all of them alike. `None` if the file does not state it.
+    /// Standard deviation of the scale that all positions share, as a share of it: the cameras' sigmas are without it,
+    /// since it displaces all of them alike. `None` if the file does not state it.
     pub fn scale_sigma(&self) -> Option<f64> {
         self.scale_sigma
     }
@@ -324,8 +326,9 @@ impl Rig {
         self
     }
 
-    /// Takes over what is still valid of a former rig: priors of unchanged poses and lenses, line delays and exposures of images of the same
-    /// size, and the sigma of the scale where some pose is unchanged, unless this rig has its own.
+    /// Takes over what is still valid of a former rig: priors of unchanged poses and lenses, line delays and exposures
+    /// of images of the same size, and the sigma of the scale where some pose is unchanged, unless this rig has its
+    /// own.
     #[must_use]
     pub fn holding_on_to(mut self, former: &Self) -> Self {
         let mut is_placed_alike = false;
@@ -417,8 +420,8 @@ fn checked(mut camera: Camera) -> Result<Camera, RigError> {
     Ok(camera)
 }
 
-/// Largest difference, in m and as quaternions, of poses that count as equal, since a transmitted pose may change in its last
-/// digits.
+/// Largest difference, in m and as quaternions, of poses that count as equal, since a transmitted pose may change in
+/// its last digits.
 const ROUNDING: f64 = 1e-9;
 
 /// Whether both exist and are equal up to rounding.

@@ -1,10 +1,10 @@
 //! What can be wrong with a site, with the words for it and what is to be done.
 
-use std::fmt;
-
 use serde::{Deserialize, Serialize};
 
 use sextant_site_model::{CameraId, ObjectId, TagId};
+
+use crate::sentences;
 
 /// Something wrong with the site. On the wire the number of the variant, from 0, in this order.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -92,7 +92,8 @@ pub enum Fault {
         /// Their true size over the model's.
         ratio: f64,
     },
-    /// Most views of the object's tags contradict any pose of it: its model or the cameras' poses are wrong, and it is not tracked.
+    /// Most views of the object's tags contradict any pose of it: its model or the cameras' poses are wrong, and it is
+    /// not tracked.
     ObjectContradicted {
         /// Which object.
         object: ObjectId,
@@ -115,114 +116,74 @@ pub enum Fault {
     },
 }
 
-impl fmt::Display for Fault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::CameraMoved { camera } => write!(
-                f,
-                "camera {camera} is not where the rig says: calibrate it again"
-            ),
-            Self::CamerasDisagree { a, b } => write!(
-                f,
-                "cameras {a} and {b} contradict each other, one is not where the rig says: calibrate both again, or let a third see the same"
-            ),
-            Self::TagMisplaced { object, tag } => {
-                write!(
-                    f,
-                    "tag {tag} of object {object} is loose or not where the model says: stick it back, or learn the object again"
-                )
-            }
-            Self::TagSize { object, tag, ratio } => {
-                let (percent, how) = match (ratio - 1.0) * 100.0 {
-                    larger if larger > 0.0 => (larger, "larger"),
-                    smaller => (-smaller, "smaller"),
-                };
-                write!(
-                    f,
-                    "tag {tag} of object {object} is {percent:.1} % {how} than the model says: measure it and correct its size there"
-                )
-            }
-            Self::TagElsewhere { object, tag, on } => {
-                write!(f, "tag {tag} of object {object} is seen where it can't be")?;
-                match on {
-                    Some(other) => write!(
-                        f,
-                        ", on object {other}: take it off, or print another id for one of them"
-                    ),
-                    None => write!(
-                        f,
-                        ": take it off there, or print another id for one of them"
-                    ),
-                }
-            }
-            Self::ClockOff { camera, offset_s } if offset_s.abs() < 0.1 => write!(
-                f,
-                "the clock of camera {camera} is off by {:+.1} ms: set its clock; poses allow for it",
-                offset_s * 1e3
-            ),
-            Self::ClockOff { camera, offset_s } => write!(
-                f,
-                "the clock of camera {camera} is {} {}: set its clock; poses allow for it",
-                span(offset_s.abs()),
-                if *offset_s > 0.0 { "ahead" } else { "behind" },
-            ),
-            Self::Untimely { camera, age_s } if *age_s < 0.0 => write!(
-                f,
-                "images of camera {camera} are stamped {} ahead of their arrival and left out: set its clock",
-                span(-age_s)
-            ),
-            Self::Untimely { camera, age_s } => write!(
-                f,
-                "images of camera {camera} arrive {} after their stamps and are left out: set its clock, or look at its network",
-                span(*age_s)
-            ),
-            Self::DuplicateTag { camera, tag } => write!(
-                f,
-                "camera {camera} sees tag {tag} twice: print another id for one of them"
-            ),
-            Self::HostClockOff { offset_s } => write!(
-                f,
-                "the clock of the fusion host is {} {} those of the cameras: set it; poses have the cameras' time",
-                span(offset_s.abs()),
-                if *offset_s > 0.0 {
-                    "ahead of"
-                } else {
-                    "behind"
-                },
-            ),
-            Self::CameraFrozen { camera, still_s } => write!(
-                f,
-                "the picture of camera {camera} has stood still for {still_s:.0} s, corner for corner: restart its capture"
-            ),
-            Self::LensOff { camera } => write!(
-                f,
-                "camera {camera} bends what it sees otherwise than its lens in the rig file says: run `sextant calibrate lens`"
-            ),
-            Self::ObjectScaled { object, ratio } => write!(
-                f,
-                "the tags of object {object} are {:.0} % as large as the model says, all of them: measure one and correct the sizes",
-                ratio * 100.0
-            ),
-            Self::ObjectContradicted { object, share } => write!(
-                f,
-                "{:.0} % of the views of object {object} contradict any pose of it: check which tags are where, their sizes and the cameras' poses, or learn the object again",
-                share * 100.0
-            ),
-            Self::ObjectUnplaced { object } => write!(
-                f,
-                "no tag of object {object} has a place on it, it can't be tracked: run `sextant learn`, or give object_from_tag in its file"
-            ),
-            Self::ImageSize {
-                camera,
-                size: [width, height],
-                of_rig: [rig_width, rig_height],
-            } => write!(
-                f,
-                "images of camera {camera} are {width}x{height}, its lens in the rig is of {rig_width}x{rig_height}, so that they are left out: let it take images of that size, or calibrate the lens at the other one"
-            ),
-        }
-    }
-}
+sentences! { Fault {
+    Self::CameraMoved { camera } =>
+        "camera {camera} is not where the rig says",
+        ": calibrate it again";
+    Self::CamerasDisagree { a, b } =>
+        "cameras {a} and {b} contradict each other, one is not where the rig says",
+        ": calibrate both again, or let a third see the same";
+    Self::TagMisplaced { object, tag } =>
+        "tag {tag} of object {object} is loose or not where the model says",
+        ": stick it back, or learn the object again";
+    Self::TagSize { object, tag, ratio } =>
+        "tag {tag} of object {object} is {percent:.1} % {how} than the model says",
+        ": measure it and correct its size there",
+        percent = (ratio - 1.0).abs() * 100.0,
+        how = if *ratio > 1.0 { "larger" } else { "smaller" };
+    Self::TagElsewhere { object, tag, on: Some(other) } =>
+        "tag {tag} of object {object} is seen where it can't be, on object {other}",
+        ": take it off, or print another id for one of them";
+    Self::TagElsewhere { object, tag, on: None } =>
+        "tag {tag} of object {object} is seen where it can't be",
+        ": take it off there, or print another id for one of them";
+    Self::ClockOff { camera, offset_s } if offset_s.abs() < 0.1 =>
+        "the clock of camera {camera} is off by {ms:+.1} ms",
+        ": set its clock; poses allow for it",
+        ms = offset_s * 1e3;
+    Self::ClockOff { camera, offset_s } =>
+        "the clock of camera {camera} is {off} {side}",
+        ": set its clock; poses allow for it",
+        off = span(offset_s.abs()),
+        side = if *offset_s > 0.0 { "ahead" } else { "behind" };
+    Self::Untimely { camera, age_s } if *age_s < 0.0 =>
+        "images of camera {camera} are stamped {ahead} ahead of their arrival and left out",
+        ": set its clock",
+        ahead = span(-age_s);
+    Self::Untimely { camera, age_s } =>
+        "images of camera {camera} arrive {age} after their stamps and are left out",
+        ": set its clock, or look at its network",
+        age = span(*age_s);
+    Self::DuplicateTag { camera, tag } =>
+        "camera {camera} sees tag {tag} twice",
+        ": print another id for one of them";
+    Self::HostClockOff { offset_s } =>
+        "the clock of the fusion host is {off} {side} those of the cameras",
+        ": set it; poses have the cameras' time",
+        off = span(offset_s.abs()),
+        side = if *offset_s > 0.0 { "ahead of" } else { "behind" };
+    Self::CameraFrozen { camera, still_s } =>
+        "the picture of camera {camera} has stood still for {still_s:.0} s, corner for corner",
+        ": restart its capture";
+    Self::LensOff { camera } =>
+        "camera {camera} bends what it sees otherwise than its lens in the rig file says",
+        ": run `sextant calibrate lens`";
+    Self::ObjectScaled { object, ratio } =>
+        "the tags of object {object} are {percent:.0} % as large as the model says, all of them",
+        ": measure one and correct the sizes",
+        percent = ratio * 100.0;
+    Self::ObjectContradicted { object, share } =>
+        "{percent:.0} % of the views of object {object} contradict any pose of it",
+        ": check which tags are where, their sizes and the cameras' poses, or learn the object again",
+        percent = share * 100.0;
+    Self::ObjectUnplaced { object } =>
+        "no tag of object {object} has a place on it, it can't be tracked",
+        ": run `sextant learn`, or give object_from_tag in its file";
+    Self::ImageSize { camera, size: [width, height], of_rig: [rig_width, rig_height] } =>
+        "images of camera {camera} are {width}x{height}, its lens in the rig is of {rig_width}x{rig_height}, so that \
+         they are left out",
+        ": let it take images of that size, or calibrate the lens at the other one";
+}}
 
 /// A span of time in words.
 fn span(seconds: f64) -> String {

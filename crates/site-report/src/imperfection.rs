@@ -1,12 +1,13 @@
 //! Errors of the files of a site that images show: not faults, since no file is exact, but worth a message.
 
-use std::fmt;
-
 use serde::{Deserialize, Serialize};
 
 use sextant_site_model::{CameraId, ObjectId, TagId};
 
-/// An error of a rig's or an object's file that poses allow for. On the wire the number of the variant, from 0, in this order.
+use crate::sentences;
+
+/// An error of a rig's or an object's file that poses allow for. On the wire the number of the variant, from 0, in this
+/// order.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Imperfection {
@@ -48,35 +49,22 @@ pub enum Imperfection {
     },
 }
 
-impl fmt::Display for Imperfection {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::CamerasDisagree { a, b, apart_m } => write!(
-                f,
-                "cameras {a} and {b} disagree by {:.1} mm: run `sextant calibrate rig`; poses allow for it",
-                apart_m * 1e3
-            ),
-            Self::TagOff {
-                object,
-                tag,
-                position_m,
-                orientation_rad,
-            } => write!(
-                f,
-                "tag {tag} of object {object} is {:.1} mm and {:.1} degrees off its place in the file: run `sextant learn`; poses allow for it",
-                position_m * 1e3,
-                orientation_rad.to_degrees()
-            ),
-            Self::SizeOff { object, tag, ratio } => write!(
-                f,
-                "tag {tag} of object {object} is {:+.1} % off its size in the file: measure it, or run `sextant learn`; poses allow for it",
-                (ratio - 1.0) * 100.0
-            ),
-            Self::FocalLengthOff { camera, ratio } => write!(
-                f,
-                "the focal length of camera {camera} is {:+.2} % off that in the rig file: run `sextant calibrate lens`; poses allow for it",
-                (ratio - 1.0) * 100.0
-            ),
-        }
-    }
-}
+sentences! { Imperfection {
+    Self::CamerasDisagree { a, b, apart_m } =>
+        "cameras {a} and {b} disagree by {mm:.1} mm",
+        ": run `sextant calibrate rig`; poses allow for it",
+        mm = apart_m * 1e3;
+    Self::TagOff { object, tag, position_m, orientation_rad } =>
+        "tag {tag} of object {object} is {mm:.1} mm and {deg:.1} degrees off its place in the file",
+        ": run `sextant learn`; poses allow for it",
+        mm = position_m * 1e3,
+        deg = orientation_rad.to_degrees();
+    Self::SizeOff { object, tag, ratio } =>
+        "tag {tag} of object {object} is {percent:+.1} % off its size in the file",
+        ": measure it, or run `sextant learn`; poses allow for it",
+        percent = (ratio - 1.0) * 100.0;
+    Self::FocalLengthOff { camera, ratio } =>
+        "the focal length of camera {camera} is {percent:+.2} % off that in the rig file",
+        ": run `sextant calibrate lens`; poses allow for it",
+        percent = (ratio - 1.0) * 100.0;
+}}

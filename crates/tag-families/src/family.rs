@@ -66,7 +66,8 @@ static TAG_STANDARD_52H13: Table<48714, 52> = parse_packed(
     include_bytes!("../data/tagStandard52h13.txt"),
     include_bytes!("../data/tagStandard52h13.bin"),
 );
-/// Two thirds of a browser's download would be the words of these two: they are left out there, and the families have no codes.
+/// Two thirds of a browser's download would be the words of these two: they are left out there, and the families have
+/// no codes.
 #[cfg(target_family = "wasm")]
 static TAG_CUSTOM_48H12: Table<0, 0> = Table::EMPTY;
 #[cfg(target_family = "wasm")]
@@ -154,8 +155,8 @@ families! {
     Charuco7x7With250, "charuco7x7-250", ARUCO_7X7.first(250, 17).on_charuco();
     /// White squares of a ChArUco board with markers of `DICT_7X7_1000`.
     Charuco7x7With1000, "charuco7x7-1000", ARUCO_7X7.first(1000, 14).on_charuco();
-    /// The first ArUco dictionary, as OpenCV's `DICT_ARUCO_ORIGINAL`, without its tag 1023, which looks the same upside down.
-    /// Its words differ in as little as one bit, so that none is corrected.
+    /// The first ArUco dictionary, as OpenCV's `DICT_ARUCO_ORIGINAL`, without its tag 1023, which looks the same upside
+    /// down. Its words differ in as little as one bit, so that none is corrected.
     ArucoOriginal, "aruco-original", ARUCO_ORIGINAL.data();
     /// ArUco dictionary of 250 tags of 6x6 bits, as OpenCV's `DICT_ARUCO_MIP_36h12`.
     ArucoMip36h12, "aruco-mip-36h12", ARUCO_MIP_36H12.data();
@@ -165,7 +166,8 @@ families! {
     TagCustom48h12, "tagCustom48h12", TAG_CUSTOM_48H12.data();
     /// AprilTag Standard 52h13: data outside the border, 48714 tags.
     TagStandard52h13, "tagStandard52h13", TAG_STANDARD_52H13.data();
-    /// Squares of a plain chessboard between its inner corners. They have no codes: only a search for the whole board finds them.
+    /// Squares of a plain chessboard between its inner corners. They have no codes: only a search for the whole board
+    /// finds them.
     Chessboard, "chessboard", CHESSBOARD;
 }
 
@@ -180,7 +182,8 @@ impl fmt::Display for Family {
 #[error(
     "unknown tag family `{0}`; known are tag36h11, tag36h11b2 (Kalibr's AprilGrid), tag25h9, tag16h5, tag36h10, \
     tagStandard41h12, tagStandard52h13, tagCustom48h12, \
-    the ArUco dictionaries aruco{{4x4,5x5,6x6,7x7}}-{{50,100,250,1000}}, aruco-original and aruco-mip-36h12, and ChArUco boards with their markers, charuco4x4-50 and so on; chessboard, of plain ones"
+    the ArUco dictionaries aruco{{4x4,5x5,6x6,7x7}}-{{50,100,250,1000}}, aruco-original and \
+    aruco-mip-36h12, and ChArUco boards with their markers, charuco4x4-50 and so on; chessboard, of plain ones"
 )]
 pub struct UnknownFamily(pub String);
 

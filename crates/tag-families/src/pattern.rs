@@ -50,8 +50,8 @@ pub fn white_modules(family: Family, id: u32) -> impl Iterator<Item = (usize, us
         .map(move |(x, y)| on_print(x, y))
 }
 
-/// The square's ring and the ring around it have opposite colours, but for squares that touch the corners of an AprilGrid's tag;
-/// what carries no data elsewhere is black.
+/// The square's ring and the ring around it have opposite colours, but for squares that touch the corners of an
+/// AprilGrid's tag; what carries no data elsewhere is black.
 fn ring_is_white(data: &FamilyData, x: i8, y: i8) -> bool {
     let inwards = |at: i8| at.min(data.border_width as i8 - 1 - at);
     let ring = inwards(x).min(inwards(y));

@@ -1,10 +1,10 @@
 //! The data of one family and the reader of its file.
 //!
 //! A file is words between white space; `#` begins a comment until the end of its line. In this order:
-//! `total-width N`, `border-width N`, `border black|white`, `min-hamming N`, for tags of such boards `board aprilgrid`, `bits N`
-//! and N pairs `x y` (most significant bit of the code word first), `codes N` and N hexadecimal code words.
-//! It is read at compile time: a malformed file does not build. Tens of thousands of words would take the compiler too long: there
-//! `codes N packed` ends the file, and a second one has the words, each in eight bytes, the highest first.
+//! `total-width N`, `border-width N`, `border black|white`, `min-hamming N`, for tags of such boards `board aprilgrid`,
+//! `bits N` and N pairs `x y` (most significant bit of the code word first), `codes N` and N hexadecimal code words. It
+//! is read at compile time: a malformed file does not build. Tens of thousands of words would take the compiler too
+//! long: there `codes N packed` ends the file, and a second one has the words, each in eight bytes, the highest first.
 
 /// Colour of the ring that forms the tag's square.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,14 +18,15 @@ pub enum BorderColour {
 /// Calibration boards with tags of their own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Board {
-    /// Kalibr's AprilGrid: black squares touch the corners of each tag, so that the corner modules of its ring are black.
+    /// Kalibr's AprilGrid: black squares touch the corners of each tag, so that the corner modules of its ring are
+    /// black.
     Aprilgrid,
-    /// OpenCV's ChArUco board: a marker in the middle of each white square of a chessboard. The tag is that white square: its
-    /// corners are corners of the chessboard, and its size is the square's edge. The layout is the marker's, of any share of the
-    /// square.
+    /// OpenCV's ChArUco board: a marker in the middle of each white square of a chessboard. The tag is that white
+    /// square: its corners are corners of the chessboard, and its size is the square's edge. The layout is the
+    /// marker's, of any share of the square.
     Charuco,
-    /// A plain chessboard. The tag is a square between four inner corners, black or white; it has no code, and its id is its place
-    /// on the board ([`crate::chessboard_id`]).
+    /// A plain chessboard. The tag is a square between four inner corners, black or white; it has no code, and its id
+    /// is its place on the board ([`crate::chessboard_id`]).
     Chessboard,
 }
 

@@ -8,7 +8,8 @@ pub const NODE: Need = ability(
     &[
         "sh",
         "-c",
-        "npm --version && node -e 'const [a, b] = process.versions.node.split(\".\").map(Number); process.exit(a > 20 || (a === 20 && b >= 19) ? 0 : 1)'",
+        "npm --version && node -e 'const [a, b] = \
+         process.versions.node.split(\".\").map(Number); process.exit(a > 20 || (a === 20 && b >= 19) ? 0 : 1)'",
     ],
     "install it (https://nodejs.org)",
 );
@@ -60,7 +61,8 @@ pub const QEMU_BINFMT: Need = Need {
         "cd /proc/sys/fs/binfmt_misc && grep -q ^flags:.*F qemu-arm && grep -q ^flags:.*F qemu-aarch64",
     ]),
     package: Some("qemu-user-static"),
-    remedy: "mount -t binfmt_misc none /proc/sys/fs/binfmt_misc, then install or reinstall qemu-user-static with binfmt-support",
+    remedy: "mount -t binfmt_misc none /proc/sys/fs/binfmt_misc, then install or reinstall \
+        qemu-user-static with binfmt-support",
 };
 pub const GCC_ARM: Need = program(
     "arm-linux-gnueabihf-gcc",
@@ -120,7 +122,8 @@ pub const USER_NAME_SPACES: Need = ability(
         "tmpfs",
         "/opt",
     ],
-    "let the kernel give them to users (sysctl kernel.unprivileged_userns_clone and kernel.apparmor_restrict_unprivileged_userns); in a container, with --privileged",
+    "let the kernel give them to users (sysctl kernel.unprivileged_userns_clone and \
+     kernel.apparmor_restrict_unprivileged_userns); in a container, with --privileged",
 );
 /// Over a root that has this machine's programs and packages, not only places for other file systems.
 pub const OVERLAYFS: Need = ability(
@@ -130,7 +133,8 @@ pub const OVERLAYFS: Need = ability(
         "--mount",
         "sh",
         "-ec",
-        "mount -t tmpfs tmpfs /mnt; cd /mnt; mkdir u w r; mount -t overlay overlay -o lowerdir=/,upperdir=u,workdir=w r; test -d r/var/lib/dpkg; chroot r true",
+        "mount -t tmpfs tmpfs /mnt; cd /mnt; mkdir u w r; mount -t overlay overlay -o \
+         lowerdir=/,upperdir=u,workdir=w r; test -d r/var/lib/dpkg; chroot r true",
     ],
     "run the tests on a machine with such a root",
 );

@@ -21,7 +21,8 @@ pub(crate) enum Check {
     OnPath,
     /// A command succeeds.
     Succeeds(&'static [&'static str]),
-    /// So many MiB are free for a folder. What is in it counts as free where its path is relative: to the workspace's root.
+    /// So many MiB are free for a folder. What is in it counts as free where its path is relative: to the workspace's
+    /// root.
     RoomMib(&'static str, u64),
 }
 

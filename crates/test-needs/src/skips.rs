@@ -3,7 +3,8 @@
 use std::fs::OpenOptions;
 use std::io::{Write, stderr};
 
-/// The environment variable that names the file in which skips are noted, one a line. `cargo xtask` sets it and shows them at the end.
+/// The environment variable that names the file in which skips are noted, one a line. `cargo xtask` sets it and shows
+/// them at the end.
 pub const SKIPS: &str = "SEXTANT_SKIPS";
 
 /// Whether this is continuous integration, where everything must run.

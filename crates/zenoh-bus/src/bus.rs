@@ -153,8 +153,8 @@ impl Bus {
         self.subscribe_stream_heard(key_expr, bounds, max_bytes, |_| {})
     }
 
-    /// As [`Self::subscribe_stream`]. `hear` gets the key of every message as it arrives, also of those that are dropped unread; it is called on
-    /// a zenoh thread and must not block.
+    /// As [`Self::subscribe_stream`]. `hear` gets the key of every message as it arrives, also of those that are
+    /// dropped unread; it is called on a zenoh thread and must not block.
     pub fn subscribe_stream_heard(
         &self,
         key_expr: &str,
@@ -198,8 +198,8 @@ impl Bus {
         })
     }
 
-    /// Latest values on `key_expr`, one per key, sorted by key, from all publishers that answer within `timeout`. Values in
-    /// zenoh's storages are left out.
+    /// Latest values on `key_expr`, one per key, sorted by key, from all publishers that answer within `timeout`.
+    /// Values in zenoh's storages are left out.
     pub fn latest(
         &self,
         key_expr: &str,
@@ -242,8 +242,9 @@ impl Bus {
         query::alive_keys(self.session()?, key_expr)
     }
 
-    /// Waits until the router has received what this session has written to its link, for a second at most; whether it has. Asks who is alive
-    /// on `key_expr`: the question follows on the link. Messages of lower priority that zenoh still holds back are not waited for.
+    /// Waits until the router has received what this session has written to its link, for a second at most; whether it
+    /// has. Asks who is alive on `key_expr`: the question follows on the link. Messages of lower priority that zenoh
+    /// still holds back are not waited for.
     pub fn await_delivery(&self, key_expr: &str) -> Result<bool, BusError> {
         let begun = Instant::now();
         query::alive_keys(self.session()?, key_expr)?;

@@ -67,7 +67,8 @@ pub(crate) fn check_values(config: &zenoh::Config) -> Result<(), BusError> {
                 return Err(BusError::Option {
                     key: key.to_owned(),
                     value: text,
-                    cause: "zenoh checks no certificate against an IPv6 address; write the router's name, which `sextant keys add --host NAME` puts into its certificate".into(),
+                    cause: "zenoh checks no certificate against an IPv6 address; write the \
+                        router's name, which `sextant keys add --host NAME` puts into its certificate".into(),
                 });
             }
         }
@@ -103,7 +104,9 @@ fn check_protocol(key: &str, whole: &str, protocol: &str) -> Result<(), BusError
     }
     let cause = match protocol {
         "tls" if cfg!(feature = "quic") => {
-            "zenoh's links over TLS can crash the process (zenoh 2557) and are left out; write quic/..., by the same certificates over UDP".to_owned()
+            "zenoh's links over TLS can crash the process (zenoh 2557) and are left out; write \
+             quic/..., by the same certificates over UDP"
+                .to_owned()
         }
         _ => format!(
             "this program is built without zenoh's protocol \"{protocol}\"; it speaks {} only",
@@ -121,7 +124,8 @@ fn not_compiled_in(key: &str, feature: &str) -> BusError {
     BusError::Override {
         key: key.to_owned(),
         cause: format!(
-            "this program is built without zenoh's feature {feature}, so that the setting would have no effect; remove it"
+            "this program is built without zenoh's feature {feature}, so that the setting would \
+             have no effect; remove it"
         ),
     }
 }

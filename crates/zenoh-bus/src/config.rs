@@ -7,14 +7,15 @@ use crate::compiled::{check_overrides, check_values, endpoints};
 use crate::security::{self, Identity, Security, SecurityOptions};
 use crate::{BusError, BusOptions, Mode, Profile};
 
-/// Batch size of a link's queues in bytes (zenoh: 65535). A preview of 100 kB is four batches; every priority in use owns
-/// `queue size` of them, which is most of the memory of a link.
+/// Batch size of a link's queues in bytes (zenoh: 65535). A preview of 100 kB is four batches; every priority in use
+/// owns `queue size` of them, which is most of the memory of a link.
 const BATCH_BYTES: u32 = 32 * 1024;
 
 /// Batches of observations and poses that wait on a link of a client, which sends those of one node.
 const CLIENT_BATCHES: u32 = 2;
-/// The same on a link of a router: cameras that expose together cause a burst of all their observations and of the poses of all objects, each
-/// a batch of its own, and what finds no room within a millisecond is dropped. Zenoh's maximum.
+/// The same on a link of a router: cameras that expose together cause a burst of all their observations and of the
+/// poses of all objects, each a batch of its own, and what finds no room within a millisecond is dropped. Zenoh's
+/// maximum.
 const ROUTER_BATCHES: u32 = 16;
 
 /// Zenoh's configuration for `options`, protected by `security`, listening on `listen` (ports resolved).
@@ -96,7 +97,8 @@ fn topology(
             "connect/endpoints",
             list(&options.connect_endpoints(profile)),
         ),
-        // A client waits for its router without limit (`Bus::open` abandons it when asked to); others connect in the background.
+        // A client waits for its router without limit (`Bus::open` abandons it when asked to); others connect in the
+        // background.
         ("connect/timeout_ms", "-1".into()),
         ("connect/exit_on_failure", "false".into()),
         (
@@ -123,7 +125,8 @@ fn topology(
             }
             .into(),
         ),
-        // Capture times travel in the messages; zenoh's own timestamps would reject those of a host whose clock is ahead.
+        // Capture times travel in the messages; zenoh's own timestamps would reject those of a host whose clock is
+        // ahead.
         ("timestamping/enabled", "false".into()),
         (
             "queries_default_timeout",
@@ -137,8 +140,8 @@ fn topology(
     ]
 }
 
-/// A listening endpoint whose links keep the order of messages. By default zenoh opens a QUIC stream for each priority, and data
-/// may overtake the declaration of its key, upon which it is dropped.
+/// A listening endpoint whose links keep the order of messages. By default zenoh opens a QUIC stream for each priority,
+/// and data may overtake the declaration of its key, upon which it is dropped.
 fn in_order(endpoint: &str) -> String {
     if !endpoint.starts_with("quic/") || endpoint.contains("multistream=") {
         return endpoint.to_owned();
@@ -180,7 +183,8 @@ fn transport(options: &BusOptions) -> Vec<(&'static str, String)> {
         ("transport/link/tx/queue/allocation/mode", quoted("lazy")),
         ("transport/link/tx/queue/batching/enabled", "true".into()),
         ("transport/link/tx/queue/batching/time_limit", "1".into()),
-        // Droppable messages wait in the caller's thread for at most this many microseconds; previews have their own thread.
+        // Droppable messages wait in the caller's thread for at most this many microseconds; previews have their own
+        // thread.
         (
             "transport/link/tx/queue/congestion_control/drop/wait_before_drop",
             "1000".into(),

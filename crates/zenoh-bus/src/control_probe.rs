@@ -1,5 +1,5 @@
-//! Whether the router still answers. Zenoh's control plane can stop while data flows (eclipse-zenoh/zenoh issue 1876): subscriptions and queries
-//! then have no effect, and only a new session helps.
+//! Whether the router still answers. Zenoh's control plane can stop while data flows (eclipse-zenoh/zenoh issue 1876):
+//! subscriptions and queries then have no effect, and only a new session helps.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -10,8 +10,8 @@ use crate::{Bus, BusError};
 
 /// Between two queries.
 const PERIOD: Duration = Duration::from_secs(2);
-/// How long an answer may take: less than the two seconds (`routing/interests/timeout`) after which zenoh itself ends a query that its router
-/// leaves open, as if it had been answered.
+/// How long an answer may take: less than the two seconds (`routing/interests/timeout`) after which zenoh itself ends a
+/// query that its router leaves open, as if it had been answered.
 const ANSWER: Duration = Duration::from_secs(1);
 /// After so long without an answer the control plane counts as dead: seven queries.
 const SILENCE: Duration = Duration::from_secs(15);
@@ -54,8 +54,8 @@ impl ControlProbe {
     /// Asks again when it is time to.
     ///
     /// # Errors
-    /// [`BusError::Silent`] when the router has not answered for 15 s: the caller opens a new session, or ends and is started again. No error
-    /// while none is connected, since the session then reconnects by itself.
+    /// [`BusError::Silent`] when the router has not answered for 15 s: the caller opens a new session, or ends and is
+    /// started again. No error while none is connected, since the session then reconnects by itself.
     pub fn check(&mut self, bus: &Bus, now: Instant) -> Result<(), BusError> {
         if now >= self.due {
             self.due = now + PERIOD;

@@ -1,8 +1,9 @@
-//! Publishers as rmw_zenoh has them: each message with an attachment; and, where late subscribers get the last one, with a history
-//! that zenoh-ext's AdvancedSubscriber finds.
+//! Publishers as rmw_zenoh has them: each message with an attachment; and, where late subscribers get the last one,
+//! with a history that zenoh-ext's AdvancedSubscriber finds.
 //!
-//! An AdvancedSubscriber asks `<key>/@adv/**` once, and every publisher whose token appears below `<key>/@adv/pub/**`. The last
-//! chunks of the token are `uhlc/_`: samples are told apart by their timestamps. Source: zenoh-ext 1.10, `advanced_publisher.rs`.
+//! An AdvancedSubscriber asks `<key>/@adv/**` once, and every publisher whose token appears below `<key>/@adv/pub/**`.
+//! The last chunks of the token are `uhlc/_`: samples differ by their timestamps. Source: zenoh-ext 1.10,
+//! `advanced_publisher.rs`.
 
 use std::sync::{Arc, Mutex, PoisonError};
 

@@ -1,5 +1,6 @@
-//! The site's network: one blocking session, publishers, bounded subscriptions, latest values for late joiners, liveliness, and
-//! access control. Wraps zenoh, whose types do not appear in this interface. Knows keys and bytes; the messages are defined in `proto`.
+//! The site's network: one blocking session, publishers, bounded subscriptions, latest values for late joiners,
+//! liveliness, and access control. Wraps zenoh, whose types do not appear in this interface. Knows keys and bytes; the
+//! messages are defined in `proto`.
 //!
 //! Invariant: a zenoh callback only copies into a bounded queue (or answers a query from a stored value); no caller's
 //! code that may block runs on a zenoh thread.

@@ -25,8 +25,8 @@ pub struct HeldName {
 }
 
 impl HeldName {
-    /// Hosts of other processes that hold the same name now, which is possible only if the network was partitioned when they
-    /// took it.
+    /// Hosts of other processes that hold the same name now, which is possible only if the network was partitioned when
+    /// they took it.
     pub fn others(&mut self) -> Vec<&str> {
         while let Some(change) = self.watch.try_recv() {
             note(&mut self.others, &self.own, change);
@@ -51,8 +51,8 @@ impl Bus {
     /// Takes the name of `key` for this process on the host `host`. While another process holds it, waits
     /// a little longer than a dead link's lease; `None` when `stop` returns true meanwhile.
     ///
-    /// A name is taken by declaring a token and then querying those of others. Of two simultaneous attempts at least one
-    /// sees the other; it withdraws and tries again.
+    /// A name is taken by declaring a token and then querying those of others. Of two simultaneous attempts at least
+    /// one sees the other; it withdraws and tries again.
     ///
     /// # Errors
     /// [`BusError::NameTaken`] with the host of the other holder.
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_is_told_as_people_say_it() {
+    fn a_name_is_printed_as_people_say_it() {
         assert_eq!(
             name_of("sextant/v1/demo/holder/camera/north"),
             "camera north"

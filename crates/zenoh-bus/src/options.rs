@@ -27,8 +27,8 @@ impl Mode {
     }
 }
 
-/// The network of a process. Endpoints are zenoh's: `tcp/<address>:<port>`, or `quic/<address>:<port>` with profile site. There is no discovery
-/// by multicast or gossip: all endpoints are listed here.
+/// The network of a process. Endpoints are zenoh's: `tcp/<address>:<port>`, or `quic/<address>:<port>` with profile
+/// site. There is no discovery by multicast or gossip: all endpoints are listed here.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct BusOptions {
@@ -38,8 +38,8 @@ pub struct BusOptions {
     pub connect: Option<Vec<String>>,
     /// Endpoints to listen on; port 0 selects a free one (see [`crate::Bus::endpoints`]). Default: none.
     pub listen: Vec<String>,
-    /// Silence after which a link counts as dead, in ms, 500 to 60000 (default 2000: a lost board shows within 2 s; raise
-    /// it for lossy radio links).
+    /// Silence after which a link counts as dead, in ms, 500 to 60000 (default 2000: a lost board shows within 2 s;
+    /// raise it for lossy radio links).
     pub lease_ms: u32,
     /// Time limit of a query, in ms, 10 to 60000 (default 2000).
     pub query_timeout_ms: u32,

@@ -1,4 +1,5 @@
-//! Diagnoses why no router answers by a connection attempt, since zenoh does not report it. Each step takes at most half a second.
+//! Diagnoses why no router answers by a connection attempt, since zenoh does not report it. Each step takes at most
+//! half a second.
 
 use std::net::{SocketAddr, TcpStream, ToSocketAddrs};
 use std::time::Duration;
@@ -8,7 +9,8 @@ use crate::{BusOptions, Security};
 const STEP: Duration = Duration::from_millis(500);
 
 /// A router, or another program, that is reached and does not admit this one.
-pub const NO_SESSION: &str = "something listens there and admits no session: a router whose links are all taken (`max_links` in [network] of its file), one that wants keys (--keys), or another program";
+pub const NO_SESSION: &str = "something listens there and admits no session: a router whose \
+    links are all taken (`max_links` in [network] of its file), one that wants keys (--keys), or another program";
 
 /// What prevents a client from connecting to each of its routers, as far as it can tell; `None` without an endpoint.
 pub fn why_no_router(options: &BusOptions, security: &Security) -> Option<String> {
@@ -53,7 +55,7 @@ mod tests {
     use std::net::TcpListener;
 
     #[test]
-    fn who_listens_without_a_session_is_told_apart_from_nobody() {
+    fn a_listener_without_a_session_differs_from_no_listener() {
         let silent = TcpListener::bind("127.0.0.1:0").unwrap();
         let endpoint = format!("tcp/{}", silent.local_addr().unwrap());
         let why = || {
@@ -130,7 +132,8 @@ mod quic {
             return Err("no answer: nothing listens there, or UDP does not get through".to_owned());
         };
         let connection = connected.map_err(|cause| words(&cause))?;
-        // The router judges the client's certificate after the client has finished; if it accepts the connection, it is silent.
+        // The router judges the client's certificate after the client has finished; if it accepts the connection, it is
+        // silent.
         match timeout(STEP, connection.closed()).await {
             Ok(cause) => Err(words(&cause)),
             Err(_) => Ok(()),

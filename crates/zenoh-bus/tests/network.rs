@@ -339,7 +339,7 @@ fn a_port_in_use_is_named() {
 }
 
 #[test]
-fn a_client_without_a_router_waits_until_it_is_told_to_stop() {
+fn a_client_without_a_router_waits_until_it_is_stopped() {
     let free_port = std::net::TcpListener::bind("127.0.0.1:0")
         .unwrap()
         .local_addr()

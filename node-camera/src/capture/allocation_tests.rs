@@ -1,4 +1,5 @@
-//! After its first images the capturing part takes nothing from the heap for another one, but for what iceoryx2 takes to lend a slot (a small box).
+//! After its first images the capturing part takes nothing from the heap for another one, but for what iceoryx2 takes
+//! to lend a slot (a small box).
 
 use super::*;
 use allocation_counter::measure;

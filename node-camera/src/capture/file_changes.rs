@@ -1,4 +1,5 @@
-//! Whether the wanted `[source]` has changed: exposure, gain and rate are tuned while the camera runs, in `camera.toml` or by the site.
+//! Whether the wanted `[source]` has changed: exposure, gain and rate are tuned while the camera runs, in `camera.toml`
+//! or by the site.
 
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};

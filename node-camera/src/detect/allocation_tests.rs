@@ -1,5 +1,5 @@
-//! After its first images the detecting part takes nothing from the heap for another one, but for what it takes to encode its message and hand it to
-//! the network's library, which keeps the bytes.
+//! After its first images the detecting part takes nothing from the heap for another one, but for what it takes to
+//! encode its message and hand it to the network's library, which keeps the bytes.
 
 use super::*;
 use allocation_counter::measure;
@@ -65,7 +65,7 @@ fn an_image_costs_no_memory_but_for_sending_its_message() {
             prefix: format!("{:x}d", std::process::id()),
         },
     );
-    let _announced = announce(&scenario, &bus, &Keys::of(config.site.clone()));
+    let _announced = announce(&scenario, &bus, &Keys::for_site(config.site.clone()));
     let own = Bus::open(&config.network).unwrap();
     let mut part = DetectPart::new(&config, &own).unwrap();
     let deadline = Instant::now() + PATIENCE;

@@ -1,5 +1,5 @@
-//! A look at the detector at work, a few times a second while somebody wants to know: how long its stages take, and what it
-//! turns down for which cause.
+//! A look at the detector at work, a few times a second while somebody wants to know: how long its stages take, and
+//! what it turns down for which cause.
 
 use std::time::{Duration, Instant};
 
@@ -94,7 +94,7 @@ impl Inspection {
         }
     }
 
-    /// Those that came furthest, of these the largest: what a person will have taken for a tag. Each once, though the
+    /// Those that came furthest, of these the largest: what looks like a tag to a person. Each once, though the
     /// detector may have looked at it twice.
     fn examples(&mut self) -> Vec<RejectedCandidate> {
         self.rejected.sort_by(|(a, quad), (b, other)| {

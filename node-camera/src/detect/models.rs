@@ -26,7 +26,7 @@ pub(super) struct SiteState<'a> {
 }
 
 /// The models, kept up to date.
-pub(super) struct Models {
+pub(super) struct SubscribedModels {
     site: SiteModels,
     subscriptions: Vec<Subscription>,
     tokens: AliveWatch,
@@ -38,7 +38,7 @@ pub(super) struct Models {
     files: SettingsFiles,
 }
 
-impl Models {
+impl SubscribedModels {
     pub(super) fn watch(
         bus: &Bus,
         keys: &Keys,

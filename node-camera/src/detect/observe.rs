@@ -11,9 +11,10 @@ use sextant_proto::{
 };
 use sextant_site_model::{CameraId, TagId};
 
-use super::models::Models;
+use super::models::SubscribedModels;
 
-/// The message of one image after the other. It keeps its memory, so that an image with no more tags than an earlier one allocates nothing.
+/// The message of one image after the other. It keeps its memory, so that an image with no more tags than an earlier
+/// one allocates nothing.
 pub(super) struct Draft {
     pub(super) message: Observations,
     /// For the poses of a tag each.
@@ -43,7 +44,7 @@ impl Draft {
         &mut self,
         header: &ImageHeader,
         detections: &[Detection],
-        models: &Models,
+        models: &SubscribedModels,
     ) -> &mut Observations {
         let Self { message, unused } = self;
         message.sequence = header.sequence;
@@ -105,7 +106,12 @@ fn tag(detection: &Detection, poses: Vec<TagPose>) -> TagObservation {
 }
 
 /// Fills `poses`; they stay empty without a lens or the tag's size.
-fn solve(detection: &Detection, lens: Option<&Lens>, models: &Models, poses: &mut Vec<TagPose>) {
+fn solve(
+    detection: &Detection,
+    lens: Option<&Lens>,
+    models: &SubscribedModels,
+    poses: &mut Vec<TagPose>,
+) {
     poses.clear();
     let id = TagId {
         family: detection.family,

@@ -26,7 +26,7 @@ impl Outbound {
     ///
     /// # Errors
     /// An invalid scenario file.
-    pub(super) fn of(source: &SourceConfig, camera: &CameraId) -> anyhow::Result<Self> {
+    pub(super) fn for_source(source: &SourceConfig, camera: &CameraId) -> anyhow::Result<Self> {
         match source {
             SourceConfig::Simulator { scenario, .. } => Self::simulated(scenario, camera),
             SourceConfig::Images { .. }
@@ -90,7 +90,7 @@ mod tests {
         sextant_site_files::write_toml(&file, &scenario).unwrap();
         let camera = CameraId::new(&scenario.cameras[1].id).unwrap();
         let source = SourceConfig::simulator(&file);
-        (Outbound::of(&source, &camera).unwrap(), camera)
+        (Outbound::for_source(&source, &camera).unwrap(), camera)
     }
 
     fn message(camera: &CameraId, sequence: u64) -> Observations {

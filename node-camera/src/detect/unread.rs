@@ -35,7 +35,8 @@ impl UnreadTags {
 
 fn remedy(found: &Alternative) -> &'static str {
     if found.mirrored {
-        "the camera or its driver flips the picture; turn that off, such as with `controls = { horizontal_flip = 0 }` in [source]"
+        "the camera or its driver flips the picture; turn that off, such as with `controls = \
+         { horizontal_flip = 0 }` in [source]"
     } else if found.inverted {
         "set `inverted = true` in [detection]"
     } else {

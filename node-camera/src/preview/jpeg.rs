@@ -26,7 +26,8 @@ impl JpegMaker {
     }
 
     /// The picture, reduced by the least whole factor that makes it narrow enough; where it is over the limit of a
-    /// message, at lower quality, and in the end smaller still. `pixels` has `height` rows of `stride` bytes, `stride >= width`.
+    /// message, at lower quality, and in the end smaller still. `pixels` has `height` rows of `stride` bytes,
+    /// `stride >= width`.
     ///
     /// # Errors
     /// An image without pixels.

@@ -1,8 +1,10 @@
-//! Images that waited for us: those that are there at once after a standstill of this process have no known time of arrival.
+//! Images that waited for us: those that are there at once after a standstill of this process have no known time of
+//! arrival.
 //!
-//! A source that stamps on arrival looks for data often. When longer than usual passed between two looks (the process was stopped, or
-//! had no processor), images may have piled up in the pipe, in the driver and in the program itself. They are dropped until
-//! one had to be waited for again, for half the usual distance of images: then nothing is left of the pile.
+//! A source that stamps on arrival looks for data often. When longer than usual passed between two looks (the process
+//! was stopped, or had no processor), images may have piled up in the pipe, in the driver and in the program itself.
+//! They are dropped until one had to be waited for again, for half the usual distance of images: then nothing is left
+//! of the pile.
 
 use std::time::{Duration, Instant};
 
@@ -12,7 +14,7 @@ pub(super) const LOOK: Duration = Duration::from_millis(25);
 const STANDSTILL: Duration = Duration::from_millis(100);
 /// Waiting that ends a pile where the distance of images is not known.
 const SHORT_WAIT: Duration = Duration::from_millis(5);
-/// After so long a source that never has to be waited for is believed again: it is slower than its images come.
+/// After so long a source that never has to be waited for counts as current again: it is slower than its images come.
 const PATIENCE: Duration = Duration::from_secs(3);
 /// Weight of the newest distance of two images.
 const WEIGHT: f64 = 0.2;
@@ -23,7 +25,7 @@ pub(super) struct Backlog {
     looked_at: Option<Instant>,
     /// Between the ends of the last two looks.
     gap: Duration,
-    /// Time between two looks of a source that has been believed again: its loop is as slow as that.
+    /// Time between two looks of a source that counts as current again: its loop is as slow as that.
     usual_gap: Duration,
     /// A standstill ended then, and its pile has not.
     since: Option<Instant>,
@@ -40,7 +42,7 @@ impl Backlog {
         let before = self.looked_at.replace(ended).unwrap_or(begun);
         self.gap = ended.duration_since(before);
         if self.gap > STANDSTILL.max(3 * self.usual_gap) {
-            // A pile that goes on keeps its beginning, so that a source slower than its images is believed again.
+            // A pile that goes on keeps its beginning, so that a source slower than its images counts as current again.
             self.since.get_or_insert(ended);
             self.waited = Duration::ZERO;
         } else {
@@ -144,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn a_loop_slower_than_its_images_is_believed() {
+    fn a_loop_slower_than_its_images_counts_as_current() {
         let mut source = Source::new();
         (0..30).for_each(|_| assert!(source.image(PERIOD)));
         let known = (0..200).map(|_| {

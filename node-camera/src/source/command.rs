@@ -1,5 +1,6 @@
 //! A camera behind a program: `rpicam-vid`, `ffmpeg`, `gst-launch-1.0` or any other that writes images to its standard
-//! output. Nobody says when such an image was taken: its time is that of its arrival, less a latency where the file gives one.
+//! output. Nobody says when such an image was taken: its time is that of its arrival, less a latency where the file
+//! gives one.
 //!
 //! - `program`: the process and its pipes. `frames`: images out of bytes. `jpeg_stream`: where JPEGs begin and end.
 
@@ -35,7 +36,8 @@ pub(super) struct ProgramImages {
     program: Option<Program>,
     reader: FrameReader,
     resolution: [u16; 2],
-    /// When the first bytes of the image came that is being read, ns since the Unix epoch; none where it waited during a standstill.
+    /// When the first bytes of the image came that is being read, ns since the Unix epoch; none where it waited during
+    /// a standstill.
     begun_ns: Option<u64>,
     backlog: Backlog,
     /// When the last bytes came.
@@ -58,7 +60,8 @@ impl ProgramImages {
     pub(super) fn start(
         words: &[String],
         format: StreamFormat,
-        (resolution, row_length): (Option<[u32; 2]>, usize),
+        resolution: Option<[u32; 2]>,
+        row_length: usize,
         shutdown: &Shutdown,
         hear: &mut dyn FnMut(&str),
     ) -> Result<Self, SourceError> {
@@ -219,8 +222,14 @@ pub(crate) fn open(
     let stated_width = config.resolution.map_or(0, |[width, _]| width as usize);
     let program = words.first().map_or("", String::as_str);
     let row_length = row_length(program, config.format, stated_width, config.row_length);
-    let layout = (config.resolution, row_length);
-    let images = ProgramImages::start(&words, config.format, layout, shutdown, &mut log)?;
+    let images = ProgramImages::start(
+        &words,
+        config.format,
+        config.resolution,
+        row_length,
+        shutdown,
+        &mut log,
+    )?;
     let is_raw = matches!(config.format, StreamFormat::Grey | StreamFormat::Yuv420);
     let is_guessed = config.row_length.is_none() && row_length == stated_width;
     let [width, height] = images.resolution();
@@ -247,7 +256,8 @@ impl CommandCamera {
             return Ok(());
         };
         let message = format!(
-            "the program's rows seem to be {length} bytes long, not {width}: write `row_length = {length}` in [source], or `row_length = {width}` if they are not"
+            "the program's rows seem to be {length} bytes long, not {width}: write `row_length = \
+             {length}` in [source], or `row_length = {width}` if they are not"
         );
         Err(SourceError::new(Exit::Input, message))
     }

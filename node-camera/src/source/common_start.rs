@@ -1,5 +1,5 @@
-//! When the nodes of this host that play one recording began. A node that starts later goes on where the others are, so that their images
-//! stay simultaneous.
+//! When the nodes of this host that play one recording began. A node that starts later goes on where the others are, so
+//! that their images stay simultaneous.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Seek, Write};

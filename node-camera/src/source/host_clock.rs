@@ -1,5 +1,5 @@
-//! Capture times by this host's clock, with what is known of its error: whether it is disciplined, whether it can be right at
-//! all, and whether the time is of the exposure or only of the image's arrival.
+//! Capture times by this host's clock, with what is known of its error: whether it is disciplined, whether it can be
+//! right at all, and whether the time is of the exposure or only of the image's arrival.
 
 use sextant_iceoryx_images::ClockSource;
 use sextant_process::clock::is_plausible;
@@ -10,8 +10,8 @@ use super::Capture;
 /// How often the clock's quality is read, in images.
 const QUALITY_PERIOD: u64 = 30;
 
-/// Standard deviation of the time from exposure to arrival where nobody knows it: drivers, compression and networks take
-/// from some milliseconds to half a second.
+/// Standard deviation of the time from exposure to arrival where nobody knows it: drivers, compression and networks
+/// take from some milliseconds to half a second.
 const UNKNOWN_LATENCY_NS: u64 = 200_000_000;
 /// The same about a latency that the file gives.
 const LATENCY_JITTER_NS: u64 = 10_000_000;

@@ -381,7 +381,7 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_of_another_size_and_a_missing_camera_are_told() {
+    fn a_picture_of_another_size_and_a_missing_camera_are_reported() {
         let folder = recording();
         let odd = GreyImage {
             width: 16,

@@ -207,7 +207,7 @@ pub(crate) const FORMATS: &[PixelFormat] = &[
 
 impl PixelFormat {
     /// The format of a code, if it is one that is read.
-    pub(crate) fn of(fourcc: [u8; 4]) -> Option<Self> {
+    pub(crate) fn from_fourcc(fourcc: [u8; 4]) -> Option<Self> {
         FORMATS
             .iter()
             .copied()
@@ -239,9 +239,9 @@ mod tests {
                     .all(|other| other.fourcc != format.fourcc),
                 "{name}"
             );
-            assert_eq!(PixelFormat::of(format.fourcc), Some(*format));
+            assert_eq!(PixelFormat::from_fourcc(format.fourcc), Some(*format));
         }
-        assert_eq!(PixelFormat::of(*b"H264"), None);
+        assert_eq!(PixelFormat::from_fourcc(*b"H264"), None);
         assert_eq!(PixelFormat::name(*b"Y10 "), "Y10");
         assert_eq!(PixelFormat::name([b'Y', 0, b'6', 0xff]), "Y.6.");
     }

@@ -1,5 +1,5 @@
-//! A source that is opened anew: when it fails, as a camera does that is unplugged, and when no image comes any more, since a
-//! driver may lose its camera without an error.
+//! A source that is opened anew: when it fails, as a camera does that is unplugged, and when no image comes any more,
+//! since a driver may lose its camera without an error.
 
 use std::time::{Duration, Instant};
 
@@ -28,7 +28,7 @@ const LONGEST_WAIT: Duration = Duration::from_millis(200);
 pub(crate) struct Reopening<O> {
     config: SourceConfig,
     open: O,
-    state: State,
+    state: ReopeningState,
     resolution: [u16; 2],
     stall: Stall,
     delay: Duration,
@@ -39,7 +39,7 @@ pub(crate) struct Reopening<O> {
     next: u64,
 }
 
-enum State {
+enum ReopeningState {
     Open(Box<dyn ImageSource>),
     /// Closed, to be opened again then.
     Closed(Instant),
@@ -57,7 +57,7 @@ impl<O: FnMut(&SourceConfig) -> Result<Box<dyn ImageSource>, SourceError>> Reope
             config: config.clone(),
             open,
             resolution: source.resolution(),
-            state: State::Open(source),
+            state: ReopeningState::Open(source),
             stall: Stall::new(period, FIRST_IMAGE, Instant::now()),
             delay: DELAYS[0],
             opened: Instant::now(),
@@ -69,7 +69,7 @@ impl<O: FnMut(&SourceConfig) -> Result<Box<dyn ImageSource>, SourceError>> Reope
     /// Closes the source, to be opened again after `delay`.
     fn close(&mut self, delay: Duration) {
         // Dropped before anything is opened: no device is open twice.
-        self.state = State::Closed(Instant::now() + delay);
+        self.state = ReopeningState::Closed(Instant::now() + delay);
     }
 
     /// Closes a source that failed, unless nothing can come of opening it again.
@@ -100,8 +100,8 @@ impl<O: FnMut(&SourceConfig) -> Result<Box<dyn ImageSource>, SourceError>> Reope
         Ok(Next::Nothing)
     }
 
-    /// Opens the source with other settings at once, so that a camera that cannot have them goes on with its own. One that is
-    /// out of reach gets them when it is back.
+    /// Opens the source with other settings at once, so that a camera that cannot have them goes on with its own. One
+    /// that is out of reach gets them when it is back.
     fn reopen_with(&mut self, config: &SourceConfig) -> Result<(), SourceError> {
         self.close(Duration::ZERO);
         match (self.open)(config) {
@@ -119,7 +119,7 @@ impl<O: FnMut(&SourceConfig) -> Result<Box<dyn ImageSource>, SourceError>> Reope
     }
 
     fn take(&mut self, source: Box<dyn ImageSource>) {
-        self.state = State::Open(source);
+        self.state = ReopeningState::Open(source);
         self.first = self.next;
         self.opened = Instant::now();
         self.stall.opened(self.opened);
@@ -144,8 +144,8 @@ impl<O: FnMut(&SourceConfig) -> Result<Box<dyn ImageSource>, SourceError>> Image
 
     fn next(&mut self, pixels: &mut [u8], shutdown: &Shutdown) -> Result<Next, SourceError> {
         let source = match &mut self.state {
-            State::Open(source) => source,
-            State::Closed(until) => {
+            ReopeningState::Open(source) => source,
+            ReopeningState::Closed(until) => {
                 let left = until.saturating_duration_since(Instant::now());
                 if shutdown.wait(left.min(LONGEST_WAIT)) || left > LONGEST_WAIT {
                     return Ok(Next::Nothing);
@@ -172,22 +172,22 @@ impl<O: FnMut(&SourceConfig) -> Result<Box<dyn ImageSource>, SourceError>> Image
 
     fn fallbacks(&self) -> u64 {
         match &self.state {
-            State::Open(source) => source.fallbacks(),
-            State::Closed(_) => 0,
+            ReopeningState::Open(source) => source.fallbacks(),
+            ReopeningState::Closed(_) => 0,
         }
     }
 
     fn controls(&self) -> Option<CameraControls> {
         match &self.state {
-            State::Open(source) => source.controls(),
-            State::Closed(_) => None,
+            ReopeningState::Open(source) => source.controls(),
+            ReopeningState::Closed(_) => None,
         }
     }
 
     fn reconfigure(&mut self, config: &SourceConfig) -> Result<Reconfigured, SourceError> {
         let outcome = match &mut self.state {
-            State::Open(source) => source.reconfigure(config)?,
-            State::Closed(_) => Reconfigured::NeedsReopening,
+            ReopeningState::Open(source) => source.reconfigure(config)?,
+            ReopeningState::Closed(_) => Reconfigured::NeedsReopening,
         };
         if outcome == Reconfigured::NeedsReopening {
             self.reopen_with(config)?;
@@ -295,7 +295,7 @@ mod tests {
         SourceConfig::images("recording")
     }
 
-    /// Gives two images and then what it is told to.
+    /// Gives two images and then what `after` says.
     struct TwoImages {
         given: u64,
         then: Result<Next, Exit>,
@@ -342,7 +342,7 @@ mod tests {
                 Ok(Next::Image(capture)) => sequences.push(capture.sequence),
                 Ok(_) => {
                     camera.stall.silent_since -= camera.stall.patience();
-                    if let State::Closed(until) = &mut camera.state {
+                    if let ReopeningState::Closed(until) = &mut camera.state {
                         *until = Instant::now();
                     }
                 }

@@ -1,5 +1,5 @@
-//! The camera of an RZ/A2M: raw images polled in on-chip memory, made grey by the DRP or the CPU. What touches hardware is in
-//! `sextant_rza2m`; here are the file's settings, the loop and the clock.
+//! The camera of an RZ/A2M: raw images polled in on-chip memory, made grey by the DRP or the CPU. What touches hardware
+//! is in `sextant_rza2m`; here are the file's settings, the loop and the clock.
 
 use std::path::Path;
 use std::time::Duration;
@@ -9,8 +9,8 @@ use sextant_process::{Exit, Shutdown};
 use sextant_proto::{CameraControls, Control};
 use sextant_rza2m::drp::{CircuitData, DrpError, PipelineError};
 use sextant_rza2m::{
-    Accelerated, Camera, CameraError, CameraSettings, Cpu, DevMem, DrpFile, Frame, I2cBus, Layout,
-    PhysicalMemory, Preprocess, SensorBus,
+    Accelerated, Camera, CameraError, CameraSettings, Cpu, DevMem, DrpFile, Frame, I2cBus,
+    OnChipLayout, PhysicalMemory, Preprocess, SensorBus,
 };
 
 use super::host_clock::{HostClock, Stamped, Taken};
@@ -47,7 +47,7 @@ pub(crate) fn open(config: &Rza2mConfig) -> Result<Box<dyn ImageSource>, SourceE
     let circuits = read_circuits(&config.drp)?;
     let sizes: Vec<usize> = circuits.iter().map(|data| data.bytes.len()).collect();
     let [width, height] = config.resolution.map(usize::from);
-    let layout = Layout::plan(width * height, &sizes)
+    let layout = OnChipLayout::plan(width * height, &sizes)
         .map_err(|cause| SourceError::new(Exit::Input, cause.to_string()))?;
     // The camera stops before anything is put where it may have written.
     let camera =
@@ -80,7 +80,7 @@ fn accelerate(
     memory: &mut DevMem,
     circuits: Vec<CircuitData>,
     size: [usize; 2],
-    layout: Layout,
+    layout: OnChipLayout,
 ) -> Result<Accelerated<DrpFile>, PipelineError> {
     let request = "opening /dev/drp";
     let device =
@@ -296,7 +296,7 @@ mod tests {
     fn camera(refused: Option<u64>) -> Rza2mCamera<Board, Sensor> {
         let mut memory = Board::default();
         let size = RESOLUTION.map(usize::from);
-        let layout = Layout::plan(size[0] * size[1], &[]).unwrap();
+        let layout = OnChipLayout::plan(size[0] * size[1], &[]).unwrap();
         let camera = Camera::start(&mut memory, Sensor, &layout, config().settings()).unwrap();
         Rza2mCamera {
             config: config(),

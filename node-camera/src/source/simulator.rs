@@ -1,10 +1,11 @@
 //! A simulated camera: images of a scenario at the instants when its camera would take them, in this host's time.
 //!
-//! Each image is drawn ahead of its time and handed over when a real camera would have finished exposing it, so that the
-//! time of drawing is not mistaken for latency. A host too slow for that hands images over late; when one would be later
-//! than [`LATEST_NS`] it is passed over and counts as lost. Drawing waits a little where there is time, since it would take
-//! the processors from those who work on the image before.
+//! Each image is drawn ahead of its time and handed over when a real camera would have finished exposing it, so that
+//! the time of drawing is not mistaken for latency. A host too slow for that hands images over late; when one would be
+//! later than [`LATEST_NS`] it is passed over and counts as lost. Drawing waits a little where there is time, since it
+//! would take the processors from those who work on the image before.
 
+use std::path::Path;
 use std::time::Duration;
 
 use anyhow::{Context, bail};
@@ -62,13 +63,30 @@ fn expose(camera: &mut SceneCamera, exposure_us: f64) {
     camera.auto_exposure = None;
 }
 
+/// A scenario, and the index of a camera in it.
+fn read_scenario(file: &Path, camera: &CameraId) -> anyhow::Result<(Scenario, usize)> {
+    let scenario: Scenario = read_toml_checked(file, |scenario: &Scenario| {
+        scenario
+            .validate()
+            .map_err(|cause| Complaint::new("", cause.to_string(), ""))
+    })?;
+    let Some(index) = scenario.camera_index(camera.as_str()) else {
+        bail!(
+            "{}: there is no camera {camera}; name one of the scenario's, or add it there",
+            file.display()
+        );
+    };
+    Ok((scenario, index))
+}
+
 fn check_exposure(camera: &SceneCamera) -> anyhow::Result<()> {
     let (rate_hz, longest_us) = (camera.rate_hz, longest_exposure_us(camera.rate_hz));
     let exposure_us = camera.exposure_ns as f64 / 1000.0;
     if exposure_us > longest_us {
         let [exposure_ms, longest_ms] = [exposure_us, longest_us].map(|us| us / 1000.0);
         bail!(
-            "an exposure of {exposure_ms} ms does not fit into {rate_hz} images/s: choose at most {longest_ms} ms, or a lower rate"
+            "an exposure of {exposure_ms} ms does not fit into {rate_hz} images/s: choose at \
+             most {longest_ms} ms, or a lower rate"
         );
     }
     Ok(())
@@ -91,17 +109,7 @@ impl SimulatedCamera {
             bail!("another source than before");
         };
         let file = file.as_path();
-        let mut scenario: Scenario = read_toml_checked(file, |scenario: &Scenario| {
-            scenario
-                .validate()
-                .map_err(|cause| Complaint::new("", cause.to_string(), ""))
-        })?;
-        let Some(index) = scenario.camera_index(camera.as_str()) else {
-            bail!(
-                "{}: there is no camera {camera}; name one of the scenario's, or add it there",
-                file.display()
-            );
-        };
+        let (mut scenario, index) = read_scenario(file, camera)?;
         let own = &mut scenario.cameras[index];
         let gain = gain.unwrap_or(own.gain);
         own.gain = gain;
@@ -143,8 +151,8 @@ impl SimulatedCamera {
         })
     }
 
-    /// When to begin to draw the next image: after a quarter of the time between two, or so early that it may take twice as long as the last
-    /// one.
+    /// When to begin to draw the next image: after a quarter of the time between two, or so early that it may take
+    /// twice as long as the last one.
     fn drawing_begins_ns(&self) -> u64 {
         let latest_ns = (self.complete_ns()).saturating_sub(self.drawing_ns.saturating_mul(2));
         latest_ns.min(self.handed_over_ns + LONGEST_REST_NS.min(self.schedule.period_ns() / 4))

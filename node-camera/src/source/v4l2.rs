@@ -73,7 +73,7 @@ pub(crate) fn open(config: &V4l2Config) -> Result<Box<dyn ImageSource>, SourceEr
 /// As [`open`].
 pub(crate) fn examine(config: &V4l2Config) -> Result<String, SourceError> {
     let config = &with_device(config)?;
-    let setup = Setup::of(&open_device(config)?, config)?;
+    let setup = Setup::choose(&open_device(config)?, config)?;
     let Setup {
         identity, format, ..
     } = setup;
@@ -112,7 +112,7 @@ struct Setup {
 }
 
 impl Setup {
-    fn of(device: &impl Device, config: &V4l2Config) -> Result<Self, SourceError> {
+    fn choose(device: &impl Device, config: &V4l2Config) -> Result<Self, SourceError> {
         let path = &config.device;
         let identity = device
             .identity()
@@ -138,7 +138,7 @@ impl<D: Device> V4l2Camera<D> {
             api,
             format,
             coding,
-        } = Setup::of(&device, config)?;
+        } = Setup::choose(&device, config)?;
         let geometry = geometry(&format, coding);
         let resolution = checked_resolution(geometry.width, geometry.height)
             .ok_or_else(|| unusable(path, &identity, "a resolution outside 16x16 to 4096x3072"))?;
@@ -147,7 +147,8 @@ impl<D: Device> V4l2Camera<D> {
             value: set_rate(&device, api, config),
             range: rate_range(&device, &format),
         };
-        let in_force = controls::apply(&device, config, None).map_err(|cause| cause.of(path))?;
+        let in_force =
+            controls::apply(&device, config, None).map_err(|cause| cause.for_device(path))?;
         tracing::info!(
             device = %path.display(),
             card = identity.card,
@@ -230,12 +231,13 @@ impl<D: Device> ImageSource for V4l2Camera<D> {
             tracing::warn!(%cause, "an image is damaged; it is passed over");
             return Ok(Next::Nothing);
         }
-        let stamp = Stamp::of(&buffer);
+        let stamp = Stamp::from_buffer(&buffer);
         let is_known = self.backlog.is_time_known(Instant::now());
         self.backlog.image_ended();
         if stamp == Stamp::None && !is_known {
             tracing::warn!(
-                "an image waited while this process stood still; its driver does not say when it was taken, and it is dropped"
+                "an image waited while this process stood still; its driver does not say when it \
+                 was taken, and it is dropped"
             );
             return Ok(Next::Nothing);
         }
@@ -276,7 +278,7 @@ impl<D: Device> ImageSource for V4l2Camera<D> {
             });
         }
         let applied = controls::apply(self.stream.device(), config, Some(&self.config));
-        self.in_force = applied.map_err(|cause| cause.of(&config.device))?;
+        self.in_force = applied.map_err(|cause| cause.for_device(&config.device))?;
         self.config = config.clone();
         Ok(Reconfigured::Done)
     }
@@ -314,10 +316,11 @@ fn geometry(format: &Format, coding: Coding) -> Geometry {
     }
 }
 
-/// Asks for the rate that is configured and returns the one that the driver takes; a driver without a choice keeps its own.
+/// Asks for the rate that is configured and returns the one that the driver takes; a driver without a choice keeps its
+/// own.
 fn set_rate(device: &impl Device, api: Api, config: &V4l2Config) -> Option<f64> {
-    let wish = device::Fraction([1000, (config.rate_hz? * 1000.0).round() as u32]);
-    match device.set_interval(api, wish) {
+    let requested = device::Fraction([1000, (config.rate_hz? * 1000.0).round() as u32]);
+    match device.set_interval(api, requested) {
         Ok(interval) => {
             tracing::info!(rate_hz = interval.rate_hz(), "images a second");
             interval.rate_hz()

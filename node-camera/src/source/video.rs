@@ -1,8 +1,8 @@
-//! A video file, decoded by ffmpeg and played as it was taken: each image is handed over, and stamped, when it falls due by
-//! this host's clock.
+//! A video file, decoded by ffmpeg and played as it was taken: each image is handed over, and stamped, when it falls
+//! due by this host's clock.
 //!
-//! ffmpeg's filter `showinfo` writes the time stamp of each image to standard error before the image leaves; its time base
-//! stands in a line of its own before the first.
+//! ffmpeg's filter `showinfo` writes the time stamp of each image to standard error before the image leaves; its time
+//! base stands in a line of its own before the first.
 
 use std::collections::VecDeque;
 use std::path::Path;
@@ -172,8 +172,7 @@ fn decode(
     shutdown: &Shutdown,
 ) -> Result<ProgramImages, SourceError> {
     let mut hear = |line: &str| stamps.hear(line);
-    let started =
-        ProgramImages::start(arguments, StreamFormat::Y4m, (None, 0), shutdown, &mut hear);
+    let started = ProgramImages::start(arguments, StreamFormat::Y4m, None, 0, shutdown, &mut hear);
     started.map_err(|cause| SourceError::new(Exit::Input, cause.to_string()))
 }
 

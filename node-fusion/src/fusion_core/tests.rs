@@ -41,7 +41,7 @@ fn cube() -> ObjectModel {
     ObjectModel::new(ObjectId::new("cube").unwrap(), vec![tag]).unwrap()
 }
 
-fn models() -> Models {
+fn models() -> ModelsInForce {
     let intrinsics = Intrinsics {
         fx: 600.0,
         fy: 600.0,
@@ -54,7 +54,7 @@ fn models() -> Models {
         Lens::pinhole(intrinsics).unwrap(),
         Some(Pose::identity()),
     );
-    Models {
+    ModelsInForce {
         rig: Rig::new(vec![camera]).unwrap(),
         objects: vec![cube()],
         settings: Default::default(),
@@ -72,10 +72,10 @@ struct Bench {
 
 impl Bench {
     fn new() -> Self {
-        Self::of(models())
+        Self::with_models(models())
     }
 
-    fn of(models: Models) -> Self {
+    fn with_models(models: ModelsInForce) -> Self {
         let text = "site = \"lab\"\nrig = \"rig.toml\"\n";
         let config: FusionConfig = parse_toml(Path::new("fusion.toml"), text, |_| Ok(())).unwrap();
         let initial = InitialState {
@@ -257,7 +257,7 @@ fn a_carrier_of_cameras_is_published_though_no_file_describes_it() {
         ..camera.clone()
     });
     models.rig = Rig::new(carried.collect()).unwrap();
-    let mut bench = Bench::of(models);
+    let mut bench = Bench::with_models(models);
     bench.status();
     let seen = estimate(bench.clock.0, 1.0, 1e-6);
     bench.core.estimates.push_back(ObjectEstimate {

@@ -23,7 +23,8 @@ fn id(name: &str) -> NodeId {
 
 fn rig(fx: f64) -> Rig {
     let text = format!(
-        "[[camera]]\nid = \"north\"\nresolution = [640, 480]\nlens = {{ model = \"pinhole\", fx = {fx:.1}, fy = 600.0, cx = 319.5, cy = 239.5 }}\n"
+        "[[camera]]\nid = \"north\"\nresolution = [640, 480]\n\
+         lens = {{ model = \"pinhole\", fx = {fx:.1}, fy = 600.0, cx = 319.5, cy = 239.5 }}\n"
     );
     parse_rig(Path::new("r"), &text).unwrap()
 }
@@ -33,15 +34,15 @@ fn object(id: &str, tag: u32) -> ObjectModel {
     parse_object(Path::new("o"), &text).unwrap()
 }
 
-fn models(fx: f64) -> Models {
-    Models {
+fn models(fx: f64) -> ModelsInForce {
+    ModelsInForce {
         rig: rig(fx),
         objects: vec![object("cube", 1), object("ball", 2)],
         settings: Default::default(),
     }
 }
 
-fn replica(name: &str, models: Models) -> Replica {
+fn replica(name: &str, models: ModelsInForce) -> Replica {
     Replica::new(id(name), models, Formers::default(), None, false)
 }
 
@@ -61,7 +62,7 @@ fn effects(replica: &mut Replica) -> Vec<Effect> {
     std::iter::from_fn(|| replica.poll()).collect()
 }
 
-fn outcomes(effects: &[Effect]) -> Vec<&Outcome> {
+fn outcomes(effects: &[Effect]) -> Vec<&ChangeOutcome> {
     let answers = effects.iter().filter_map(|effect| match effect {
         Effect::Answer(answered) => Some(&answered.answer.outcome),
         _ => None,
@@ -94,7 +95,7 @@ fn a_change_is_answered_when_the_others_have_it_or_after_a_second() {
     spare.tick(false, at(30));
     assert_eq!(effects(&mut spare), [Effect::Ask(id("main"))]);
     // Answers of another state change nothing.
-    spare.follow(&id("main"), Payloads::of(&models(620.0)), at(35));
+    spare.follow(&id("main"), Payloads::encode(&models(620.0)), at(35));
     assert!(!spare.is_current());
     spare.follow(&id("main"), main.payloads().clone(), at(40));
     assert!(spare.is_current());
@@ -107,7 +108,7 @@ fn a_change_is_answered_when_the_others_have_it_or_after_a_second() {
     };
     assert_eq!(
         (&answer.outcome, &answer.followers),
-        (&Outcome::Taken, &vec![id("spare")])
+        (&ChangeOutcome::Taken, &vec![id("spare")])
     );
 
     main.request(asked(vec![Change::Rig(rig(620.0))]), at(60));
@@ -138,9 +139,9 @@ fn the_same_and_what_cannot_be_are_answered_at_once() {
     assert!(matches!(
         outcomes(&done)[..],
         [
-            Outcome::Same,
-            Outcome::Refused(Refusal::SharedTag { .. }),
-            Outcome::Refused(Refusal::NoCamera)
+            ChangeOutcome::Same,
+            ChangeOutcome::Refused(Refusal::SharedTag { .. }),
+            ChangeOutcome::Refused(Refusal::NoCamera)
         ]
     ));
     assert_eq!(*main.state(), before);
@@ -261,13 +262,13 @@ fn a_node_that_hands_nothing_over_is_not_waited_for_by_a_person() {
 
 #[test]
 fn edited_files_count_where_no_other_node_runs() {
-    let record = |models: &Models, counter| ModelsState {
+    let record = |models: &ModelsInForce, counter| ModelsState {
         version: Some(ModelsVersion {
             counter,
             t_ns: START_NS,
             author: id("main"),
         }),
-        fingerprint: Payloads::of(models).fingerprint(),
+        fingerprint: Payloads::encode(models).fingerprint(),
     };
     let of_record = Some(record(&models(600.0), 5));
     let start = |models| {
@@ -325,14 +326,14 @@ fn a_change_is_in_force_once_it_is_written_and_not_at_all_on_a_full_disk() {
     let refused = effects(&mut main);
     assert!(matches!(
         outcomes(&refused)[..],
-        [Outcome::Refused(Refusal::NotStored { .. })]
+        [ChangeOutcome::Refused(Refusal::NotStored { .. })]
     ));
     assert_eq!(*main.state(), before);
     main.request(asked(vec![Change::Rig(rig(610.0))]), at(4));
     effects(&mut main);
     main.kept(Ok(()), at(5));
     main.tick(true, at(5));
-    assert_eq!(outcomes(&effects(&mut main)), [&Outcome::Kept]);
+    assert_eq!(outcomes(&effects(&mut main)), [&ChangeOutcome::Kept]);
     assert_eq!(main.models().rig, rig(610.0));
 }
 
@@ -383,7 +384,7 @@ fn a_change_that_a_newer_one_overtakes_is_refused_and_taken_off_the_disk() {
     main.kept(Ok(()), at(6));
     assert!(matches!(
         outcomes(&effects(&mut main))[..],
-        [Outcome::Refused(_)]
+        [ChangeOutcome::Refused(_)]
     ));
     main.follow(&id("other"), other.payloads().clone(), at(7));
     main.tick(false, at(8));
@@ -395,8 +396,9 @@ fn a_change_that_a_newer_one_overtakes_is_refused_and_taken_off_the_disk() {
     assert_eq!(main.models(), other.models());
 }
 
-/// Nodes that publish whenever they may, on a network that loses messages and falls into halves. At every moment a node that knows of newer models
-/// does not publish; when the network is whole again all have the same models, those of the newest version.
+/// Nodes that publish whenever they may, on a network that loses messages and falls into halves. At every moment a node
+/// that knows of newer models does not publish; when the network is whole again all have the same models, those of the
+/// newest version.
 #[test]
 fn replicas_agree_on_the_newest_version_when_they_hear_each_other() {
     for seed in 0..60 {

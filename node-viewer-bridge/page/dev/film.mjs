@@ -1,11 +1,12 @@
-// Makes the moving picture of the README: the page of a recording that is played slowly, frame by frame, in headless Chromium.
+// Makes the moving picture of the README: the page of a recording that is played slowly, frame by frame, in headless
+// Chromium.
 //
 //     cargo demo --record site.mcap --images --duration 24
 //     sextant play site.mcap --from 8 --speed 0.1 --no-browser
 //     node dev/film.mjs http://127.0.0.1:8600 page.webp --speed 0.1
 //
-// It is played slowly, so that drawing by software keeps up. The film shows one turn of the demo's objects, and begins where it ends.
-// Needs ffmpeg with libwebp.
+// It is played slowly, so that drawing by software keeps up. The film shows one turn of the demo's objects, and begins
+// where it ends. Needs ffmpeg with libwebp.
 
 import { spawnSync } from "node:child_process";
 import { mkdtemp, rm } from "node:fs/promises";
@@ -41,7 +42,8 @@ const folder = await mkdtemp(join(tmpdir(), "film-"));
 const browser = await launch();
 try {
   const page = await browser.newPage({ viewport: VIEWPORT, colorScheme: "dark", reducedMotion: "reduce" });
-  // The page's clock is as slow as the recording, so that it counts the rates that were; it draws about once a frame of the film.
+  // The page's clock is as slow as the recording, so that it counts the rates that were; it draws about once a frame of
+  // the film.
   await page.addInitScript((speed) => {
     const now = performance.now.bind(performance);
     performance.now = () => now() * speed;

@@ -2,8 +2,9 @@
 //
 //     node dev/frames.mjs URL [--seconds 20] [--tab objects] [--rounds 1]
 //
-// Prints a JSON line a round: frames a second, script time a frame for drawing, script and layout time a second for everything, the longest task,
-// the heap after a collection, and changes of the page a second. Drawing by software limits the frames, not the page. With a mock bridge of SPEED=20 a minute is twenty.
+// Prints a JSON line a round: frames a second, script time a frame for drawing, script and layout time a second for
+// everything, the longest task, the heap after a collection, and changes of the page a second. Drawing by software
+// limits the frames, not the page. With a mock bridge of SPEED=20 a minute is twenty.
 
 import { parseArgs } from "node:util";
 import { launch } from "../e2e/chromium.mjs";

@@ -1,8 +1,8 @@
 // Stands in for the bridge while one works on the page without the Rust side:
 //     npm run mock            serves dist/ and a made-up site on http://127.0.0.1:8600
 //     npm run dev             beside it: the page from source, with live reload
-// PORT names another port; WITHOUT_TRUTH=1 plays a site that is not simulated; OBJECTS and CAMERAS say how many there are; SPEED=20 lets
-// time go by that much faster.
+// PORT names another port; WITHOUT_TRUTH=1 plays a site that is not simulated; OBJECTS and CAMERAS say how many there
+// are; SPEED=20 lets time go by that much faster.
 
 import { createServer } from "node:http";
 import { readFile } from "node:fs/promises";

@@ -1,5 +1,5 @@
-// A made-up site for work on the page: four cameras, three moving objects, pictures of them. Nothing here is exact, and the
-// tags' patterns are invented; the real thing is `cargo demo`.
+// A made-up site for work on the page: four cameras, three moving objects, pictures of them. Nothing here is exact, and
+// the tags' patterns are invented; the real thing is `cargo demo`.
 
 import { crc32, deflateSync } from "./png.mjs";
 

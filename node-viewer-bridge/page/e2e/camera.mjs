@@ -1,9 +1,10 @@
-// Makes headless Chromium a camera of a running bridge's site, with a video in the place of a webcam, and fails where something is missing:
+// Makes headless Chromium a camera of a running bridge's site, with a video in the place of a webcam, and fails where
+// something is missing:
 //
 //     node e2e/camera.mjs URL VIDEO [--name NAME] [--seconds N] [--screenshots DIR] [--timeout SECONDS]
 //
-// VIDEO is a y4m or mjpeg file with tags. The camera runs for N seconds after all checks. CHROMIUM names the browser (default
-// /usr/bin/chromium). Writes a line per check on stderr; exit code 1 when one failed, 2 for wrong usage.
+// VIDEO is a y4m or mjpeg file with tags. The camera runs for N seconds after all checks. CHROMIUM names the browser
+// (default /usr/bin/chromium). Writes a line per check on stderr; exit code 1 when one failed, 2 for wrong usage.
 
 import { mkdir } from "node:fs/promises";
 import { join } from "node:path";

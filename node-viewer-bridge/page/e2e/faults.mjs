@@ -2,7 +2,8 @@
 //
 //     node e2e/faults.mjs URL WORDS... [--gone OBJECT] [--screenshot FILE] [--timeout SECONDS]
 //
-// Waits until each of the WORDS stands in the health panel, and until no row shows OBJECT. Exit code 1 when one is missing.
+// Waits until each of the WORDS stands in the health panel, and until no row shows OBJECT. Exit code 1 when one is
+// missing.
 
 import { parseArgs } from "node:util";
 import { launch } from "./chromium.mjs";

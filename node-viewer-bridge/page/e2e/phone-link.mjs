@@ -1,10 +1,11 @@
-// Two devices and the link of one phone of a protected site, in headless Chromium: the first becomes the camera and may return, the second is told why
-// it may not, and may once an operator has freed the link.
+// Two devices and the link of one phone of a protected site, in headless Chromium: the first becomes the camera and may
+// return, the second is told why it may not, and may once an operator has freed the link.
 //
 //     node e2e/phone-link.mjs LINK VIDEO OPERATOR [--timeout SECONDS]
 //
-// LINK is what `sextant phone` shows, VIDEO a y4m or mjpeg file, OPERATOR the token of an operator. CHROMIUM names the browser (default
-// /usr/bin/chromium). Writes a line per check on stderr; exit code 1 when one failed, 2 for wrong usage.
+// LINK is what `sextant phone` shows, VIDEO a y4m or mjpeg file, OPERATOR the token of an operator. CHROMIUM names the
+// browser (default /usr/bin/chromium). Writes a line per check on stderr; exit code 1 when one failed, 2 for wrong
+// usage.
 
 import { parseArgs } from "node:util";
 import { check, end } from "./checks.mjs";

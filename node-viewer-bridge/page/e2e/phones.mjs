@@ -1,14 +1,16 @@
-// Makes headless Chromiums cameras of a running bridge's site, each with a film in the place of a webcam, and reports what they cost:
+// Makes headless Chromiums cameras of a running bridge's site, each with a film in the place of a webcam, and reports
+// what they cost:
 //
 //     node e2e/phones.mjs URL FILM... [--seconds N] [--size WxH] [--apart MS] [--timeout SECONDS]
 //
-// A camera is named after its film (`sextant-examine phones film` renders some). Films begin at random times at most --apart apart (default 50),
-// by what the browsers say of their first images. Writes a row per camera at the start, each minute and at the end: JavaScript heap after a
-// collection and resident memory of the page's process in MB, and what the page says. CHROMIUM names the browser (default /usr/bin/chromium).
+// A camera is named after its film (`sextant-examine phones film` renders some). Films begin at random times at most
+// --apart apart (default 50), by what the browsers say of their first images. Writes a row per camera at the start,
+// each minute and at the end: JavaScript heap after a collection and resident memory of the page's process in MB, and
+// what the page says. CHROMIUM names the browser (default /usr/bin/chromium).
 //
-// Chromium shows every image of a film: one that is played late stays late, and its camera's clock goes wrong. So keep films in memory
-// (/dev/shm). The processes that play them (a twentieth of a core each) get a real-time priority where the user may give one;
-// `sextant-examine phones clocks` says whether films kept pace.
+// Chromium shows every image of a film: one that is played late stays late, and its camera's clock goes wrong. So keep
+// films in memory (/dev/shm). The processes that play them (a twentieth of a core each) get a real-time priority where
+// the user may give one; `sextant-examine phones clocks` says whether films kept pace.
 
 import { spawnSync } from "node:child_process";
 import { readFile } from "node:fs/promises";

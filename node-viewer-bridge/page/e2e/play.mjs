@@ -1,5 +1,5 @@
-// Looks at a page on which a recording is being played, in headless Chromium: the objects of the recording are there, and the time line goes
-// through it.
+// Looks at a page on which a recording is being played, in headless Chromium: the objects of the recording are there,
+// and the time line goes through it.
 //
 //     node e2e/play.mjs URL
 //

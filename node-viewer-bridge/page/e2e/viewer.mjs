@@ -3,8 +3,8 @@
 //     node e2e/viewer.mjs URL [--restart COMMAND] [--screenshots DIR] [--timeout SECONDS]
 //
 // COMMAND (run by the shell) restarts the bridge; it may return before the bridge is back. CHROMIUM names the browser
-// (default /usr/bin/chromium). Writes a line per check on stderr, one JSON line at the end on stdout; exit code 1 when a
-// check failed, 2 for wrong usage.
+// (default /usr/bin/chromium). Writes a line per check on stderr, one JSON line at the end on stdout; exit code 1 when
+// a check failed, 2 for wrong usage.
 
 import { spawn } from "node:child_process";
 import { mkdir, readFile } from "node:fs/promises";
@@ -76,7 +76,10 @@ async function checkStagePixels(page) {
   assert(!first.equals(await stage.screenshot()), "the stage shows the same pixels after ten frames");
 }
 
-/** Every card has a picture that is not one flat colour; somewhere tags are outlined, and where they are, pixels are set. */
+/**
+ * Every card has a picture that is not one flat colour; somewhere tags are outlined, and where they are, pixels are
+ * set.
+ */
 async function checkPictures(page) {
   await wait(page, () => {
     const cards = [...document.querySelectorAll("[data-testid^=camera-card-]")];
@@ -107,7 +110,10 @@ async function checkDetector(page) {
   await detector.waitFor({ state: "hidden", timeout });
 }
 
-/** Gain set on the page makes the pictures brighter; what the camera cannot do is told in words; emptied, all is as before. */
+/**
+ * Gain set on the page makes the pictures brighter; what the camera cannot do is told in words; emptied, all is as
+ * before.
+ */
 async function checkSettings(page) {
   const card = page.locator("[data-testid^=camera-card-]").first();
   const camera = (await card.getAttribute("data-testid")).slice("camera-card-".length);
@@ -222,7 +228,9 @@ async function checkKeysOfView(page) {
   await page.keyboard.press("r");
 }
 
-/** A click on an object follows it: it fills the stage and stays where it is on the screen; Escape brings the view back. */
+/**
+ * A click on an object follows it: it fills the stage and stays where it is on the screen; Escape brings the view back.
+ */
 async function checkFollow(page) {
   // The object moves, and may pass behind a camera: a click that came too late is made again.
   const chosen = () => page.evaluate(() => window.sextant.selection.object);
@@ -277,7 +285,10 @@ async function checkMeasure(page) {
   await page.click("[data-testid=measure-toggle]");
 }
 
-/** A zone where the objects are fills; one around an object is left by it, and drawn; nonsense is complained about; zones go again. */
+/**
+ * A zone where the objects are fills; one around an object is left by it, and drawn; nonsense is complained about;
+ * zones go again.
+ */
 async function checkZones(page) {
   await tab(page, "zones");
   const fill = async (name, size, centre = "0, 0, 0.2") => {
@@ -301,7 +312,10 @@ async function checkZones(page) {
   }
 }
 
-/** A site that works is called healthy; what may be improved opens its wizard with the form filled in; faults can be noted. */
+/**
+ * A site that works is called healthy; what may be improved opens its wizard with the form filled in; faults can be
+ * noted.
+ */
 async function checkHealth(page) {
   await page.locator("[data-testid=notices-open][data-condition=healthy]").waitFor({ state: "visible", timeout });
   await page.click("[data-testid=notices-open]");

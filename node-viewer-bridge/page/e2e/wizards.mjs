@@ -1,11 +1,12 @@
 // Calibrates a running site from its page, as a person would, in headless Chromium:
 //
 //     node e2e/wizards.mjs URL [--lens CAMERA --board COLUMNS,ROWS,MM,FIRST] [--carried OBJECT]
-//                              [--learn OBJECT --tags TAGS --size MM] [--enough 0.9] [--screenshots DIR] [--timeout SECONDS]
+//                              [--learn OBJECT --tags TAGS --size MM] [--enough 0.9] [--screenshots DIR]
+//                              [--timeout SECONDS]
 //
 // Each wizard that is named runs from its form to the kept result; what has to move is moved by somebody else. A second
-// browser joins late and must see the same. Writes a line per check on stderr, one JSON line on stdout; exit code 1 when a
-// check failed, 2 for wrong usage.
+// browser joins late and must see the same. Writes a line per check on stderr, one JSON line on stdout; exit code 1
+// when a check failed, 2 for wrong usage.
 
 import { mkdir } from "node:fs/promises";
 import { join } from "node:path";

@@ -1,5 +1,5 @@
-// Pictures of the last minutes for the time line: one a second of each camera, all together within a fixed number of bytes; the oldest
-// give way.
+// Pictures of the last minutes for the time line: one a second of each camera, all together within a fixed number of
+// bytes; the oldest give way.
 
 import type { Preview } from "./protocol.ts";
 

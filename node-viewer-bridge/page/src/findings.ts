@@ -1,5 +1,6 @@
-// What nodes report, in words: faults of the site, imperfections of its files, notices of the nodes themselves. The variants and their fields are
-// those of proto/CONTRACT.md, their severities those of the network (proto/golden/severities.json).
+// What nodes report, in words: faults of the site, imperfections of its files, notices of the nodes themselves. The
+// variants and their fields are those of proto/CONTRACT.md, their severities those of the network
+// (proto/golden/severities.json).
 
 import type { CameraNotice, CameraStatus, Fault, FusionStatus, Imperfection, Notice, Refusal, TagId, WizardKind } from "./protocol.ts";
 import { story as outcomeOf } from "./settings.ts";
@@ -214,7 +215,10 @@ const parts = (finding: Finding): [string, About] => (isText(finding) ? [finding
 /** Notices about the node itself, not about the site. */
 const OWN_NOTICES = ["overload", "unpublished", "clock_stepped", "name_taken", "not_kept"];
 
-/** Everything that fusion nodes report. What several report about the site is there once, from the one that published last. */
+/**
+ * Everything that fusion nodes report. What several report about the site is there once, from the one that published
+ * last.
+ */
 export function siteReports(statuses: readonly FusionStatus[]): Report[] {
   const newestFirst = [...statuses].sort((a, b) => (b.epoch ?? 0) - (a.epoch ?? 0));
   const byKey = new Map<string, Report>();

@@ -51,7 +51,10 @@ export class HealthLog {
     return this.faults.filter((entry) => !entry.acknowledged).length;
   }
 
-  /** Of one severity, by what they are about, the one with the newest entry first; in each, what is active before what has ended, the newest first. */
+  /**
+   * Of one severity, by what they are about, the one with the newest entry first; in each, what is active before what
+   * has ended, the newest first.
+   */
   groups(severity: Severity): HealthEntry[][] {
     const groups = new Map<string, HealthEntry[]>();
     const newestFirst = [...this.entries.values()].sort((a, b) => Number(b.active) - Number(a.active) || b.since - a.since);

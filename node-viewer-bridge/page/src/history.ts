@@ -1,11 +1,14 @@
-// The last minutes of the site in memory that does not grow: rings of numbers. Times are seconds since the Unix epoch, as the site's clocks
-// have them.
+// The last minutes of the site in memory that does not grow: rings of numbers. Times are seconds since the Unix epoch,
+// as the site's clocks have them.
 
 import { rollPitchYaw } from "./attitude.ts";
 import { sigma } from "./covariance.ts";
 import type { Pose, State } from "./protocol.ts";
 
-/** A sample older than the last by more than this means that the clock was set, or that a recording begins again: what was there is dropped. */
+/**
+ * A sample older than the last by more than this means that the clock was set, or that a recording begins again: what
+ * was there is dropped.
+ */
 const CLOCK_SET_S = 3;
 
 /** Rows of numbers by time; a new row replaces the oldest. */
@@ -165,7 +168,9 @@ function readOrientation(ring: Ring, before: number, after: number, share: numbe
   for (let k = 0; k < 4; k++) target.orientation[k] = (target.orientation[k] ?? 0) / Math.sqrt(length || 1);
 }
 
-/** The position's covariance as it was; of the attitude only how large it was is kept, taken as equal about all axes. */
+/**
+ * The position's covariance as it was; of the attitude only how large it was is kept, taken as equal about all axes.
+ */
 function readCovariance(ring: Ring, at: number, target: Pose): void {
   const c = target.covariance;
   const kept = (column: number): number => ring.value(column, at);

@@ -1,4 +1,5 @@
-// From points of the world to pixels of a camera's image, lens distortion included: `rig.toml`'s models (crates/geometry/src/lens).
+// From points of the world to pixels of a camera's image, lens distortion included: `rig.toml`'s models
+// (crates/geometry/src/lens).
 
 import type { RigLens, Point, Quaternion, RigCamera, Transform, Vec3 } from "./protocol.ts";
 

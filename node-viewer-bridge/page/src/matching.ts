@@ -63,7 +63,10 @@ export class ReportHistory {
     return this.history.at(-1) ?? null;
   }
 
-  /** The report nearest to capture time `t_ns`; none when nothing near is known. Most of what is turned down stands still. */
+  /**
+   * The report nearest to capture time `t_ns`; none when nothing near is known. Most of what is turned down stands
+   * still.
+   */
   near(t_ns: number): DetectionReport | null {
     const distance = (report: DetectionReport): number => Math.abs(report.capture_ns - t_ns);
     const nearest = [...this.history].sort((a, b) => distance(a) - distance(b))[0];

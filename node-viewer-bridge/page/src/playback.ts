@@ -1,5 +1,5 @@
-// Which time the page shows: the present, or one of the last minutes. Knows only where poses come from, not how they are drawn, so that
-// a recording may take the place of the page's own memory.
+// Which time the page shows: the present, or one of the last minutes. Knows only where poses come from, not how they
+// are drawn, so that a recording may take the place of the page's own memory.
 
 /** Somewhere with poses over time, seconds since the Unix epoch. */
 export interface PoseSource {

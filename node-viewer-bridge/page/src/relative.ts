@@ -19,8 +19,8 @@ export interface Relative {
 }
 
 /**
- * The errors of the two poses are taken as independent; those of one camera move both objects alike, which makes real distances
- * between neighbours better than this says.
+ * The errors of the two poses are taken as independent; those of one camera move both objects alike, which makes real
+ * distances between neighbours better than this says.
  */
 export function relative(a: Pose, b: Pose): Relative {
   const apart: Vec3 = [b.position[0] - a.position[0], b.position[1] - a.position[1], b.position[2] - a.position[2]];
@@ -39,7 +39,10 @@ export function relative(a: Pose, b: Pose): Relative {
   };
 }
 
-/** Standard deviation of the difference of both poses along a unit vector of the world; from row 0 of position, from row 3 of attitude. */
+/**
+ * Standard deviation of the difference of both poses along a unit vector of the world; from row 0 of position, from row
+ * 3 of attitude.
+ */
 function sigmaAlong(a: Pose, b: Pose, from: 0 | 3, direction: Vec3): number {
   let variance = 0;
   for (let row = 0; row < 3; row++) {

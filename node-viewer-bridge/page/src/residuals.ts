@@ -1,5 +1,5 @@
-// How far a camera's corners lie from where the poses and the rig put them: reprojection errors with the models as published. Fusion
-// corrects for what it finds wrong in these models, so its own residuals are smaller.
+// How far a camera's corners lie from where the poses and the rig put them: reprojection errors with the models as
+// published. Fusion corrects for what it finds wrong in these models, so its own residuals are smaller.
 
 import { projectWorld, tagCorners, transformed } from "./lens.ts";
 import type { Observations, PrintedTag, Point, Pose, RigCamera } from "./protocol.ts";
@@ -33,7 +33,9 @@ export function facesCamera(corners: readonly Point[]): boolean {
   return area > 0;
 }
 
-/** Root mean square distance of an image's corners from their projections, pixels; none where no placed object is in it. */
+/**
+ * Root mean square distance of an image's corners from their projections, pixels; none where no placed object is in it.
+ */
 export function rmsResidual(camera: RigCamera, image: Observations, owner: (family: string, id: number) => PlacedObject | null): number | null {
   let [sum, n] = [0, 0];
   for (const seen of image.tags) {

@@ -1,4 +1,5 @@
-// What a person has chosen on the page: the object that is followed, the camera that is looked through, the pair that is measured.
+// What a person has chosen on the page: the object that is followed, the camera that is looked through, the pair that
+// is measured.
 
 export class Selection {
   object: string | null = null;

@@ -1,5 +1,5 @@
-// Who this browser is to the bridge. On the bridge's own machine nobody has to say; elsewhere a token does, typed in or behind
-// `#token=` in the link that a person was given. The bridge then keeps it in a cookie that no script can read.
+// Who this browser is to the bridge. On the bridge's own machine nobody has to say; elsewhere a token does, typed in or
+// behind `#token=` in the link that a person was given. The bridge then keeps it in a cookie that no script can read.
 
 import { find } from "./panels/dom.ts";
 

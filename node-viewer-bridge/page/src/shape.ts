@@ -1,4 +1,5 @@
-// What a value from outside must look like: small tests that combine, each with the type of what passes. Knows no message.
+// What a value from outside must look like: small tests that combine, each with the type of what passes. Knows no
+// message.
 
 export type Test<T> = (value: unknown) => value is T;
 /** The type of what passes a test. */

@@ -257,7 +257,10 @@ export class Site {
     if (report) for (const stage of STAGES) this.figures.write(`stage_ms/${id}/${stage}`, report.stage_ms[stage]);
   }
 
-  /** A camera's model with its pose in the world at a time of images, s; none where it has none, or what carries it none then. */
+  /**
+   * A camera's model with its pose in the world at a time of images, s; none where it has none, or what carries it none
+   * then.
+   */
   modelAt({ model }: CameraState, time: number): RigCamera | null {
     if (!model?.mount) return model?.world_from_camera ? model : null;
     const carrier = this.objects.get(model.mount.carrier);

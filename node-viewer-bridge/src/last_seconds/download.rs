@@ -17,7 +17,8 @@ const MAX_BYTES: usize = 512 << 20;
 /// The recording of the last `seconds` that the bridge with this page makes.
 ///
 /// # Errors
-/// [`Exit::Usage`] for what is no plain HTTP address, [`Exit::Input`] where a token is wanted, [`Exit::Unavailable`] without a bridge.
+/// [`Exit::Usage`] for what is no plain HTTP address, [`Exit::Input`] where a token is wanted, [`Exit::Unavailable`]
+/// without a bridge.
 pub fn download_last_seconds(
     page: &str,
     token: Option<&str>,
@@ -32,7 +33,8 @@ pub fn download_last_seconds(
     .exit_with(Exit::Usage)?;
     if url.scheme_str() != Some("http") || url.host().is_none() {
         let cause = anyhow!(
-            "--page {page}: write http://HOST:PORT; of a page with TLS, save the recording with a browser, or run this on the bridge's machine"
+            "--page {page}: write http://HOST:PORT; of a page with TLS, save the recording with \
+             a browser, or run this on the bridge's machine"
         );
         bail!(Failure::new(Exit::Usage, cause));
     }

@@ -1,7 +1,7 @@
-//! Whether the site works: a fusion node that reports, every camera of the rig with new images, and a pose of every object whose tags are
-//! visible.
+//! Whether the site works: a fusion node that reports, every camera of the rig with new images, and a pose of every
+//! object whose tags are visible.
 
-use super::View;
+use super::MetricsView;
 use serde::Serialize;
 use sextant_proto::{NodeId, NodeKind};
 use sextant_site_mirror::limits::SILENCE_NS;
@@ -35,7 +35,7 @@ impl Ailment {
     }
 }
 
-impl View<'_> {
+impl MetricsView<'_> {
     pub(super) fn ailments(&self, now_ns: u64) -> Vec<Ailment> {
         let fusion = self.fusion_ailments(now_ns);
         let cameras = self.camera_ailments(now_ns);

@@ -14,7 +14,8 @@ pub(super) struct Histogram {
 }
 
 impl Histogram {
-    /// Counts the time between two stamps of ns; an end before its start, as with wrong clocks, is not counted; returns whether it was.
+    /// Counts the time between two stamps of ns; an end before its start, as with wrong clocks, is not counted; returns
+    /// whether it was.
     pub(super) fn take(&mut self, start_ns: u64, end_ns: u64) -> Result<(), BackInTime> {
         let duration_ns = end_ns.checked_sub(start_ns).ok_or(BackInTime)?;
         let seconds = duration_ns as f64 * 1e-9;

@@ -1,6 +1,6 @@
 //! The metrics by name. Names and labels are what people's dashboards rely on: docs/outputs.md lists them.
 
-use super::View;
+use super::MetricsView;
 use super::figures::{CameraFigures, IMAGE_STAGES, POSE_STAGES};
 use super::text::{FamilyKind, family};
 use serde::Serialize;
@@ -26,7 +26,7 @@ pub(crate) struct BridgeFigures {
 
 use FamilyKind::{Counter, Gauge, Histogram};
 
-impl View<'_> {
+impl MetricsView<'_> {
     pub(super) fn text(&self, bridge: &BridgeFigures, now_ns: u64) -> String {
         let mut text = String::new();
         bridge.text(&mut text);
@@ -215,7 +215,8 @@ impl View<'_> {
     }
 
     fn image_stages(&self, text: &mut String) {
-        let help = "Duration of an image's stages: capture (middle of the exposure until the detector has the image), detect, publish, network (until the bridge).";
+        let help = "Duration of an image's stages: capture (middle of the exposure until the \
+            detector has the image), detect, publish, network (until the bridge).";
         let mut family = family(text, "sextant_image_stage_seconds", Histogram, help);
         self.per_camera(|camera, _, figures| {
             for (stage, histogram) in IMAGE_STAGES.into_iter().zip(&figures.stages) {
@@ -455,7 +456,8 @@ impl View<'_> {
                 family.sample(&[("object", object)], gauge(&pose.message));
             });
         }
-        let help = "Time from the middle of the exposure until the fusion node published the pose, and until the bridge received it.";
+        let help = "Time from the middle of the exposure until the fusion node published the \
+            pose, and until the bridge received it.";
         let mut latency = family(text, "sextant_pose_latency_seconds", Histogram, help);
         for (object, figures) in &self.figures.objects {
             for (until, histogram) in POSE_STAGES.into_iter().zip(&figures.stages) {

@@ -1,5 +1,5 @@
-//! The text format of Prometheus (prometheus.io, "Exposition formats", version 0.0.4): a family of samples has a help line, a type line and
-//! a line a sample.
+//! The text format of Prometheus (prometheus.io, "Exposition formats", version 0.0.4): a family of samples has a help
+//! line, a type line and a line a sample.
 
 use super::histogram::{BOUNDS_S, Histogram};
 use std::fmt::Write;

@@ -1,9 +1,10 @@
 //! Offset and drift between a browser's clock and this host's, by round trips.
 //!
-//! Of a round trip, t1 is when the host sent, t2 when the browser received, t3 when it answered and t4 when the host received the answer. With equal
-//! delays on both ways the browser's clock is ahead by ((t2 - t1) + (t3 - t4)) / 2, and the error is at most half of the delay
-//! (t4 - t1) - (t3 - t2) (D. Mills, RFC 5905, section 8). Delays have a least value and a long tail, so the round trip of least delay in
-//! each [`SLOT_NS`] is kept (minimum filter), and a weighted line through them gives the drift.
+//! Of a round trip, t1 is when the host sent, t2 when the browser received, t3 when it answered and t4 when the host
+//! received the answer. With equal delays on both ways the browser's clock is ahead by ((t2 - t1) + (t3 - t4)) / 2, and
+//! the error is at most half of the delay (t4 - t1) - (t3 - t2) (D. Mills, RFC 5905, section 8). Delays have a least
+//! value and a long tail, so the round trip of least delay in each [`SLOT_NS`] is kept (minimum filter), and a weighted
+//! line through them gives the drift.
 
 use std::collections::VecDeque;
 
@@ -131,8 +132,9 @@ impl ClockComparison {
         })
     }
 
-    /// Weighted least-squares line through the offsets; each weight follows from the delay in excess of the minimum, with a zero-mean prior on the
-    /// drift. An asymmetry of the minimum delay is unobservable and not part of the errors of the fit.
+    /// Weighted least-squares line through the offsets; each weight follows from the delay in excess of the minimum,
+    /// with a zero-mean prior on the drift. An asymmetry of the minimum delay is unobservable and not part of the
+    /// errors of the fit.
     fn fit(&self) -> Option<Line> {
         let best = self.samples.iter().min_by_key(|sample| sample.delay_ns)?;
         let points: Vec<Point> = self

@@ -1,14 +1,14 @@
 //! One browser's messages: checked, converted to this host's time, counted. Knows no socket and no clock.
 //!
-//! Drop rules: messages beyond [`Budget`], of another camera, damaged, of an impossible time, or before the clocks were compared are
-//! dropped and counted; [`MOST_REFUSED`] in a row end the session.
+//! Drop rules: messages beyond [`Budget`], of another camera, damaged, of an impossible time, or before the clocks were
+//! compared are dropped and counted; [`MOST_REFUSED`] in a row end the session.
 
 use super::clock::{ClockComparison, HostTime, RoundTrip};
 use super::registry::Outgoing;
 use serde::{Deserialize, Serialize};
 use sextant_process::ClockQuality as HostClock;
 use sextant_proto::{
-    CameraNotice, CameraStatus, ClockQuality, ClockSource, DecodeError, Kind, Observations,
+    CameraNotice, CameraStatus, ClockQuality, ClockSource, DecodeError, MessageKind, Observations,
     Preview, decode, limits,
 };
 use sextant_site_model::CameraId;
@@ -16,7 +16,7 @@ use sextant_tag_families::Family;
 use std::collections::{BTreeSet, VecDeque};
 
 /// Longest message: a picture.
-pub(crate) const MAX_BYTES: usize = Kind::Preview.max_bytes();
+pub(crate) const MAX_BYTES: usize = MessageKind::Preview.max_bytes();
 /// Messages without one that is accepted after which a session ends.
 const MOST_REFUSED: u32 = 1000;
 /// Between round trips in the beginning, how many those are, and the time between later ones.
@@ -163,15 +163,15 @@ impl Session {
 
     fn read(&self, now: &Now, bytes: &[u8]) -> Result<Outgoing, String> {
         let damaged = |cause: DecodeError| cause.to_string();
-        let is_kind = |kind: Kind| bytes.get(2) == Some(&(kind as u8));
-        let outgoing = if is_kind(Kind::Observations) {
+        let is_kind = |kind: MessageKind| bytes.get(2) == Some(&(kind as u8));
+        let outgoing = if is_kind(MessageKind::Observations) {
             let message = decode(bytes).map_err(damaged)?;
             self.observations(now, message).map(Outgoing::Observations)
-        } else if is_kind(Kind::CameraStatus) {
+        } else if is_kind(MessageKind::CameraStatus) {
             let message = decode(bytes).map_err(damaged)?;
             self.status(now, message)
                 .map(|status| Outgoing::Status(Box::new(status)))
-        } else if is_kind(Kind::Preview) {
+        } else if is_kind(MessageKind::Preview) {
             let message = decode(bytes).map_err(damaged)?;
             self.preview(now, message).map(Outgoing::Preview)
         } else {
@@ -489,13 +489,13 @@ mod tests {
             (damaged, "damaged"),
             (vec![], "no message of a camera"),
             (
-                vec![0x53, 1, Kind::RigConfig as u8, 0],
+                vec![0x53, 1, MessageKind::RigConfig as u8, 0],
                 "no message of a camera",
             ),
         ] {
             assert_eq!(session.handle_bytes(&now, &bytes), None);
-            let told = session.cause.clone().unwrap();
-            assert!(told.contains(cause), "{told} {cause}");
+            let reported = session.cause.clone().unwrap();
+            assert!(reported.contains(cause), "{reported} {cause}");
         }
         assert_eq!(session.refused, 6);
         session.handle_text(&now, "{}");

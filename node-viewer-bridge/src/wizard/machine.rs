@@ -1,11 +1,12 @@
-//! One wizard at a time, from start to a kept result: a state machine without thread, file or network. Time is an argument.
+//! One wizard at a time, from start to a kept result: a state machine without thread, file or network. Time is an
+//! argument.
 
 use super::command::{Command, Start};
 use super::plan::{plan, subject};
 use super::publication::{Answered, Outgoing, Publication};
 use super::state::WizardState;
 use crate::refusal::Refusal;
-use sextant_calibrator::procedure::{Outcome, Procedure, Product};
+use sextant_calibrator::procedure::{Procedure, ProcedureOutcome, Product};
 use sextant_proto::{ConfigAnswer, NodeKind};
 use sextant_site_mirror::SiteMirror;
 use sextant_site_model::{ImageObservation, Rig};
@@ -47,9 +48,9 @@ struct Running {
 enum Phase {
     Collecting,
     Solving(u64),
-    Solved(Outcome),
-    Keeping(Outcome, Option<Publication>, Vec<String>),
-    Kept(Outcome, Vec<String>),
+    Solved(ProcedureOutcome),
+    Keeping(ProcedureOutcome, Option<Publication>, Vec<String>),
+    Kept(ProcedureOutcome, Vec<String>),
 }
 
 /// What a command has to be judged by.
@@ -139,7 +140,8 @@ impl Machine {
         };
         if !has_fusion && !site.has_folder {
             return Err(Refusal::not_now(
-                "there is nowhere to keep it: no fusion node lives, and viewer.toml names no `folder`; download the file",
+                "there is nowhere to keep it: no fusion node lives, and viewer.toml names no \
+                 `folder`; download the file",
             ));
         }
         let (outcome, publication) = if !has_fusion {
@@ -203,7 +205,7 @@ impl Machine {
     }
 
     /// A solve has ended. After a failure its cause is shown and images are collected further.
-    pub(super) fn solved(&mut self, number: u64, result: Result<Outcome, String>) {
+    pub(super) fn solved(&mut self, number: u64, result: Result<ProcedureOutcome, String>) {
         self.is_solver_busy = false;
         let is_waited_for =
             |running: &Running| matches!(running.phase, Phase::Solving(waited) if waited == number);

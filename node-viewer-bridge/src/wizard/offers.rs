@@ -63,7 +63,7 @@ mod tests {
             scale_sigma: None,
         };
         Proposal {
-            rig: Some(ModelPayload::of(&rig).unwrap()),
+            rig: Some(ModelPayload::encode(&rig).unwrap()),
             ..Proposal::none(node(name), 1)
         }
     }

@@ -1,4 +1,5 @@
-//! From a person's request to a procedure: names, sizes and files checked, each complaint at the field that it is about.
+//! From a person's request to a procedure: names, sizes and files checked, each complaint at the field that it is
+//! about.
 
 use super::command::{
     BoardRequest, GridRequest, ObjectRequest, OriginRequest, Others, Start, TagRequest,

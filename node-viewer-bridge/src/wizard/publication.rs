@@ -1,8 +1,10 @@
-//! A result on its way to the running site: published as `sextant config set` does, and what the fusion node that publishes the poses answers.
+//! A result on its way to the running site: published as `sextant config set` does, and what the fusion node that
+//! publishes the poses answers.
 
 use sextant_calibrator::procedure::Product;
 use sextant_proto::{
-    CameraSettings, ConfigAnswer, ObjectConfig, Outcome, Proposal, RigConfig, encode, fingerprint,
+    CameraSettings, ChangeOutcome, ConfigAnswer, ObjectConfig, Proposal, RigConfig, encode,
+    fingerprint,
 };
 use sextant_site_files::{object_toml, rig_toml};
 use std::time::{Duration, Instant};
@@ -101,16 +103,18 @@ impl Publication {
         };
         let node = &answer.node;
         let there = match &answer.outcome {
-            Outcome::Refused(refusal) => {
+            ChangeOutcome::Refused(refusal) => {
                 return Answered::Refused(format!(
                     "{node} refused it: {refusal}; everything stays as it was"
                 ));
             }
-            Outcome::Kept => format!("in force on fusion node {node}, which keeps it in its files"),
-            Outcome::Taken => format!(
+            ChangeOutcome::Kept => {
+                format!("in force on fusion node {node}, which keeps it in its files")
+            }
+            ChangeOutcome::Taken => format!(
                 "in force on fusion node {node} until that ends: `keep_changes` in its file is false"
             ),
-            Outcome::Same => format!("fusion node {node} had it already"),
+            ChangeOutcome::Same => format!("fusion node {node} had it already"),
         };
         let followers = answer.followers.iter();
         let followers = followers.map(|node| format!("in force on fusion node {node}"));
@@ -125,7 +129,7 @@ mod tests {
     use super::*;
     use sextant_proto::{NodeId, Refusal};
 
-    fn answer(fingerprint: u64, outcome: Outcome) -> ConfigAnswer {
+    fn answer(fingerprint: u64, outcome: ChangeOutcome) -> ConfigAnswer {
         ConfigAnswer {
             node: NodeId::new("a").unwrap(),
             key: "config/rig".to_owned(),
@@ -145,7 +149,7 @@ mod tests {
         let number = outgoing.fingerprint().unwrap();
         let start = Instant::now();
         let mut publication = Publication::of(&outgoing, start).unwrap();
-        publication.take(&answer(number + 1, Outcome::Kept));
+        publication.take(&answer(number + 1, ChangeOutcome::Kept));
         assert_eq!(publication.answered(start), Answered::NotYet);
         let Answered::Done(silence) = publication.answered(start + PATIENCE) else {
             panic!("still waiting");
@@ -154,7 +158,7 @@ mod tests {
             silence[0].contains("no fusion node has answered"),
             "{silence:?}"
         );
-        publication.take(&answer(number, Outcome::Kept));
+        publication.take(&answer(number, ChangeOutcome::Kept));
         let Answered::Done(words) = publication.answered(start) else {
             panic!("it is answered");
         };
@@ -163,7 +167,7 @@ mod tests {
             words[2].contains("c has not taken it over yet"),
             "{words:?}"
         );
-        publication.take(&answer(number, Outcome::Refused(Refusal::NoCamera)));
+        publication.take(&answer(number, ChangeOutcome::Refused(Refusal::NoCamera)));
         let refused = publication.answered(start);
         assert_eq!(
             refused,

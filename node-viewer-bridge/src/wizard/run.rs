@@ -5,7 +5,7 @@ use super::service::WizardService;
 use super::state::WizardState;
 use crate::frame::frame_of;
 use crate::hub::{Hub, Slot};
-use sextant_calibrator::procedure::{Outcome, Procedure, Product};
+use sextant_calibrator::procedure::{Procedure, ProcedureOutcome, Product};
 use sextant_process::{Shutdown, fail_point, panics::contained};
 use sextant_site_files::{former_of, keep_object, keep_rig, object_file};
 use sextant_site_model::ImageObservation;
@@ -43,7 +43,7 @@ pub(crate) fn run(service: &WizardService, hub: &Hub, shutdown: &Shutdown) {
 }
 
 /// What a solve came to.
-type Solved = Result<Outcome, String>;
+type Solved = Result<ProcedureOutcome, String>;
 
 struct Worker<'a> {
     service: &'a WizardService,

@@ -1,7 +1,7 @@
 //! The interface of the wizards: takes commands, images and answers, and hands jobs to the wizard's thread.
 //!
-//! The network's threads only lock the answers and offers: neither lock is held while a file is read, an image is evaluated or a command is
-//! executed.
+//! The network's threads only lock the answers and offers: neither lock is held while a file is read, an image is
+//! evaluated or a command is executed.
 
 use super::command::{Command, check_settings};
 use super::machine::{Job, Machine, Site};
@@ -9,7 +9,7 @@ use super::offers::{Offer, Offers};
 use super::publication::Outgoing;
 use super::state::WizardState;
 use crate::refusal::Refusal;
-use sextant_calibrator::procedure::Outcome;
+use sextant_calibrator::procedure::ProcedureOutcome;
 use sextant_proto::{ConfigAnswer, NodeId, Proposal};
 use sextant_site_files::read_rig;
 use sextant_site_mirror::SiteMirror;
@@ -169,7 +169,7 @@ impl WizardService {
         self.machine().image(image);
     }
 
-    pub(super) fn solved(&self, number: u64, result: Result<Outcome, String>) {
+    pub(super) fn solved(&self, number: u64, result: Result<ProcedureOutcome, String>) {
         let mut machine = self.machine();
         machine.solved(number, result);
         let wanted = machine.is_collecting();

@@ -3,7 +3,7 @@
 use super::publication::file_of;
 use crate::models::{self, ObjectTag, RigCamera};
 use serde::{Serialize, Serializer};
-use sextant_calibrator::procedure::{Kind, Outcome, Product, Progress, Report};
+use sextant_calibrator::procedure::{ProcedureKind, ProcedureOutcome, Product, Progress, Report};
 use sextant_proto::{ObjectConfig, RigConfig};
 use sextant_site_model::{ObjectModel, Rig};
 
@@ -11,7 +11,7 @@ use sextant_site_model::{ObjectModel, Rig};
 #[derive(Debug, Serialize)]
 #[serde(tag = "type", rename = "wizard")]
 pub(crate) struct WizardState {
-    wizard: Option<Kind>,
+    wizard: Option<ProcedureKind>,
     stage: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]
     subject: Option<String>,
@@ -83,7 +83,7 @@ impl WizardState {
         }
     }
 
-    pub(super) fn of(kind: Kind, subject: &str, cause: Option<&str>) -> Self {
+    pub(super) fn of(kind: ProcedureKind, subject: &str, cause: Option<&str>) -> Self {
         Self {
             wizard: Some(kind),
             subject: Some(subject.to_owned()),
@@ -109,7 +109,12 @@ impl WizardState {
         }
     }
 
-    pub(super) fn solved(self, stage: &'static str, outcome: &Outcome, kept: &[String]) -> Self {
+    pub(super) fn solved(
+        self,
+        stage: &'static str,
+        outcome: &ProcedureOutcome,
+        kept: &[String],
+    ) -> Self {
         let (file, toml) = file_of(&outcome.product);
         Self {
             stage,

@@ -1,8 +1,8 @@
 //! Whether an object fell: it lost height faster than anybody puts something down, or it tipped over where it stood.
 //!
-//! Drop: the origin sinks by more than 15 cm plus two sigma within a quarter of a second; free fall from rest takes 0.18 s for that, a
-//! hand about half a second. Tilt: the axis that was vertical while the object rested leans by more than 45 degrees plus two sigma. An
-//! object that was lifted before is being carried, and may be turned as one likes.
+//! Drop: the origin sinks by more than 15 cm plus two sigma within a quarter of a second; free fall from rest takes
+//! 0.18 s for that, a hand about half a second. Tilt: the axis that was vertical while the object rested leans by more
+//! than 45 degrees plus two sigma. An object that was lifted before is being carried, and may be turned as one likes.
 
 use super::event::FallCause;
 use super::sample::Sample;

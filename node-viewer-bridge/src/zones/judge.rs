@@ -1,8 +1,9 @@
 //! Which object is in which zone, by its poses and their covariance.
 //!
-//! A boundary is crossed when the object's origin lies beyond it by more than two sigma along the boundary's normal and at least 5 mm,
-//! and has done so for a tenth of a second. Between the two thresholds an object stays where it was, so that neither noise nor an
-//! object at rest on the boundary makes events. The first judgement of an object in a zone is silent: it was there before.
+//! A boundary is crossed when the object's origin lies beyond it by more than two sigma along the boundary's normal and
+//! at least 5 mm, and has done so for a tenth of a second. Between the two thresholds an object stays where it was, so
+//! that neither noise nor an object at rest on the boundary makes events. The first judgement of an object in a zone is
+//! silent: it was there before.
 
 use super::event::EventKind;
 use super::fall::FallDetector;
@@ -65,7 +66,8 @@ pub(crate) struct Judgement {
     pub(crate) occupancy_changed: bool,
 }
 
-/// Follows all objects. Drop rule: a new one takes the place of the one that was silent longest, for [`FORGOTTEN_NS`] at least.
+/// Follows all objects. Drop rule: a new one takes the place of the one that was silent longest, for [`FORGOTTEN_NS`]
+/// at least.
 #[derive(Debug, Default)]
 pub(crate) struct Judge {
     zones: Vec<Zone>,

@@ -24,7 +24,7 @@ pub(crate) struct Sample {
 
 impl Sample {
     /// None where the attitude is ambiguous or the object is lost: nothing can be concluded from such a pose.
-    pub(crate) fn of(pose: &ObjectPose) -> Option<Self> {
+    pub(crate) fn from_pose(pose: &ObjectPose) -> Option<Self> {
         let is_measured = match pose.state {
             State::Tracking => true,
             State::Coasting => false,

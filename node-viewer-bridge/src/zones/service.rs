@@ -28,11 +28,11 @@ pub(crate) struct ZoneService {
     /// Where the zones are kept; without it they last as long as the bridge.
     file: Option<PathBuf>,
     editing: Mutex<()>,
-    state: Mutex<State>,
+    state: Mutex<ZonesState>,
 }
 
 #[derive(Default)]
-struct State {
+struct ZonesState {
     judge: Judge,
     n_events: u64,
     last: VecDeque<Event>,
@@ -76,7 +76,7 @@ impl ZoneService {
             Some(file) if file.exists() => read_toml_checked(file, ZonesFile::check)?.zones,
             _ => Vec::new(),
         };
-        let mut state = State::default();
+        let mut state = ZonesState::default();
         state.judge.set_zones(zones);
         Ok(Self {
             file,
@@ -92,7 +92,7 @@ impl ZoneService {
 
     /// Takes a pose from the network.
     pub(crate) fn take_pose(&self, pose: &ObjectPose, hub: &Hub) {
-        let Some(sample) = Sample::of(pose) else {
+        let Some(sample) = Sample::from_pose(pose) else {
             return;
         };
         let mut state = self.lock();
@@ -143,7 +143,7 @@ impl ZoneService {
         self.lock().waiting.pop_front()
     }
 
-    fn show_locked(&self, state: &State, hub: &Hub) {
+    fn show_locked(&self, state: &ZonesState, hub: &Hub) {
         let occupied = |zone| Occupied {
             zone,
             inside: state.judge.inside(zone).collect(),
@@ -161,12 +161,12 @@ impl ZoneService {
         let _ = hub.publish(&Slot::Events, frame_of(&events));
     }
 
-    fn lock(&self) -> MutexGuard<'_, State> {
+    fn lock(&self) -> MutexGuard<'_, ZonesState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl State {
+impl ZonesState {
     fn push(&mut self, event: Event) {
         self.n_events += 1;
         if self.last.len() == REMEMBERED {

@@ -2,9 +2,9 @@
 
 use nalgebra::Matrix6;
 
-/// The nearest symmetric positive semi-definite matrix (in the Frobenius norm, Higham 1988, "Computing a nearest symmetric positive
-/// semidefinite matrix", theorem 2.1): of the symmetric part, eigenvalues below zero become zero. Row-major; what is not finite
-/// stays as it is, for the message's check.
+/// The nearest symmetric positive semi-definite matrix (in the Frobenius norm, Higham 1988, "Computing a nearest
+/// symmetric positive semidefinite matrix", theorem 2.1): of the symmetric part, eigenvalues below zero become zero.
+/// Row-major; what is not finite stays as it is, for the message's check.
 pub(crate) fn published(covariance: &Matrix6<f64>) -> [f64; 36] {
     let rows = |matrix: &Matrix6<f64>| std::array::from_fn(|k| matrix[(k / 6, k % 6)]);
     if !covariance.iter().all(|x| x.is_finite()) {

@@ -42,8 +42,8 @@ impl From<&TagObservation> for TagCorners {
 /// An error from which on it is no prior: the estimate of an offset is linear over some milliseconds of motion.
 const FAR_CLOCK_NS: u64 = 100_000_000;
 
-/// Nobody has compared the clock behind recorded time stamps, or one without a source, with the site's; and a clock that
-/// nothing disciplines, or that is off by tenths of a second, may show any time.
+/// Nobody has compared the clock behind recorded time stamps, or one without a source, with the site's; and a clock
+/// that nothing disciplines, or that is off by tenths of a second, may show any time.
 fn clock_error_ns(clock: ClockQuality) -> u64 {
     match clock.source {
         ClockSource::Unknown | ClockSource::FreeRunning | ClockSource::Recorded => {

@@ -48,8 +48,8 @@ impl From<SigmaConfig> for PoseSigma {
 }
 
 impl ObjectPose {
-    /// The message of an estimate: the `sequence`-th of its object, by the fusion node of this epoch, handed to the network at
-    /// `published_ns`. Its covariance is the nearest positive semi-definite one.
+    /// The message of an estimate: the `sequence`-th of its object, by the fusion node of this epoch, handed to the
+    /// network at `published_ns`. Its covariance is the nearest positive semi-definite one.
     #[must_use]
     pub fn from_estimate(
         estimate: &ObjectEstimate,

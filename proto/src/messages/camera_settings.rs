@@ -1,11 +1,12 @@
 //! Exposure, gain and rate of a camera: as the site wants them, and as they are in force.
 
 use crate::check::{self, OutOfRange, holds};
-use crate::envelope::{Kind, Message};
+use crate::envelope::{Message, MessageKind};
 use serde::{Deserialize, Serialize};
 use sextant_site_model::CameraId;
 
-/// Settings of a camera. What is none is up to the camera's own file. A message without any value removes the site's settings.
+/// Settings of a camera. What is none is up to the camera's own file. A message without any value removes the site's
+/// settings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CameraSettings {
@@ -45,7 +46,7 @@ impl CameraSettings {
 }
 
 impl Message for CameraSettings {
-    const KIND: Kind = Kind::CameraSettings;
+    const KIND: MessageKind = MessageKind::CameraSettings;
 
     fn check(&self) -> Result<(), OutOfRange> {
         let exposure_us = self.exposure_us.unwrap_or(1.0);

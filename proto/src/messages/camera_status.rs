@@ -1,7 +1,7 @@
 //! Status of a camera node, about once a second, with the quality of its clock.
 
 use crate::check::{self, OutOfRange, holds};
-use crate::envelope::{Kind, Message};
+use crate::envelope::{Message, MessageKind};
 use crate::limits::{MAX_CAMERA_NOTICES, MAX_TIME_NS};
 use crate::messages::camera_notice::CameraNotice;
 use crate::messages::camera_settings::CameraControls;
@@ -99,7 +99,7 @@ pub struct CameraStatus {
 }
 
 impl Message for CameraStatus {
-    const KIND: Kind = Kind::CameraStatus;
+    const KIND: MessageKind = MessageKind::CameraStatus;
 
     fn check(&self) -> Result<(), OutOfRange> {
         check::name(&self.version, "version")?;

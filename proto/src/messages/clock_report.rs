@@ -1,7 +1,7 @@
 //! Clock offsets of the cameras as a fusion node estimates them from the motion, about once a second.
 
 use crate::check::{self, OutOfRange, holds};
-use crate::envelope::{Kind, Message};
+use crate::envelope::{Message, MessageKind};
 use crate::ids::NodeId;
 use crate::limits::MAX_CAMERAS;
 use crate::wire;
@@ -32,7 +32,7 @@ pub struct CameraClock {
 }
 
 impl Message for ClockReport {
-    const KIND: Kind = Kind::ClockReport;
+    const KIND: MessageKind = MessageKind::ClockReport;
 
     fn check(&self) -> Result<(), OutOfRange> {
         holds(self.cameras.len() <= MAX_CAMERAS, "cameras")?;

@@ -1,7 +1,7 @@
 //! The answer to a change of the configuration, by the fusion node that publishes the poses.
 
 use crate::check::{self, OutOfRange, holds};
-use crate::envelope::{Kind, Message};
+use crate::envelope::{Message, MessageKind};
 use crate::ids::NodeId;
 use crate::limits::MAX_PEERS;
 use crate::messages::refusal::Refusal;
@@ -14,12 +14,13 @@ use std::collections::BTreeMap;
 pub struct ConfigAnswer {
     /// The node; the same as in the key.
     pub node: NodeId,
-    /// The changed key below the site: `config/rig`, `config/object/<object>`, `config/camera/<camera>` or `config/models`.
+    /// The changed key below the site: `config/rig`, `config/object/<object>`, `config/camera/<camera>` or
+    /// `config/models`.
     pub key: String,
     /// [`fingerprint`] of the payload answered.
     pub fingerprint: u64,
     /// What became of it.
-    pub outcome: Outcome,
+    pub outcome: ChangeOutcome,
     /// The other fusion nodes that work from it too.
     #[serde(deserialize_with = "wire::list::at_most::<_, _, MAX_PEERS>")]
     pub followers: Vec<NodeId>,
@@ -31,7 +32,7 @@ pub struct ConfigAnswer {
 /// What became of a change. On the wire the number of the variant, from 0.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Outcome {
+pub enum ChangeOutcome {
     /// In force until the node ends.
     Taken,
     /// In force, and written to the node's files.
@@ -62,15 +63,15 @@ pub fn models_fingerprint<'a>(models: impl IntoIterator<Item = (&'a str, &'a [u8
 }
 
 impl Message for ConfigAnswer {
-    const KIND: Kind = Kind::ConfigAnswer;
+    const KIND: MessageKind = MessageKind::ConfigAnswer;
 
     fn check(&self) -> Result<(), OutOfRange> {
         check::detail(&self.key, "key")?;
         holds(self.followers.len() <= MAX_PEERS, "followers")?;
         holds(self.behind.len() <= MAX_PEERS, "behind")?;
         match &self.outcome {
-            Outcome::Refused(refusal) => refusal.check("outcome"),
-            Outcome::Taken | Outcome::Kept | Outcome::Same => Ok(()),
+            ChangeOutcome::Refused(refusal) => refusal.check("outcome"),
+            ChangeOutcome::Taken | ChangeOutcome::Kept | ChangeOutcome::Same => Ok(()),
         }
     }
 }

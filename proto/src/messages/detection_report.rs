@@ -1,8 +1,8 @@
-//! How a camera's detector processed one image, a few times a second while somebody subscribes: durations of its stages, candidates, and
-//! why candidates were rejected.
+//! How a camera's detector processed one image, a few times a second while somebody subscribes: durations of its
+//! stages, candidates, and why candidates were rejected.
 
 use crate::check::{self, OutOfRange, holds};
-use crate::envelope::{Kind, Message};
+use crate::envelope::{Message, MessageKind};
 use crate::limits::{MAX_PIXEL, MAX_REJECTED};
 use crate::wire;
 use serde::{Deserialize, Serialize};
@@ -96,7 +96,7 @@ pub struct RejectedCandidate {
 }
 
 impl Message for DetectionReport {
-    const KIND: Kind = Kind::DetectionReport;
+    const KIND: MessageKind = MessageKind::DetectionReport;
 
     fn check(&self) -> Result<(), OutOfRange> {
         check::time(self.capture_ns, "capture_ns")?;

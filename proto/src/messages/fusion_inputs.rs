@@ -1,14 +1,16 @@
-//! What a fusion node's estimator took in, in order and with its times: a recording with these and the observations gives the same poses.
+//! What a fusion node's estimator took in, in order and with its times: a recording with these and the observations
+//! gives the same poses.
 
 use crate::check::{self, OutOfRange, holds};
-use crate::envelope::{Kind, Message};
+use crate::envelope::{Message, MessageKind};
 use crate::ids::NodeId;
 use crate::limits::{MAX_INPUTS, MAX_OBJECTS};
 use crate::wire;
 use serde::{Deserialize, Serialize};
 use sextant_site_model::CameraId;
 
-/// Consecutive inputs of a fusion node's estimator. The first two of a run are the rig and the objects before its first image.
+/// Consecutive inputs of a fusion node's estimator. The first two of a run are the rig and the objects before its first
+/// image.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FusionInputs {
     /// The node, equal to that of the key.
@@ -55,7 +57,7 @@ pub enum InputSource {
 }
 
 impl Message for FusionInputs {
-    const KIND: Kind = Kind::FusionInputs;
+    const KIND: MessageKind = MessageKind::FusionInputs;
 
     fn check(&self) -> Result<(), OutOfRange> {
         holds(self.inputs.len() <= MAX_INPUTS, "inputs")?;

@@ -1,7 +1,7 @@
 //! Status of a fusion node, about once a second: messages received and rejected, objects, faults and notices.
 
 use crate::check::{self, OutOfRange, holds};
-use crate::envelope::{DecodeError, Kind, Message};
+use crate::envelope::{DecodeError, Message, MessageKind};
 use crate::ids::NodeId;
 use crate::limits::{MAX_CAMERAS, MAX_FAULTS, MAX_IMPERFECTIONS, MAX_NOTICES, MAX_OBJECTS};
 use crate::messages::notice::Notice;
@@ -127,7 +127,7 @@ impl Rejections {
 }
 
 impl Message for FusionStatus {
-    const KIND: Kind = Kind::FusionStatus;
+    const KIND: MessageKind = MessageKind::FusionStatus;
 
     fn check(&self) -> Result<(), OutOfRange> {
         check::name(&self.version, "version")?;

@@ -1,8 +1,8 @@
-//! Heartbeats of the fusion nodes of a site, by which one of them publishes poses and the others stand by, or each publishes its share, and
-//! by which all of them come to work from the same models.
+//! Heartbeats of the fusion nodes of a site, by which one of them publishes poses and the others stand by, or each
+//! publishes its share, and by which all of them come to work from the same models.
 
 use crate::check::{self, OutOfRange, holds};
-use crate::envelope::{Kind, Message};
+use crate::envelope::{Message, MessageKind};
 use crate::ids::NodeId;
 use crate::limits::{MAX_OBJECTS, MAX_PEERS};
 use crate::wire;
@@ -19,8 +19,8 @@ pub struct Heartbeat {
     pub node: NodeId,
     /// When it was sent, ns by a clock of the node's own that is never set.
     pub sent_ns: u64,
-    /// Epoch of the poses that the node publishes; none while it stands by. Of nodes that share the objects one has an epoch as well, and takes care of
-    /// what concerns the whole site.
+    /// Epoch of the poses that the node publishes; none while it stands by. Of nodes that share the objects one has an
+    /// epoch as well, and takes care of what concerns the whole site.
     pub epoch: Option<u64>,
     /// The newest epoch that the node knows of.
     pub newest: u64,
@@ -36,13 +36,15 @@ pub struct Heartbeat {
 /// Which models a fusion node works from.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ModelsState {
-    /// Their version; none of files that have not been compared with those of other nodes yet, which are older than all versions.
+    /// Their version; none of files that have not been compared with those of other nodes yet, which are older than all
+    /// versions.
     pub version: Option<ModelsVersion>,
     /// [`crate::models_fingerprint`] of the payloads that carry them.
     pub fingerprint: u64,
 }
 
-/// A version of the models of a site: rig, objects and settings together. The greater one is newer, compared field by field.
+/// A version of the models of a site: rig, objects and settings together. The greater one is newer, compared field by
+/// field.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct ModelsVersion {
     /// Changes since the first version.
@@ -65,7 +67,8 @@ pub struct HeardBeat {
 /// What a node does where the objects are shared among the fusion nodes of a site.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Sharing {
-    /// How many nodes besides the publisher track an object, in the order of the nodes' weights; none where its file names its objects.
+    /// How many nodes besides the publisher track an object, in the order of the nodes' weights; none where its file
+    /// names its objects.
     pub standbys: Option<u32>,
     /// The objects that the node tracks.
     #[serde(deserialize_with = "wire::list::at_most::<_, _, MAX_OBJECTS>")]
@@ -94,7 +97,7 @@ pub enum Part {
 }
 
 impl Message for Heartbeat {
-    const KIND: Kind = Kind::Heartbeat;
+    const KIND: MessageKind = MessageKind::Heartbeat;
 
     fn check(&self) -> Result<(), OutOfRange> {
         holds(self.heard.len() <= MAX_PEERS, "heard")?;

@@ -1,4 +1,5 @@
-//! What happened to a fusion node itself and to the messages that it takes in: neither a fault of the site nor an imperfection of its files.
+//! What happened to a fusion node itself and to the messages that it takes in: neither a fault of the site nor an
+//! imperfection of its files.
 
 use crate::check::{self, OutOfRange, holds};
 use crate::ids::NodeId;
@@ -7,7 +8,6 @@ use crate::messages::refusal::Refusal;
 use serde::{Deserialize, Serialize};
 use sextant_site_model::CameraId;
 use sextant_site_report::Severity;
-use std::fmt;
 
 /// Something that a person should know, and for how long it is shown.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -69,7 +69,8 @@ pub enum Notice {
         /// Rms reprojection error of these by the models proposed, px.
         after_px: f64,
     },
-    /// A fusion node works from older models than another one; shown until it has taken them over. It publishes no poses meanwhile.
+    /// A fusion node works from older models than another one; shown until it has taken them over. It publishes no
+    /// poses meanwhile.
     OldModels {
         /// The node whose models are old.
         node: NodeId,
@@ -83,67 +84,46 @@ pub enum Notice {
     },
 }
 
-impl fmt::Display for Notice {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::CameraSilent { camera, silent_s } => write!(
-                f,
-                "camera {camera} has sent nothing for {silent_s:.0} s: check its power and its network"
-            ),
-            Self::LateObservations { camera, total } => write!(
-                f,
-                "observations of camera {camera} arrive too late ({total} dropped since the start): check its network and its clock"
-            ),
-            Self::Overload { dropped, total } => write!(
-                f,
-                "overload: {dropped} observations dropped unread ({total} since the start): use fewer images a second, fewer cameras or a faster machine"
-            ),
-            Self::Unpublished { total, detail } => write!(
-                f,
-                "{total} messages not published since the start; last: {detail}"
-            ),
-            Self::ClockStepped { by_s } => {
-                let way = if *by_s < 0.0 { "back" } else { "forward" };
-                write!(
-                    f,
-                    "the clock of this machine was set {way} by {:.3} s: tracking begins anew",
-                    by_s.abs()
-                )
-            }
-            Self::ChangeRefused {
-                key,
-                sender,
-                refusal,
-            } => {
-                write!(f, "change of {key}")?;
-                if let Some(sender) = sender {
-                    write!(f, " by {sender}")?;
-                }
-                write!(f, " refused: {refusal}")
-            }
-            Self::NameTaken { host } => write!(
-                f,
-                "another fusion node of this name runs on {host}: stop one of them"
-            ),
-            Self::RefinementProposed {
-                n_images,
-                before_px,
-                after_px,
-            } => write!(
-                f,
-                "a refined calibration explains the images better ({before_px:.2} px to {after_px:.2} px on {n_images} held-back images): run `sextant config apply-refinement`"
-            ),
-            Self::OldModels { node, newer } => write!(
-                f,
-                "fusion node {node} has an older rig or objects than {newer} and publishes no poses until it has taken these over: check the network between the two; where {newer} is gone for good, set the rig again (`sextant config set rig`)"
-            ),
-            Self::NotKept { detail } => write!(
-                f,
-                "the rig and the objects in force are not in this node's files, which it would start from: {detail}"
-            ),
-        }
-    }
-}
+sextant_site_report::sentences! { Notice {
+    Self::CameraSilent { camera, silent_s } =>
+        "camera {camera} has sent nothing for {silent_s:.0} s",
+        ": check its power and its network";
+    Self::LateObservations { camera, total } =>
+        "observations of camera {camera} arrive too late ({total} dropped since the start)",
+        ": check its network and its clock";
+    Self::Overload { dropped, total } =>
+        "overload: {dropped} observations dropped unread ({total} since the start)",
+        ": use fewer images a second, fewer cameras or a faster machine";
+    Self::Unpublished { total, detail } =>
+        "{total} messages not published since the start; last: {detail}",
+        "";
+    Self::ClockStepped { by_s } =>
+        "the clock of this machine was set {way} by {seconds:.3} s: tracking begins anew",
+        "",
+        way = if *by_s < 0.0 { "back" } else { "forward" },
+        seconds = by_s.abs();
+    Self::ChangeRefused { key, sender: Some(sender), refusal } =>
+        "change of {key} by {sender} refused: {refusal}",
+        "";
+    Self::ChangeRefused { key, sender: None, refusal } =>
+        "change of {key} refused: {refusal}",
+        "";
+    Self::NameTaken { host } =>
+        "another fusion node of this name runs on {host}",
+        ": stop one of them";
+    Self::RefinementProposed { n_images, before_px, after_px } =>
+        "a refined calibration explains the images better ({before_px:.2} px to {after_px:.2} px on {n_images} \
+         held-back images)",
+        ": run `sextant config apply-refinement`";
+    Self::OldModels { node, newer } =>
+        "fusion node {node} has an older rig or objects than {newer} and publishes no poses until it has taken these \
+         over",
+        ": check the network between the two; where {newer} is gone for good, set the rig again (`sextant config set \
+         rig`)";
+    Self::NotKept { detail } =>
+        "the rig and the objects in force are not in this node's files, which it would start from: {detail}",
+        "";
+}}
 
 impl Notice {
     /// Whether it calls for action.

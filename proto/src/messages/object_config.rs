@@ -1,7 +1,7 @@
 //! An object of a site, rigid or of links and joints: everything that its file can say.
 
 use crate::check::{self, OutOfRange, holds};
-use crate::envelope::{Kind, Message};
+use crate::envelope::{Message, MessageKind};
 use crate::limits::{MAX_LINKS, MAX_OBJECT_TAGS};
 use crate::messages::pose_config::{PoseConfig, SigmaConfig};
 use crate::wire;
@@ -25,7 +25,8 @@ pub struct ObjectConfig {
     pub tags: Vec<ObjectTagConfig>,
     /// Standard deviation of its frame in its tags; none where the file gives none.
     pub frame_sigma: Option<SigmaConfig>,
-    /// Standard deviation of the scale that the sizes and places of its tags share, as a share of it; none where the file gives none.
+    /// Standard deviation of the scale that the sizes and places of its tags share, as a share of it; none where the
+    /// file gives none.
     pub scale_sigma: Option<f64>,
     /// Where it stands still in the world; none unless it is a landmark.
     pub world_from_object: Option<PoseConfig>,
@@ -94,7 +95,7 @@ impl ObjectConfig {
 }
 
 impl Message for ObjectConfig {
-    const KIND: Kind = Kind::ObjectConfig;
+    const KIND: MessageKind = MessageKind::ObjectConfig;
 
     fn check(&self) -> Result<(), OutOfRange> {
         holds(self.links.len() <= MAX_LINKS, "links")?;

@@ -1,7 +1,7 @@
 //! Where the links of an articulated object are, and its joints; beside the object's pose of the same instant.
 
 use crate::check::{self, OutOfRange, holds};
-use crate::envelope::{Kind, Message};
+use crate::envelope::{Message, MessageKind};
 use crate::limits::{MAX_JOINTS, MAX_LINKS};
 use crate::wire;
 use serde::{Deserialize, Serialize};
@@ -61,7 +61,7 @@ pub struct JointState {
 }
 
 impl Message for ObjectLinks {
-    const KIND: Kind = Kind::ObjectLinks;
+    const KIND: MessageKind = MessageKind::ObjectLinks;
 
     fn check(&self) -> Result<(), OutOfRange> {
         check::time(self.capture_ns, "capture_ns")?;

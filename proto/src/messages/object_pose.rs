@@ -1,7 +1,7 @@
 //! Where an object is: the estimate that the system exists for, and the simulator's truth beside it.
 
 use crate::check::{self, OutOfRange, holds};
-use crate::envelope::{Kind, Message};
+use crate::envelope::{Message, MessageKind};
 use crate::wire;
 use serde::{Deserialize, Serialize};
 use sextant_site_model::ObjectId;
@@ -14,7 +14,8 @@ pub struct ObjectPose {
     pub object: ObjectId,
     /// Of the fusion node that published it, greater than those of all before it: [`crate::EpochFilter`].
     pub epoch: u64,
-    /// Number of this pose since the fusion node started, per object; gaps within an epoch are messages that the network lost.
+    /// Number of this pose since the fusion node started, per object; gaps within an epoch are messages that the
+    /// network lost.
     pub sequence: u64,
     /// The instant that the pose is for: middle of the exposure, ns since the Unix epoch.
     pub capture_ns: u64,
@@ -40,7 +41,7 @@ pub struct ObjectPose {
 }
 
 impl Message for ObjectPose {
-    const KIND: Kind = Kind::ObjectPose;
+    const KIND: MessageKind = MessageKind::ObjectPose;
 
     fn check(&self) -> Result<(), OutOfRange> {
         check::time(self.capture_ns, "capture_ns")?;
@@ -73,7 +74,7 @@ pub struct ObjectTruth {
 }
 
 impl Message for ObjectTruth {
-    const KIND: Kind = Kind::ObjectTruth;
+    const KIND: MessageKind = MessageKind::ObjectTruth;
 
     fn check(&self) -> Result<(), OutOfRange> {
         check::time(self.capture_ns, "capture_ns")?;

@@ -1,7 +1,7 @@
 //! What one image of one camera showed: corners, and the tag poses solved from them.
 
 use crate::check::{self, OutOfRange, holds, widened};
-use crate::envelope::{Kind, Message};
+use crate::envelope::{Message, MessageKind};
 use crate::limits::{MAX_PIXEL, MAX_TAG_POSES, MAX_TAGS, MAX_TIME_NS};
 use crate::messages::camera_status::ClockQuality;
 use crate::wire;
@@ -32,7 +32,8 @@ pub struct Observations {
     pub tags: Vec<TagObservation>,
 }
 
-/// When an image passed the stages of its board: ns since the Unix epoch, same clock as the capture time; 0 when unknown.
+/// When an image passed the stages of its board: ns since the Unix epoch, same clock as the capture time; 0 when
+/// unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Timing {
     /// The detecting process got hold of the image.
@@ -58,10 +59,12 @@ pub struct TagObservation {
     pub corners: [[f32; 2]; 4],
     /// Covariance of each corner as xx, xy, yy; square pixels.
     pub corner_covariance: [[f32; 3]; 4],
-    /// Covariance between the corners of each of [`sextant_geometry::CORNER_PAIRS`]: x of the one with x and with y of the other, then
-    /// y of the one with both; square pixels. All zero where their errors are independent, or nobody knows.
+    /// Covariance between the corners of each of [`sextant_geometry::CORNER_PAIRS`]: x of the one with x and with y of
+    /// the other, then y of the one with both; square pixels. All zero where their errors are independent, or nobody
+    /// knows.
     pub corner_cross_covariance: [[f32; 4]; 6],
-    /// `camera_from_tag` in both branches of the planar ambiguity, the better first; empty without a known size or lens.
+    /// `camera_from_tag` in both branches of the planar ambiguity, the better first; empty without a known size or
+    /// lens.
     #[serde(deserialize_with = "wire::list::at_most::<_, _, MAX_TAG_POSES>")]
     pub poses: Vec<TagPose>,
 }
@@ -78,7 +81,7 @@ pub struct TagPose {
 }
 
 impl Message for Observations {
-    const KIND: Kind = Kind::Observations;
+    const KIND: MessageKind = MessageKind::Observations;
 
     fn check(&self) -> Result<(), OutOfRange> {
         check::time(self.capture_ns, "capture_ns")?;

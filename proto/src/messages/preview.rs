@@ -1,7 +1,7 @@
 //! A small picture of what a camera sees, for people's eyes.
 
 use crate::check::{self, OutOfRange, holds};
-use crate::envelope::{Kind, Message};
+use crate::envelope::{Message, MessageKind};
 use crate::limits::MAX_JPEG_BYTES;
 use crate::wire;
 use serde::{Deserialize, Serialize};
@@ -25,7 +25,7 @@ pub struct Preview {
 }
 
 impl Message for Preview {
-    const KIND: Kind = Kind::Preview;
+    const KIND: MessageKind = MessageKind::Preview;
 
     fn check(&self) -> Result<(), OutOfRange> {
         check::time(self.capture_ns, "capture_ns")?;

@@ -1,7 +1,7 @@
 //! Models that may be put in force: a refined calibration, or what was in force before the last change.
 
 use crate::check::{self, OutOfRange, holds};
-use crate::envelope::{DecodeError, EncodeError, Kind, Message, decode, encode};
+use crate::envelope::{DecodeError, EncodeError, Message, MessageKind, decode, encode};
 use crate::ids::NodeId;
 use crate::limits::{MAX_OBJECTS, MAX_PAYLOAD_BYTES};
 use crate::messages::object_config::ObjectConfig;
@@ -9,8 +9,8 @@ use crate::messages::rig_config::RigConfig;
 use crate::wire;
 use serde::{Deserialize, Serialize};
 
-/// The models that differ from those in force, as the payloads that put them in force: each is published as it is, under its
-/// `config/` key. Without any there is nothing to be put in force.
+/// The models that differ from those in force, as the payloads that put them in force: each is published as it is,
+/// under its `config/` key. Without any there is nothing to be put in force.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Proposal {
     /// The fusion node; the same as in the key.
@@ -45,7 +45,7 @@ impl ModelPayload {
     ///
     /// # Errors
     /// As [`encode`].
-    pub fn of<M: Message>(model: &M) -> Result<Self, EncodeError> {
+    pub fn encode<M: Message>(model: &M) -> Result<Self, EncodeError> {
         encode(model).map(Self)
     }
 }
@@ -89,7 +89,7 @@ impl Proposal {
 }
 
 impl Message for Proposal {
-    const KIND: Kind = Kind::Proposal;
+    const KIND: MessageKind = MessageKind::Proposal;
 
     fn check(&self) -> Result<(), OutOfRange> {
         check::time(self.t_ns, "t_ns")?;

@@ -1,7 +1,7 @@
 //! The cameras of a site: everything that its rig file can say.
 
 use crate::check::{self, OutOfRange, holds};
-use crate::envelope::{Kind, Message};
+use crate::envelope::{Message, MessageKind};
 use crate::limits::MAX_CAMERAS;
 use crate::messages::pose_config::{PoseConfig, SigmaConfig};
 use crate::wire;
@@ -35,7 +35,8 @@ pub struct CameraConfig {
     pub mount: Option<MountConfig>,
     /// Standard deviation of that pose, whichever it is.
     pub world_from_camera_sigma: Option<SigmaConfig>,
-    /// Seconds from one row of an image to the next, negative where the bottom row is read first; none for a global shutter.
+    /// Seconds from one row of an image to the next, negative where the bottom row is read first; none for a global
+    /// shutter.
     pub line_delay_s: Option<f64>,
     /// How its images are exposed and stamped.
     pub exposure: Option<ExposureConfig>,
@@ -114,7 +115,7 @@ pub struct ExposureConfig {
 }
 
 impl Message for RigConfig {
-    const KIND: Kind = Kind::RigConfig;
+    const KIND: MessageKind = MessageKind::RigConfig;
 
     fn check(&self) -> Result<(), OutOfRange> {
         holds(self.cameras.len() <= MAX_CAMERAS, "cameras")?;

@@ -686,7 +686,7 @@ pub fn config_answer() -> ConfigAnswer {
         node: NodeId::new("fusion").unwrap(),
         key: "config/object/cube".into(),
         fingerprint: 0x0123_4567_89ab_cdef,
-        outcome: Outcome::Refused(Refusal::SharedTag {
+        outcome: ChangeOutcome::Refused(Refusal::SharedTag {
             tag: tag(),
             first: object(),
             second: ObjectId::new("box").unwrap(),
@@ -700,8 +700,8 @@ pub fn proposal() -> Proposal {
     Proposal {
         node: NodeId::new("fusion").unwrap(),
         t_ns: CAPTURE_NS,
-        rig: Some(ModelPayload::of(&rig_config()).unwrap()),
-        objects: vec![ModelPayload::of(&object_config()).unwrap()],
+        rig: Some(ModelPayload::encode(&rig_config()).unwrap()),
+        objects: vec![ModelPayload::encode(&object_config()).unwrap()],
         n_images: 300,
         before_px: 0.75,
         after_px: 0.125,

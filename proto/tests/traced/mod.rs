@@ -1,5 +1,5 @@
-//! Reads a type of the code from a type of the contract: a serde source that gives zeros and short texts, and panics where the code
-//! asks for something else than the contract has.
+//! Reads a type of the code from a type of the contract: a serde source that gives zeros and short texts, and panics
+//! where the code asks for something else than the contract has.
 
 use serde::de::{
     DeserializeOwned, DeserializeSeed, Deserializer, EnumAccess, IntoDeserializer, SeqAccess,

@@ -11,7 +11,7 @@ use crate::procedure::{ImageArguments, ImageSelection, Images, wrong};
 use anyhow::{bail, ensure};
 use clap::Args;
 use sextant_calibrator::lens::Selection;
-use sextant_calibrator::procedure::{LensPlan, Outcome, Plan, Procedure, Product, Report};
+use sextant_calibrator::procedure::{LensPlan, Plan, Procedure, ProcedureOutcome, Product, Report};
 use sextant_geometry::{Intrinsics, Lens, LensModel};
 use sextant_process::{Exit, WithExit};
 use sextant_recordings::{Dataset, Frame, read_picture};
@@ -27,25 +27,29 @@ const MANY: usize = 60;
 /// Arguments of `sextant calibrate lens`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "Print a board (`sextant print board`), glue it onto something flat, and take 30 images of it: everywhere in the image, above all
-at its edges and corners, large enough to fill a third of it, tilted by 30 degrees or more in every direction. It may be partly
-visible. Without --model cross-validation selects the simplest model that predicts corners best in images it was not fitted to. If the
-images do not determine the lens, the cause is reported and nothing is written. The camera keeps its pose in the rig file, or is
-added to it; the previous file is kept as FILE.former.
+    after_help = "Print a board (`sextant print board`), glue it onto something flat, and take 30 images of it:
+everywhere in the image, above all at its edges and corners, large enough to fill a third of it, tilted by 30 degrees or
+more in every direction. It may be partly visible. Without --model cross-validation selects the simplest model that
+predicts corners best in images it was not fitted to. If the images do not determine the lens, the cause is reported and
+nothing is written. The camera keeps its pose in the rig file, or is added to it; the previous file is kept as
+FILE.former.
 
-Of more than 60 images those are used that show the board in another place, tilt or size than the ones before; the report says how many.
+Of more than 60 images those are used that show the board in another place, tilt or size than the ones before; the
+report says how many.
 
 DIR may also be a folder of pictures (JPEG, PNG and others) without data.csv, or have one named after the camera.
 
-With --live the images come from a camera of the running site: hold the board as instructed until there are enough images, or
-press Ctrl-C; then the lens is solved. With --json, progress is one line per second at most: {\"kind\",\"images\",\"fraction\",\"is_enough\",
-\"hint\",\"details\":{\"views\",\"coverage\":[[corners]],\"tilted\":[left,right,upper,lower]}}.
+With --live the images come from a camera of the running site: hold the board as instructed until there are enough
+images, or press Ctrl-C; then the lens is solved. With --json, progress is one line per second at most: {\"kind\",
+\"images\",\"fraction\",\"is_enough\",\"hint\",\"details\":{\"views\",\"coverage\":[[corners]],\"tilted\":[left,right,
+upper,lower]}}.
 
 The scale of the board does not affect the lens.
 
 --report DIR writes residuals.png, uncertainty.png and lens.json.
-With --json, the result is one line on standard output: {\"camera\",\"resolution\",\"lens\",\"sigmas\",\"rms_px\",\"noise_px\",\"images\",\"views\",\"alike\",\"without_board\",\"tags\",\"wrong_tags\",
-\"suspicious\",\"models\":[{\"model\",\"held_out_rms_px\"}],\"coverage\",\"uncertainty_px\":{\"mean\",\"largest\"},
+With --json, the result is one line on standard output: {\"camera\",\"resolution\",\"lens\",\"sigmas\",\"rms_px\",
+\"noise_px\",\"images\",\"views\",\"alike\",\"without_board\",\"tags\",\"wrong_tags\",\"suspicious\",
+\"models\":[{\"model\",\"held_out_rms_px\"}],\"coverage\",\"uncertainty_px\":{\"mean\",\"largest\"},
 \"cells\":[[{\"corners\",\"mean_px\",\"rms_px\",\"sigma_px\"}]],\"verdict\":{\"grade\",\"because\"}}"
 )]
 pub struct LensArguments {
@@ -87,7 +91,7 @@ fn resolution(text: &str) -> Result<[u32; 2], String> {
 pub fn run(arguments: &LensArguments, format: Format) -> anyhow::Result<()> {
     let board = board(arguments).exit_with(Exit::Input)?;
     let known = existing(&arguments.rig).exit_with(Exit::Input)?;
-    let chessboard = ChessboardSearch::of([&board], PartialViews::Used);
+    let chessboard = ChessboardSearch::among([&board], PartialViews::Used);
     let camera = Some(&arguments.camera);
     let mut images = arguments.images.open(format, chessboard.as_ref(), camera)?;
     let (resolution, selection) = pictures_of(&mut images, arguments, &known)?;
@@ -109,7 +113,11 @@ pub fn run(arguments: &LensArguments, format: Format) -> anyhow::Result<()> {
 }
 
 /// Writes the lens and prints the report.
-fn finish(outcome: &Outcome, arguments: &LensArguments, format: Format) -> anyhow::Result<()> {
+fn finish(
+    outcome: &ProcedureOutcome,
+    arguments: &LensArguments,
+    format: Format,
+) -> anyhow::Result<()> {
     let (Product::Rig(rig), Report::Lens(report)) = (&outcome.product, &outcome.report) else {
         bail!("the calibration of a lens gave no lens");
     };

@@ -7,7 +7,7 @@ use crate::procedure::{ImageArguments, ImageSelection, wrong};
 use crate::words;
 use anyhow::bail;
 use clap::Args;
-use sextant_calibrator::procedure::{Outcome, Plan, Procedure, Product, Report};
+use sextant_calibrator::procedure::{Plan, Procedure, ProcedureOutcome, Product, Report};
 use sextant_calibrator::{Origin, RigPlan, RigReport, Up};
 use sextant_process::{Exit, WithExit};
 use sextant_replay::{ChessboardSearch, PartialViews};
@@ -18,24 +18,28 @@ use std::path::PathBuf;
 /// Arguments of `sextant calibrate rig`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "Carry the object slowly through the views of the cameras, closer and farther, tilted back and forth, and for a while where two
-cameras see it simultaneously; cameras that never do are connected through others. Tags of the object without object_from_tag are
-placed as well. Cameras need not be synchronised: the motion of the object is modelled, and clock offsets are estimated, as are
-the line delays of rolling shutters that the rig file does not have. No number in the
-files counts as exact: lenses, tag poses and tag sizes are adjusted along with the camera poses, each with its sigma or a default as a prior.
-Cameras that cannot be placed keep their entries and are named; the exit code is then 4, and with --strict nothing is written. The
-previous rig file is kept. Sigmas relative to the reference camera are written as world_from_camera_sigma, those of lenses as lens_sigma.
+    after_help = "Carry the object slowly through the views of the cameras, closer and farther, tilted back and forth,
+and for a while where two cameras see it simultaneously; cameras that never do are connected through others. Tags of the
+object without object_from_tag are placed as well. Cameras need not be synchronised: the motion of the object is
+modelled, and clock offsets are estimated, as are the line delays of rolling shutters that the rig file does not have.
+No number in the files counts as exact: lenses, tag poses and tag sizes are adjusted along with the camera poses, each
+with its sigma or a default as a prior. Cameras that cannot be placed keep their entries and are named; the exit code is
+then 4, and with --strict nothing is written. The previous rig file is kept. Sigmas relative to the reference camera are
+written as world_from_camera_sigma, those of lenses as lens_sigma.
 
-With --live the images come from the running site: follow the instructions until there are enough images, or press Ctrl-C; then
-it is solved. With --json, progress is one line per second at most: {\"kind\",\"images\",\"fraction\",\"is_enough\",\"hint\",
-\"details\":{\"cameras\":[{\"camera\",\"images\",\"seeing\",\"fields\":[12],\"distances\",\"group\"}],\"together\":[[\"a\",\"b\",images]]}}.
+With --live the images come from the running site: follow the instructions until there are enough images, or press
+Ctrl-C; then it is solved. With --json, progress is one line per second at most: {\"kind\",\"images\",\"fraction\",
+\"is_enough\",\"hint\",\"details\":{\"cameras\":[{\"camera\",\"images\",\"seeing\",\"fields\":[12],\"distances\",
+\"group\"}],\"together\":[[\"a\",\"b\",images]]}}.
 
-The column \"ahead ms\", clock_offset_ms in JSON, is the clock of a camera minus that of the reference, as fusion and replay report it.
+The column \"ahead ms\", clock_offset_ms in JSON, is the clock of a camera minus that of the reference, as fusion and
+replay report it.
 
-With --json, the result is one line on standard output: {\"reference\",\"images\",\"images_used\",\"instants\",\"synchronised\",\"rms_px\",\"noise_ratio\",
-\"cameras\":[{\"camera\",\"images\",\"tags\",\"left_out\",\"sigma_mm\",\"sigma_deg\",\"sigma_axes_mm\":[3],\"sigma_axes_deg\":[3],\"rms_px\",\"clock_offset_ms\",\"clock_sigma_ms\",
-\"line_delay_us\",\"line_delay_sigma_us\"}],
-\"tags_left_out\",\"weak\",\"unsolved\",\"scale\",\"verdict\":{\"grade\",\"because\"}}"
+With --json, the result is one line on standard output: {\"reference\",\"images\",\"images_used\",\"instants\",
+\"synchronised\",\"rms_px\",\"noise_ratio\",\"cameras\":[{\"camera\",\"images\",\"tags\",\"left_out\",\"sigma_mm\",
+\"sigma_deg\",\"sigma_axes_mm\":[3],\"sigma_axes_deg\":[3],\"rms_px\",\"clock_offset_ms\",\"clock_sigma_ms\",
+\"line_delay_us\",\"line_delay_sigma_us\"}],\"tags_left_out\",\"weak\",\"unsolved\",\"scale\",\"verdict\":{\"grade\",
+\"because\"}}"
 )]
 pub struct RigArguments {
     #[command(flatten)]
@@ -46,12 +50,12 @@ pub struct RigArguments {
     /// Object file of the carried object.
     #[arg(long, value_name = "FILE")]
     object: PathBuf,
-    /// World frame: `camera:ID`, `tag:NUMBER` for a tag that lies still, or `tags:A,B,C` (origin, on +x, towards +y). By default
-    /// the first camera keeps its pose, or is the world frame.
+    /// World frame: `camera:ID`, `tag:NUMBER` for a tag that lies still, or `tags:A,B,C` (origin, on +x, towards +y).
+    /// By default the first camera keeps its pose, or is the world frame.
     #[arg(long, value_name = "FRAME", value_parser = frame)]
     origin: Option<Frame>,
-    /// Vertical, along which z of the world points: `flat:NUMBER` for a tag on something level, `upright:NUMBER` for one that
-    /// hangs plumb with its upper edge up, or `plumb:LOW,HIGH` for two tags on a plumb line.
+    /// Vertical, along which z of the world points: `flat:NUMBER` for a tag on something level, `upright:NUMBER` for
+    /// one that hangs plumb with its upper edge up, or `plumb:LOW,HIGH` for two tags on a plumb line.
     #[arg(long, value_name = "TAGS", value_parser = up)]
     up: Option<Vertical>,
     /// Edge of the black squares of the tags of --origin and --up, metres; by default that of the object's tags.
@@ -110,8 +114,8 @@ fn up(text: &str) -> Result<Vertical, String> {
 /// Runs `sextant calibrate rig`.
 ///
 /// # Errors
-/// [`Exit::Input`] for files that cannot be used and images that place no cameras; then nothing is written. [`Exit::Unavailable`] after a
-/// partial result.
+/// [`Exit::Input`] for files that cannot be used and images that place no cameras; then nothing is written.
+/// [`Exit::Unavailable`] after a partial result.
 pub fn run(arguments: &RigArguments, format: Format) -> anyhow::Result<()> {
     let rig = read_rig(&arguments.rig).exit_with(Exit::Input)?;
     let object = read_object(&arguments.object).exit_with(Exit::Input)?;
@@ -122,8 +126,8 @@ pub fn run(arguments: &RigArguments, format: Format) -> anyhow::Result<()> {
             object.id()
         ))?;
     }
-    let chessboard = ChessboardSearch::of([&object], PartialViews::LeftOut);
-    if let Some(board) = Chessboard::of(&object).filter(Chessboard::is_symmetric) {
+    let chessboard = ChessboardSearch::among([&object], PartialViews::LeftOut);
+    if let Some(board) = Chessboard::from_object(&object).filter(Chessboard::is_symmetric) {
         eprintln!("warning: {}", symmetric(&board));
     }
     let plan = Plan::Rig(RigPlan {
@@ -146,15 +150,21 @@ pub fn run(arguments: &RigArguments, format: Format) -> anyhow::Result<()> {
 /// A remark on a board that images show either way up.
 fn symmetric(board: &Chessboard) -> String {
     format!(
-        "a chessboard of {} x {} squares looks the same upside down: hold it so that its columns run to the right in the images of all cameras, \
-        or use one with an even number of squares in one direction and an odd one in the other (`sextant print chessboard`)",
+        "a chessboard of {} x {} squares looks the same upside down: hold it so that its columns \
+         run to the right in the images of all cameras, \
+        or use one with an even number of squares in one direction and an odd one in the other \
+        (`sextant print chessboard`)",
         board.columns + 1,
         board.rows + 1
     )
 }
 
 /// Writes the rig and prints the report.
-fn finish(outcome: &Outcome, arguments: &RigArguments, format: Format) -> anyhow::Result<()> {
+fn finish(
+    outcome: &ProcedureOutcome,
+    arguments: &RigArguments,
+    format: Format,
+) -> anyhow::Result<()> {
     let (Product::Rig(rig), Report::Rig(report)) = (&outcome.product, &outcome.report) else {
         bail!("the calibration of a rig gave no rig");
     };
@@ -224,7 +234,8 @@ fn text(report: &RigReport, arguments: &RigArguments) -> String {
         rolling_shutter(&camera.camera, camera.line_delay_us, sigma_us)
     }));
     lines.push(format!(
-        "Deviations are relative to camera {}; ahead ms: by how much a clock is ahead of it, as fusion and replay have it; {}.",
+        "Deviations are relative to camera {}; ahead ms: by how much a clock is ahead of it, as \
+         fusion and replay have it; {}.",
         report.reference, report.scale
     ));
     lines.push(format!(

@@ -19,31 +19,35 @@ use std::path::PathBuf;
 /// Arguments of `sextant calibrate robot`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "The hand carries a tagged object before cameras that stand still, or, with --on-hand CAMERA, a camera before an object that lies still.
-Record images while the robot goes to 15 poses or more (or moves slowly): the object near and all over the image, the hand turned by 30
-degrees or more about at least two axes. Turns about one axis alone leave a shift along it open; the report names it.
+    after_help = "The hand carries a tagged object before cameras that stand still, or, with --on-hand CAMERA, a camera
+before an object that lies still. Record images while the robot goes to 15 poses or more (or moves slowly): the object
+near and all over the image, the hand turned by 30 degrees or more about at least two axes. Turns about one axis alone
+leave a shift along it open; the report names it.
 
-Robot poses are a CSV table with a header, such as t [ns],x,y,z,qx,qy,qz,qw (seconds, milliseconds and millimetres are known, too), or TUM
-text: the hand in the robot's base. With times, an image counts between two poses that are at most 0.2 s apart, or at exactly the time of
-one; where the hand moves, the offset of the robot's clock is estimated. Where it stands still for each image, write a column `image` with
-the number of the image in its camera, from 0 in the order of capture, in place of the time; images of several cameras with one number
-show one pose.
+Robot poses are a CSV table with a header, such as t [ns],x,y,z,qx,qy,qz,qw (seconds, milliseconds and millimetres are
+known, too), or TUM text: the hand in the robot's base. With times, an image counts between two poses that are at most
+0.2 s apart, or at exactly the time of one; where the hand moves, the offset of the robot's clock is estimated. Where it
+stands still for each image, write a column `image` with the number of the image in its camera, from 0 in the order of
+capture, in place of the time; images of several cameras with one number show one pose.
 
-Lenses, tags and the poses of all cameras but the first are adjusted by their sigmas or defaults, save those with a sigma of zero. The first
-camera holds the world: covariances are relative to it. The noise of the robot's poses is estimated from what robot and images disagree by.
-Held-out errors are those of a tenth of the poses at a time, predicted from the others.
+Lenses, tags and the poses of all cameras but the first are adjusted by their sigmas or defaults, save those with a
+sigma of zero. The first camera holds the world: covariances are relative to it. The noise of the robot's poses is
+estimated from what robot and images disagree by. Held-out errors are those of a tenth of the poses at a time, predicted
+from the others.
 
-With --out, a file is written that `sextant replay --frame` and `sextant echo --frame` use to give poses in the robot's base. Its world is that of the rig;
-with --on-hand it is the frame of the object. Where the motions leave something open, the file is written and the exit code is 4; with
---strict nothing is written and the exit code is 3.
+With --out, a file is written that `sextant replay --frame` and `sextant echo --frame` use to give poses in the robot's
+base. Its world is that of the rig; with --on-hand it is the frame of the object. Where the motions leave something
+open, the file is written and the exit code is 4; with --strict nothing is written and the exit code is 3.
 
-With --json, the result is one line on standard output: {\"images\",\"poses\",\"outliers\",\"base_from_world\":{\"position\",\"orientation\"},
-\"hand_from_carried\":{...},\"base_sigma_mm\",\"base_sigma_deg\",\"hand_sigma_mm\",\"hand_sigma_deg\",\"robot_sigma_mm\",\"robot_sigma_deg\",
-\"held_out\":{\"poses\",\"rms_mm\",\"rms_deg\",\"rms_px\",\"median_mm\",\"median_deg\"},\"clock_offset_ms\",\"clock_sigma_ms\",\"rms_px\",\"undetermined\",
-\"verdict\":{\"grade\",\"because\"}}. Covariances are in the file."
+With --json, the result is one line on standard output: {\"images\",\"poses\",\"outliers\",
+\"base_from_world\":{\"position\",\"orientation\"},\"hand_from_carried\":{...},\"base_sigma_mm\",\"base_sigma_deg\",
+\"hand_sigma_mm\",\"hand_sigma_deg\",\"robot_sigma_mm\",\"robot_sigma_deg\",\"held_out\":{\"poses\",\"rms_mm\",
+\"rms_deg\",\"rms_px\",\"median_mm\",\"median_deg\"},\"clock_offset_ms\",\"clock_sigma_ms\",\"rms_px\",
+\"undetermined\",\"verdict\":{\"grade\",\"because\"}}. Covariances are in the file."
 )]
 pub struct RobotArguments {
-    /// The recording: DIR/CAMERA/data.csv with the pictures in DIR/CAMERA/data, or DIR/CAMERA/detections.jsonl, or an MCAP file.
+    /// The recording: DIR/CAMERA/data.csv with the pictures in DIR/CAMERA/data, or DIR/CAMERA/detections.jsonl, or an
+    /// MCAP file.
     #[arg(value_name = "DIR|FILE.mcap")]
     recording: PathBuf,
     /// Poses of the hand in the robot's base: CSV with a header, or TUM text.
@@ -72,8 +76,8 @@ pub struct RobotArguments {
 /// Runs `sextant calibrate robot`.
 ///
 /// # Errors
-/// [`Exit::Input`] for files that cannot be used and images that give no result; then nothing is written. [`Exit::Unavailable`] after a
-/// result of which the motions leave a part open.
+/// [`Exit::Input`] for files that cannot be used and images that give no result; then nothing is written.
+/// [`Exit::Unavailable`] after a result of which the motions leave a part open.
 pub fn run(arguments: &RobotArguments, format: Format) -> anyhow::Result<()> {
     let rig = read_rig(&arguments.rig).exit_with(Exit::Input)?;
     let object = read_object(&arguments.object).exit_with(Exit::Input)?;
@@ -81,7 +85,7 @@ pub fn run(arguments: &RobotArguments, format: Format) -> anyhow::Result<()> {
         KeyedPoses::ByTime(poses) => RobotPoses::ByTime(poses),
         KeyedPoses::ByImage(poses) => RobotPoses::ByImage(poses),
     };
-    let chessboard = ChessboardSearch::of([&object], PartialViews::LeftOut);
+    let chessboard = ChessboardSearch::among([&object], PartialViews::LeftOut);
     let preferred = match chessboard {
         Some(_) => Preferred::Pictures,
         None => Preferred::Detections,
@@ -100,8 +104,8 @@ pub fn run(arguments: &RobotArguments, format: Format) -> anyhow::Result<()> {
     let carried = object.id().clone();
     let plan = RobotPlan { object, mount };
     let mut session = RobotSession::new(&looking.rig, plan).exit_with(Exit::Input)?;
-    let folder = (arguments.recording.as_path(), &recorded.dataset);
-    each_image(folder, &looking, arguments.threads, |image| {
+    let (folder, dataset) = (arguments.recording.as_path(), &recorded.dataset);
+    each_image(folder, dataset, &looking, arguments.threads, |image| {
         session.handle(image);
     })?;
     let found = session.solve(&poses).exit_with(Exit::Input)?;
@@ -188,7 +192,8 @@ fn text(report: &RobotReport, arguments: &RobotArguments) -> String {
     ];
     if let Some(held_out) = &report.held_out {
         lines.push(format!(
-            "{} of {} poses, each held out, are predicted to {:.2} mm, {:.3} degrees and {:.2} px (rms; median {:.2} mm, {:.3} degrees).",
+            "{} of {} poses, each held out, are predicted to {:.2} mm, {:.3} degrees and {:.2} \
+             px (rms; median {:.2} mm, {:.3} degrees).",
             held_out.poses,
             report.poses,
             held_out.rms_mm,

@@ -23,27 +23,32 @@ const TAPE_M: f64 = 0.001;
 /// Arguments of `sextant calibrate site`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "Record for a minute while you carry tagged objects about before the cameras: tilted back and forth, near and far, through the whole image
-of each camera up to its corners, and for a good part of the time where the views of cameras overlap. Show neighbouring tags of an object
-together. Nothing else needs to be known: tags that move together become an object, single images give a first lens and the places of its
-tags, common views chain the cameras, and one adjustment estimates lenses, camera poses, tag poses, ratios of sizes and, for cameras that
-are not triggered together, clocks. Rolling shutters are found, too.
+    after_help = "Record for a minute while you carry tagged objects about before the cameras: tilted back and forth,
+near and far, through the whole image of each camera up to its corners, and for a good part of the time where the views
+of cameras overlap. Show neighbouring tags of an object together. Nothing else needs to be known: tags that move
+together become an object, single images give a first lens and the places of its tags, common views chain the cameras,
+and one adjustment estimates lenses, camera poses, tag poses, ratios of sizes and, for cameras that are not triggered
+together, clocks. Rolling shutters are found, too.
 
-Tags that never move are the room. The one that most cameras see is the world frame, or that of --world; without any it is the first camera.
-All lengths follow from the sizes of the black squares; a measured distance between two tags of one object, or of the room, corrects them.
+Tags that never move are the room. The one that most cameras see is the world frame, or that of --world; without any it
+is the first camera. All lengths follow from the sizes of the black squares; a measured distance between two tags of one
+object, or of the room, corrects them.
 
-Written to --out: rig.toml with lens_sigma and world_from_camera_sigma of each camera, object-N.toml for each object, N being its lowest tag,
-and room.toml with the static tags. Former files are kept as FILE.former. Cameras that share no view with the others are written without a
-pose and named; the exit code is then 4, and with --strict nothing is written. Lenses are brown-conrady; calibrate fisheye lenses with a board
-(`sextant calibrate lens`).
+Written to --out: rig.toml with lens_sigma and world_from_camera_sigma of each camera, object-N.toml for each object, N
+being its lowest tag, and room.toml with the static tags. Former files are kept as FILE.former. Cameras that share no
+view with the others are written without a pose and named; the exit code is then 4, and with --strict nothing is
+written. Lenses are brown-conrady; calibrate fisheye lenses with a board (`sextant calibrate lens`).
 
-With --json, the result is one line on standard output: {\"world\",\"reference\",\"images\",\"synchronised\",\"rms_px\",\"noise_ratio\",
-\"cameras\":[{\"camera\",\"placed\",\"images\",\"sigma_mm\",\"sigma_deg\",\"focal_px\",\"focal_sigma_px\",\"distortion_sigma_px\",\"corners_covered\",\"rms_px\",
-\"clock_offset_ms\",\"clock_sigma_ms\",\"line_delay_us\",\"line_delay_sigma_us\"}],\"objects\":[{\"object\",\"tags\",\"sigma_mm\",\"sigma_deg\",\"images\",\"shared\"}],\"still\",\"unassigned\",
-\"scale_factor\",\"scale_sigma\",\"unsolved\",\"verdict\":{\"grade\",\"because\"}}. clock_offset_ms is the clock of a camera minus that of the reference."
+With --json, the result is one line on standard output: {\"world\",\"reference\",\"images\",\"synchronised\",\"rms_px\",
+\"noise_ratio\",\"cameras\":[{\"camera\",\"placed\",\"images\",\"sigma_mm\",\"sigma_deg\",\"focal_px\",
+\"focal_sigma_px\",\"distortion_sigma_px\",\"corners_covered\",\"rms_px\",\"clock_offset_ms\",\"clock_sigma_ms\",
+\"line_delay_us\",\"line_delay_sigma_us\"}],\"objects\":[{\"object\",\"tags\",\"sigma_mm\",\"sigma_deg\",\"images\",
+\"shared\"}],\"still\",\"unassigned\",\"scale_factor\",\"scale_sigma\",\"unsolved\",\"verdict\":{\"grade\",
+\"because\"}}. clock_offset_ms is the clock of a camera minus that of the reference."
 )]
 pub struct SiteArguments {
-    /// The recording: DIR/CAMERA/data.csv with the pictures in DIR/CAMERA/data, or DIR/CAMERA/detections.jsonl, or an MCAP file.
+    /// The recording: DIR/CAMERA/data.csv with the pictures in DIR/CAMERA/data, or DIR/CAMERA/detections.jsonl, or an
+    /// MCAP file.
     #[arg(value_name = "DIR|FILE.mcap")]
     recording: PathBuf,
     /// Edge of the black squares of the tags, metres; NUMBER:METRES for a tag of another size. May be repeated.
@@ -52,14 +57,15 @@ pub struct SiteArguments {
     /// The family of the tags.
     #[arg(long, default_value = "tag36h11")]
     family: Family,
-    /// Width and height of the images, such as 640x480, or CAMERA=640x480; needed for a folder that has detections and no pictures.
+    /// Width and height of the images, such as 640x480, or CAMERA=640x480; needed for a folder that has detections and
+    /// no pictures.
     #[arg(long = "resolution", value_name = "[CAMERA=]WxH", value_parser = resolution)]
     resolutions: Vec<(Option<CameraId>, [u32; 2])>,
     /// World frame: a tag that does not move.
     #[arg(long, value_name = "tag:NUMBER", value_parser = tag_number)]
     world: Option<u32>,
-    /// Measured distance between the centres of two tags that do not move relative to each other, metres, with its standard deviation; by
-    /// default 1 mm. May be repeated.
+    /// Measured distance between the centres of two tags that do not move relative to each other, metres, with its
+    /// standard deviation; by default 1 mm. May be repeated.
     #[arg(long = "distance", num_args = 3, value_names = ["tag:NUMBER", "tag:NUMBER", "METRES[+-SIGMA]"])]
     distances: Vec<String>,
     /// Folder for the files of the site; made where it does not exist.
@@ -126,8 +132,8 @@ fn length(text: &str) -> Result<[f64; 2], String> {
 /// Runs `sextant calibrate site`.
 ///
 /// # Errors
-/// [`Exit::Input`] for a recording that cannot be used or does not determine the site; then nothing is written. [`Exit::Unavailable`] after a
-/// partial result.
+/// [`Exit::Input`] for a recording that cannot be used or does not determine the site; then nothing is written.
+/// [`Exit::Unavailable`] after a partial result.
 pub fn run(arguments: &SiteArguments, format: Format) -> anyhow::Result<()> {
     let recorded = Recorded::open(&arguments.recording, Preferred::Detections, None)?;
     let cameras = recorded.dataset.cameras().iter();
@@ -143,8 +149,8 @@ pub fn run(arguments: &SiteArguments, format: Format) -> anyhow::Result<()> {
         chessboard: None,
     };
     let mut session = SiteSession::new(plan(arguments, cameras)?).exit_with(Exit::Input)?;
-    let folder = (arguments.recording.as_path(), &recorded.dataset);
-    each_image(folder, &looking, arguments.threads, |image| {
+    let (folder, dataset) = (arguments.recording.as_path(), &recorded.dataset);
+    each_image(folder, dataset, &looking, arguments.threads, |image| {
         session.handle(image);
     })?;
     let found = session.solve().exit_with(Exit::Input)?;
@@ -226,7 +232,8 @@ fn resolution_of(
         }
         (None, _) => {
             wrong(format!(
-                "the size of the images of camera \"{0}\" is not known: state it with --resolution WxH or --resolution {0}=WxH",
+                "the size of the images of camera \"{0}\" is not known: state it with \
+                 --resolution WxH or --resolution {0}=WxH",
                 camera.camera
             ))?;
             [0, 0]
@@ -320,7 +327,8 @@ fn frame_and_scale(report: &SiteReport) -> String {
         )
     };
     format!(
-        "The world is the frame of {}; deviations are relative to camera {}. All lengths {source}, and share a deviation of {:.2} %.",
+        "The world is the frame of {}; deviations are relative to camera {}. All lengths \
+         {source}, and share a deviation of {:.2} %.",
         report.world,
         report.reference,
         100.0 * report.scale_sigma

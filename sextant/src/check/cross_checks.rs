@@ -70,7 +70,8 @@ impl CrossChecks {
         let mut cameras = rig.cameras().iter();
         let carried = cameras.find(|camera| camera.mount.is_some())?;
         Some(format!(
-            "{}: camera \"{}\" is carried, and no object is a landmark; give the object file of tags that stand still a `world_from_object`",
+            "{}: camera \"{}\" is carried, and no object is a landmark; give the object file of \
+             tags that stand still a `world_from_object`",
             path.display(),
             carried.id
         ))
@@ -101,7 +102,8 @@ impl CrossChecks {
             let camera = rig.camera(id).filter(|camera| camera.resolution != *size)?;
             let ([width, height], [expected_width, expected_height]) = (size, camera.resolution);
             Some(format!(
-                "{}: {width}x{height} pixels, but the rig {} says {expected_width}x{expected_height} of camera \"{id}\"",
+                "{}: {width}x{height} pixels, but the rig {} says \
+                 {expected_width}x{expected_height} of camera \"{id}\"",
                 picture.display(),
                 path.display()
             ))

@@ -312,7 +312,8 @@ mod tests {
     #[test]
     fn files_of_other_tools_are_recognised_and_right() {
         let folder = tempfile::tempdir().unwrap();
-        let ost = "image_width: 640\nimage_height: 480\ncamera_matrix: {rows: 3, cols: 3, data: [610.0, 0.0, 322.0, 0.0, 609.0, 241.0, 0.0, 0.0, 1.0]}\n";
+        let ost = "image_width: 640\nimage_height: 480\n\
+            camera_matrix: {rows: 3, cols: 3, data: [610.0, 0.0, 322.0, 0.0, 609.0, 241.0, 0.0, 0.0, 1.0]}\n";
         let grid =
             "target_type: 'aprilgrid'\ntagCols: 6\ntagRows: 6\ntagSize: 0.088\ntagSpacing: 0.3\n";
         let giant = "id = \"giant\"\n[[tag]]\nfamily = \"tag36h11\"\nid = 0\nsize = 88.0\n";

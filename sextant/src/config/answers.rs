@@ -105,7 +105,7 @@ fn new_among(answers: Vec<ConfigAnswer>, before: &[ConfigAnswer]) -> Vec<ConfigA
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sextant_proto::{NodeId, Outcome};
+    use sextant_proto::{ChangeOutcome, NodeId};
 
     #[test]
     fn what_was_answered_before_is_no_answer_now() {
@@ -117,7 +117,7 @@ mod tests {
             followers: vec![],
             behind: vec![],
         };
-        let (taken, same) = (answer(Outcome::Taken), answer(Outcome::Same));
+        let (taken, same) = (answer(ChangeOutcome::Taken), answer(ChangeOutcome::Same));
         let before = [taken.clone()];
         assert_eq!(new_among(vec![taken], &before), []);
         assert_eq!(new_among(vec![same.clone()], &before), [same]);

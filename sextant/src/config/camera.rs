@@ -123,7 +123,8 @@ pub fn set(arguments: &SetCamera, format: Format) -> anyhow::Result<()> {
     let settled = settled.and_then(|_| wait_for(&site, &statuses, is_settled));
     let Some(status) = settled else {
         let cause = anyhow!(
-            "camera {id} has not taken its settings within {} s; it takes them when it connects and has images (`sextant list`)",
+            "camera {id} has not taken its settings within {} s; it takes them when it connects \
+             and has images (`sextant list`)",
             PATIENCE.as_secs()
         );
         bail!(Failure::new(Exit::Unavailable, cause))

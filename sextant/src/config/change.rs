@@ -9,7 +9,7 @@ use crate::words;
 use anyhow::{Context, bail};
 use sextant_gateways::site::SiteSession;
 use sextant_process::{Exit, Failure, WithExit};
-use sextant_proto::{ConfigAnswer, Message, ObjectConfig, Outcome, RigConfig, encode};
+use sextant_proto::{ChangeOutcome, ConfigAnswer, Message, ObjectConfig, RigConfig, encode};
 use sextant_site_model::ObjectId;
 use sextant_zenoh_bus::Qos;
 use std::path::Path;
@@ -70,7 +70,7 @@ pub fn change<M: Message>(
     let publisher = publisher.signed(&signature());
     let answer = awaited.wait(|| Ok(publisher.put(message)?))?;
     print_line(&line_of(&answer, format))?;
-    if let Outcome::Refused(refusal) = &answer.outcome {
+    if let ChangeOutcome::Refused(refusal) = &answer.outcome {
         let cause = words::plain(&refusal.to_string());
         bail!(Failure::new(
             Exit::Fault,
@@ -92,10 +92,10 @@ fn line_of(answer: &ConfigAnswer, format: Format) -> String {
     match format {
         Format::Json => {
             let (outcome, refusal) = match &answer.outcome {
-                Outcome::Taken => ("taken", None),
-                Outcome::Kept => ("kept", None),
-                Outcome::Same => ("same", None),
-                Outcome::Refused(refusal) => ("refused", Some(refusal)),
+                ChangeOutcome::Taken => ("taken", None),
+                ChangeOutcome::Kept => ("kept", None),
+                ChangeOutcome::Same => ("same", None),
+                ChangeOutcome::Refused(refusal) => ("refused", Some(refusal)),
             };
             let words = refusal.map_or_else(String::new, ToString::to_string);
             serde_json::json!({
@@ -107,9 +107,11 @@ fn line_of(answer: &ConfigAnswer, format: Format) -> String {
         Format::Text => {
             let how = words::outcome(&answer.outcome);
             let until = match &answer.outcome {
-                Outcome::Taken => " until the node ends (`keep_changes` in its file is false)",
-                Outcome::Kept => " in its files",
-                Outcome::Same | Outcome::Refused(_) => "",
+                ChangeOutcome::Taken => {
+                    " until the node ends (`keep_changes` in its file is false)"
+                }
+                ChangeOutcome::Kept => " in its files",
+                ChangeOutcome::Same | ChangeOutcome::Refused(_) => "",
             };
             let key = words::plain(&answer.key);
             let there = format!("{}: {key} {how}{until}", answer.node);

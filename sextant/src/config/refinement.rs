@@ -57,11 +57,12 @@ pub fn apply(
     );
     let proposal = first(&site, &key)?.ok_or_else(|| {
         let cause = anyhow!(
-            "no refined calibration is proposed: the images so far are explained as well by what is in force (or `refinement` in fusion.toml is not \"propose\")"
+            "no refined calibration is proposed: the images so far are explained as well by what \
+             is in force (or `refinement` in fusion.toml is not \"propose\")"
         );
         Failure::new(Exit::Fault, cause)
     })?;
-    let models = Models::of(proposal.clone())?;
+    let models = RefinedModels::decode(proposal.clone())?;
     let mut summary = models.summary(&site)?;
     summary.node = Some(proposal.node.clone());
     summary.held_back = Some(proposal);
@@ -84,13 +85,13 @@ pub fn revert(
     let models = match what {
         RevertTarget::Last => {
             let last = first(&site, &site.keys.former(&node))?;
-            last.map(Models::of).transpose()?
+            last.map(RefinedModels::decode).transpose()?
         }
         RevertTarget::Rig => {
             let former: Vec<RigConfig> = site.latest(&site.keys.former_rig(&node))?;
             let former = former.into_iter().next();
             former
-                .map(|rig| Models::new(node.clone(), Some(rig), None))
+                .map(|rig| RefinedModels::new(node.clone(), Some(rig), None))
                 .transpose()?
         }
         RevertTarget::Object(id) => {
@@ -98,7 +99,7 @@ pub fn revert(
             let former: Vec<ObjectConfig> = site.latest(&key)?;
             let former = former.into_iter().next();
             former
-                .map(|object| Models::new(node.clone(), None, Some(object)))
+                .map(|object| RefinedModels::new(node.clone(), None, Some(object)))
                 .transpose()?
         }
     };
@@ -109,7 +110,8 @@ pub fn revert(
             RevertTarget::Object(id) => format!(" of object {id}"),
         };
         let cause = anyhow!(
-            "no change{of} is known that could be taken back (without `keep_changes` a fusion node knows those since its start)"
+            "no change{of} is known that could be taken back (without `keep_changes` a fusion \
+             node knows those since its start)"
         );
         bail!(Failure::new(Exit::Fault, cause))
     };
@@ -117,7 +119,8 @@ pub fn revert(
     models.set(&site, run, format)
 }
 
-/// The fusion node that publishes the poses, and knows what was in force before; any other one where none does at the moment.
+/// The fusion node that publishes the poses, and knows what was in force before; any other one where none does at the
+/// moment.
 fn publisher(site: &SiteSession) -> anyhow::Result<NodeId> {
     let statuses: Vec<FusionStatus> = site.latest(&site.keys.all_fusion_statuses())?;
     let newest = statuses.into_iter().max_by_key(|status| status.epoch);
@@ -137,22 +140,22 @@ fn first(site: &SiteSession, key: &str) -> anyhow::Result<Option<Proposal>> {
 }
 
 /// What is to be set.
-struct Models {
+struct RefinedModels {
     rig: Option<RigConfig>,
     objects: Vec<ObjectConfig>,
     /// The same as a message.
     proposal: Proposal,
 }
 
-impl Models {
+impl RefinedModels {
     fn new(
         node: NodeId,
         rig: Option<RigConfig>,
         object: Option<ObjectConfig>,
     ) -> anyhow::Result<Self> {
-        let payload = object.as_ref().map(ModelPayload::of).transpose()?;
+        let payload = object.as_ref().map(ModelPayload::encode).transpose()?;
         let proposal = Proposal {
-            rig: rig.as_ref().map(ModelPayload::of).transpose()?,
+            rig: rig.as_ref().map(ModelPayload::encode).transpose()?,
             objects: payload.into_iter().collect(),
             ..Proposal::none(node, 0)
         };
@@ -164,7 +167,7 @@ impl Models {
         })
     }
 
-    fn of(proposal: Proposal) -> anyhow::Result<Self> {
+    fn decode(proposal: Proposal) -> anyhow::Result<Self> {
         let node = &proposal.node;
         let unreadable = || format!("fusion node {node} published something unreadable");
         Ok(Self {

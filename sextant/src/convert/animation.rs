@@ -16,7 +16,8 @@ use std::path::Path;
 /// Writes the poses of a recording as an animation.
 ///
 /// # Errors
-/// [`Exit::Usage`] for a folder, [`Exit::Input`] for a recording that cannot be used or has no poses, and a place that is taken.
+/// [`Exit::Usage`] for a folder, [`Exit::Input`] for a recording that cannot be used or has no poses, and a place that
+/// is taken.
 pub fn run(
     from: &Path,
     to: &Path,
@@ -26,7 +27,8 @@ pub fn run(
     let recording = from.display();
     if from.is_dir() {
         let cause = anyhow!(
-            "{recording} is a folder, which has no poses; replay it: sextant replay {recording} --rig rig.toml --object OBJECT.toml --out {}",
+            "{recording} is a folder, which has no poses; replay it: sextant replay {recording} \
+             --rig rig.toml --object OBJECT.toml --out {}",
             to.display()
         );
         return Err(Failure::new(Exit::Usage, cause).into());

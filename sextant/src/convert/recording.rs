@@ -122,7 +122,7 @@ impl RecordingConversion<'_> {
             version: env!("CARGO_PKG_VERSION").to_owned(),
         };
         let mut sink = FileSink {
-            keys: Keys::of(SiteId::new(SITE)?),
+            keys: Keys::for_site(SiteId::new(SITE)?),
             writer: McapWriter::begin(BufWriter::new(file), self.to, &info)?,
             rig: rig.as_ref(),
             sequences: BTreeMap::new(),
@@ -409,7 +409,8 @@ mod tests {
     use super::*;
     use sextant_recordings::{ColourImage, GreyImage, write_colour_png, write_grey_png};
 
-    const RIG: &str = "[[camera]]\nid = \"north\"\nresolution = [4, 3]\nlens = { model = \"pinhole\", fx = 6.0, fy = 6.0, cx = 1.5, cy = 1.0 }\n";
+    const RIG: &str = "[[camera]]\nid = \"north\"\nresolution = [4, 3]\n\
+        lens = { model = \"pinhole\", fx = 6.0, fy = 6.0, cx = 1.5, cy = 1.0 }\n";
     const DETECTIONS: &str = concat!(
         r#"{"t_ns":5,"arrival_ns":9,"detections":[{"family":"tag36h11","id":3,"corners":[[0.5,0.25],[2.0,0.25],[2.0,1.5],[0.5,1.5]],"corner_covariance":[[0.01,0.0,0.02],[0.01,0.0,0.02],[0.01,0.0,0.02],[0.01,0.0,0.02]]}]}"#,
         "\n",

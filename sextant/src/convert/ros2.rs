@@ -11,7 +11,7 @@ use sextant_recordings::compressed_image;
 use sextant_recordings::mcap::WIRE_ENCODING;
 use sextant_recordings::mcap::reader::{Ending, McapReader, RecordedMessage};
 use sextant_recordings::mcap::ros2_bag::Ros2Bag;
-use sextant_ros2::{Bridge, BridgeOptions, Outgoing};
+use sextant_ros2::{Bridge, BridgeOptions, Outgoing, Topic};
 use std::fs;
 use std::path::Path;
 
@@ -21,7 +21,8 @@ const DIAGNOSTICS_NS: u64 = 1_000_000_000;
 /// Writes the bag `to`, a new folder.
 ///
 /// # Errors
-/// [`Exit::Usage`] for what is no recording in one file or no folder, [`Exit::Input`] for one that cannot be used and a place that is taken.
+/// [`Exit::Usage`] for what is no recording in one file or no folder, [`Exit::Input`] for one that cannot be used and a
+/// place that is taken.
 pub fn run(from: &Path, to: &Path, format: Format) -> anyhow::Result<()> {
     let [recording, bag] = [from, to].map(|path| path.display());
     if from.is_dir() {
@@ -59,12 +60,24 @@ pub fn run(from: &Path, to: &Path, format: Format) -> anyhow::Result<()> {
         eprintln!("{recording}: {ending}");
     }
     let left_out = conversion.left_out();
+    let line = summary(to, &topics, left_out, format);
+    Ok(print_line(&line)?)
+}
+
+/// The line that ends the conversion; in text, what was left out is on standard error.
+fn summary(
+    to: &Path,
+    topics: &[(Topic, u32)],
+    left_out: [(&'static str, u64); 4],
+    format: Format,
+) -> String {
+    let bag = to.display();
     let total: u32 = topics.iter().map(|(_, messages)| messages).sum();
-    let line = match format {
+    match format {
         Format::Json => {
-            let topics = topics.into_iter();
+            let topics = topics.iter();
             let topics: Map<_, _> = topics
-                .map(|(topic, messages)| (topic.name, messages.into()))
+                .map(|(topic, messages)| (topic.name.clone(), (*messages).into()))
                 .collect();
             let left_out = Map::from_iter(left_out.map(|(why, n)| (why.to_owned(), n.into())));
             json!({ "to": to, "messages": total, "topics": topics, "left_out": left_out })
@@ -81,8 +94,7 @@ pub fn run(from: &Path, to: &Path, format: Format) -> anyhow::Result<()> {
                 words::count(topics.len(), "topic")
             )
         }
-    };
-    Ok(print_line(&line)?)
+    }
 }
 
 struct Conversion {

@@ -23,7 +23,8 @@ pub struct Processes {
 }
 
 impl Processes {
-    /// Starts every node of the site; before them, a recorder with these arguments, so that it has their first messages.
+    /// Starts every node of the site; before them, a recorder with these arguments, so that it has their first
+    /// messages.
     pub fn start(folder: &SiteFolder, recorder: Option<&[OsString]>) -> anyhow::Result<Self> {
         let mut all = Self {
             children: Vec::new(),
@@ -83,7 +84,8 @@ impl Processes {
         self.spawn(name, &mut command)
     }
 
-    /// This program with a log of its own, in a process group of its own: Ctrl-C reaches only the parent, which then ends the children in order.
+    /// This program with a log of its own, in a process group of its own: Ctrl-C reaches only the parent, which then
+    /// ends the children in order.
     fn command(&self, name: &str) -> anyhow::Result<Command> {
         let program =
             std::env::current_exe().context("this program's own file is not to be found")?;

@@ -1,8 +1,8 @@
 //! The demo's site on disk: a temporary folder with every file of a site, removed at the end.
 //!
 //! A lock on a file in a folder marks it as in use. An unlocked folder is left over from a killed demo: the next
-//! demo of the same user removes it, with the shared memory that its processes left. Since anybody can create entries in the
-//! temporary folder, only this user's own folders with a demo's name are removed, and no link is followed.
+//! demo of the same user removes it, with the shared memory that its processes left. Since anybody can create entries
+//! in the temporary folder, only this user's own folders with a demo's name are removed, and no link is followed.
 
 use crate::simulate::{models::bodies, site_files};
 use anyhow::Context;
@@ -161,7 +161,8 @@ impl Drop for SiteFolder {
     }
 }
 
-/// The folder is locked from the moment it has its final name: otherwise another starting demo would consider it abandoned.
+/// The folder is locked from the moment it has its final name: otherwise another starting demo would consider it
+/// abandoned.
 fn make_held(root: &Path) -> io::Result<File> {
     let name = root.file_name().unwrap_or_default().to_string_lossy();
     let nascent = root.with_file_name(format!(".{name}"));

@@ -50,7 +50,10 @@ impl Terminal {
                 .iter()
                 .map(|(name, id)| (name.as_str(), *id))
                 .collect();
-            say(&serde_json::json!({"event": "ready", "page": url, "connect": router, "processes": processes}).to_string());
+            let ready = serde_json::json!({
+                "event": "ready", "page": url, "connect": router, "processes": processes,
+            });
+            say(&ready.to_string());
             return;
         }
         let opened = if browser_opened {
@@ -75,13 +78,15 @@ impl Terminal {
             return;
         }
         say(&format!(
-            "  The site's files are off as hand-made ones are: cameras {:.0} mm and {:.1} deg an axis, focal lengths {:.1} %,",
+            "  The site's files are off as hand-made ones are: cameras {:.0} mm and {:.1} deg an \
+             axis, focal lengths {:.1} %,",
             errors.camera_position * 1e3,
             errors.camera_rotation.to_degrees(),
             errors.focal * 1e2,
         ));
         say(&format!(
-            "  tags {:.1} mm and {:.1} deg, prints {:.1} %. Fusion learns that from the images; --exact is a site without errors.\n",
+            "  tags {:.1} mm and {:.1} deg, prints {:.1} %. Fusion learns that from the images; \
+             --exact is a site without errors.\n",
             errors.tag_position * 1e3,
             errors.tag_rotation.to_degrees(),
             errors.print_scale * 1e2,

@@ -1,4 +1,5 @@
-//! A line for each host: redrawn in place on a terminal, one after the other elsewhere. Progress goes to standard error.
+//! A line for each host: redrawn in place on a terminal, one after the other elsewhere. Progress goes to standard
+//! error.
 
 use indicatif::{MultiProgress, ProgressBar, ProgressFinish, ProgressStyle};
 
@@ -10,7 +11,7 @@ pub struct Progress {
 
 impl Progress {
     /// A line for each of these hosts.
-    pub fn of(hosts: impl Iterator<Item = String>) -> Self {
+    pub fn new(hosts: impl Iterator<Item = String>) -> Self {
         let lines = MultiProgress::new();
         let style = ProgressStyle::with_template("{prefix:24} {msg}");
         let style = style.unwrap_or_else(|_| ProgressStyle::default_spinner());

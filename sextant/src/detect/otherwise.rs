@@ -25,7 +25,8 @@ impl NothingFound {
         }
     }
 
-    /// A sentence with the remedy, from the first picture with other tags; `None` where tags were found, or would not be otherwise either.
+    /// A sentence with the remedy, from the first picture with other tags; `None` where tags were found, or would not
+    /// be otherwise either.
     pub fn hint(&self, options: &Options) -> Option<String> {
         if self.some_found {
             return None;

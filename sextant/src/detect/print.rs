@@ -47,7 +47,7 @@ impl From<TrackingReport> for TrackingLine {
 }
 
 /// The line, or in text the lines, of a picture.
-pub fn of(sight: &DetectedImage, format: Format) -> String {
+pub fn line(sight: &DetectedImage, format: Format) -> String {
     match format {
         Format::Json => json(sight),
         Format::Text => text(sight),

@@ -85,7 +85,8 @@ fn room(name: &str, size: Option<u64>, free: Option<u64>) -> Finding {
         return Finding::fault(
             "shared memory",
             format!("{name} is full: {} MB are free", bytes >> 20),
-            "end what fills it (`ls -l /dev/shm`); a camera node removes what its dead predecessors left when it starts",
+            "end what fills it (`ls -l /dev/shm`); a camera node removes what its dead \
+             predecessors left when it starts",
         );
     }
     match size {
@@ -99,7 +100,8 @@ fn room(name: &str, size: Option<u64>, free: Option<u64>) -> Finding {
     }
 }
 
-/// Creates a file and removes it. It fails where the name exists and follows no link, since root may run this in world-writable folders.
+/// Creates a file and removes it. It fails where the name exists and follows no link, since root may run this in
+/// world-writable folders.
 fn try_to_write(folder: &Path) -> std::io::Result<()> {
     let probe = folder.join(format!(".sextant-doctor-{}", std::process::id()));
     OpenOptions::new()
@@ -125,7 +127,8 @@ fn size_of_mount(mounts: &str, folder: &Path) -> Option<u64> {
 /// The folder where the processes of a camera meet: this user's own, or one that can be made.
 fn bookkeeping(root: &Path) -> Finding {
     let name = root.display();
-    let remedy = "all processes of a camera run as one user; remove what another user left, or name another folder in [shared_memory]";
+    let remedy = "all processes of a camera run as one user; remove what another user left, or \
+        name another folder in [shared_memory]";
     if fs::symlink_metadata(root).is_ok() {
         return match open_own_folder(root) {
             Ok(_) => Finding::ok("folder", format!("{name} is this user's own")),
@@ -206,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn a_small_or_missing_shared_memory_is_told() {
+    fn a_small_or_missing_shared_memory_is_reported() {
         let mounts = "tmpfs /dev/shm tmpfs rw,size=65536k 0 0\ntmpfs /run tmpfs rw 0 0\n";
         let size = |folder| size_of_mount(mounts, Path::new(folder));
         assert_eq!((size("/dev/shm"), size("/run")), (Some(64 << 20), None));

@@ -88,7 +88,8 @@ fn phones(page: PhonePage) -> Vec<Finding> {
             false => (
                 "browsers refuse it there",
                 format!(
-                    "`sextant keys renew DIR NODE --host {name}`, copy the keys of the page and restart it; or name the page in host_names of viewer.toml"
+                    "`sextant keys renew DIR NODE --host {name}`, copy the keys of the page and \
+                     restart it; or name the page in host_names of viewer.toml"
                 ),
             ),
         };
@@ -96,10 +97,16 @@ fn phones(page: PhonePage) -> Vec<Finding> {
             format!("links of phones name {name}, which the page's certificate lacks: {words}");
         findings.push(Finding::warning(ABOUT, words, &remedy));
     }
-    findings.push(Finding::ok(ABOUT, match page.is_self_signed {
-        true => "`sextant phone` shows the link; browsers warn once, since the certificate is the page's own: continue to the page",
-        false => "`sextant phone` shows their links",
-    }));
+    findings.push(Finding::ok(
+        ABOUT,
+        match page.is_self_signed {
+            true => {
+                "`sextant phone` shows the link; browsers warn once, since the certificate is \
+            the page's own: continue to the page"
+            }
+            false => "`sextant phone` shows their links",
+        },
+    ));
     findings
 }
 

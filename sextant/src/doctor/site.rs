@@ -8,7 +8,7 @@ use sextant_gateways::site::SiteSession;
 use sextant_process::exit::exit_of;
 use sextant_process::host::host_name;
 use sextant_process::{Exit, now_ns};
-use sextant_proto::{CameraStatus, FusionStatus, NodeKind};
+use sextant_proto::{CameraStatus, FusionStatus, NodeId, NodeKind};
 use sextant_site_mirror::SiteMirror;
 use sextant_site_report::Severity;
 use std::collections::BTreeSet;
@@ -36,7 +36,7 @@ pub fn findings(arguments: &SiteArguments, nodes: &[NamedNode]) -> anyhow::Resul
     };
     let keys = &site.keys;
     let mirror = site.mirror(&[keys.all_camera_statuses(), keys.all_fusion_statuses()])?;
-    let view = SiteView::of(&mirror);
+    let view = SiteView::from_mirror(&mirror);
     let mut findings = vec![Finding::ok("router", "it answers")];
     findings.push(view.fusion_nodes(&site)?);
     findings.extend(other_versions(&view));
@@ -49,8 +49,8 @@ pub fn findings(arguments: &SiteArguments, nodes: &[NamedNode]) -> anyhow::Resul
             .iter()
             .flat_map(|status| ahead(status, now_ns())),
     );
-    for node in nodes {
-        findings.extend(taken_name(&site, node)?);
+    for (kind, name) in nodes {
+        findings.extend(taken_name(&site, *kind, name)?);
     }
     site.bus.close();
     Ok(findings)
@@ -65,7 +65,7 @@ struct SiteView<'a> {
 }
 
 impl<'a> SiteView<'a> {
-    fn of(mirror: &'a SiteMirror) -> Self {
+    fn from_mirror(mirror: &'a SiteMirror) -> Self {
         let cameras = mirror.cameras().map(|(_, camera)| &camera.status);
         let running = mirror.alive(NodeKind::Camera);
         Self {
@@ -113,7 +113,8 @@ impl<'a> SiteView<'a> {
                     "camera {camera} runs, but the rig of {} lacks it",
                     status.node
                 );
-                let remedy = "add it to the rig file (`sextant config rig` shows how), or correct `camera` in camera.toml";
+                let remedy = "add it to the rig file (`sextant config rig` shows how), or \
+                    correct `camera` in camera.toml";
                 findings.push(Finding::fault("rig", words, remedy));
             }
             for camera in rig.difference(&self.running) {
@@ -130,14 +131,19 @@ impl<'a> SiteView<'a> {
 
     fn unknown_tags(&self) -> impl Iterator<Item = Finding> {
         let intakes = self.fusion.iter().flat_map(|status| &status.cameras);
-        intakes.filter(|intake| intake.unknown_tags > 0).map(|intake| {
-            let (camera, count) = (&intake.camera, intake.unknown_tags);
-            Finding::warning(
-                "tags",
-                format!("camera {camera} sees tags of no object ({count} so far)"),
-                &format!("`sextant echo camera/{camera}/observations` shows its family and id: add it to an object file, or ignore it"),
-            )
-        })
+        intakes
+            .filter(|intake| intake.unknown_tags > 0)
+            .map(|intake| {
+                let (camera, count) = (&intake.camera, intake.unknown_tags);
+                Finding::warning(
+                    "tags",
+                    format!("camera {camera} sees tags of no object ({count} so far)"),
+                    &format!(
+                        "`sextant echo camera/{camera}/observations` shows its family and id: \
+                    add it to an object file, or ignore it"
+                    ),
+                )
+            })
     }
 
     /// What the nodes report themselves.
@@ -203,10 +209,14 @@ fn foreign_contracts(fusion: &[&FusionStatus]) -> impl Iterator<Item = Finding> 
 }
 
 /// A node's name that another machine holds.
-fn taken_name(site: &SiteSession, (kind, name): &NamedNode) -> anyhow::Result<Option<Finding>> {
+fn taken_name(
+    site: &SiteSession,
+    kind: NodeKind,
+    name: &NodeId,
+) -> anyhow::Result<Option<Finding>> {
     let holders = site
         .bus
-        .alive_keys(&format!("{}/*/*", site.keys.holder(*kind, name)))?;
+        .alive_keys(&format!("{}/*/*", site.keys.holder(kind, name)))?;
     let hosts = holders.iter().filter_map(|key| key.rsplit('/').next());
     let elsewhere = hosts.map(words::plain).find(|host| *host != host_name());
     Ok(elsewhere.map(|host| {

@@ -31,7 +31,8 @@ pub enum PoseFormat {
 /// Writes the poses of the named objects, of all when none is named.
 ///
 /// # Errors
-/// [`Exit::Usage`] for a name that is no object's, and for TUM of several objects; no router; a file that cannot be written.
+/// [`Exit::Usage`] for a name that is no object's, and for TUM of several objects; no router; a file that cannot be
+/// written.
 pub fn run(arguments: &EchoArguments, format: PoseFormat) -> anyhow::Result<()> {
     let usage = |cause: String| Failure::new(Exit::Usage, anyhow!(cause));
     let ids = arguments.names.iter().map(|name| ObjectId::new(name));
@@ -72,7 +73,7 @@ impl PoseReceiver for PoseLines {
 
     fn take(&mut self, pose: &ObjectPose) -> anyhow::Result<Next> {
         if self.left > 0 {
-            let estimate = self.frame.of(ObjectEstimate::from(pose));
+            let estimate = self.frame.transform(ObjectEstimate::from(pose));
             let line = match self.format {
                 PoseFormat::Json => pose_json(&estimate),
                 PoseFormat::Csv => pose_csv(&estimate),

@@ -30,7 +30,7 @@ struct CameraPreviews {
 
 /// What became of an image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Outcome {
+pub enum PreviewOutcome {
     Published,
     /// Too early after the last one, or nobody looks.
     Omitted,
@@ -55,7 +55,7 @@ impl<'a> Previews<'a> {
     ///
     /// # Errors
     /// What the network refuses.
-    pub fn put(&mut self, camera: &CameraId, message: &[u8]) -> anyhow::Result<Outcome> {
+    pub fn put(&mut self, camera: &CameraId, message: &[u8]) -> anyhow::Result<PreviewOutcome> {
         if !self.cameras.contains_key(camera) {
             let previews = CameraPreviews {
                 publisher: self
@@ -67,21 +67,21 @@ impl<'a> Previews<'a> {
             self.cameras.insert(camera.clone(), previews);
         }
         let Some(previews) = self.cameras.get_mut(camera) else {
-            return Ok(Outcome::Omitted);
+            return Ok(PreviewOutcome::Omitted);
         };
         let now = Instant::now();
         if now < previews.due || !previews.publisher.has_subscribers() {
-            return Ok(Outcome::Omitted);
+            return Ok(PreviewOutcome::Omitted);
         }
         previews.due = now + PERIOD;
         let image = compressed_image::decode(camera, message);
         let Some(mut preview) = image.and_then(|image| preview(&mut self.jpeg, image)) else {
-            return Ok(Outcome::Invalid);
+            return Ok(PreviewOutcome::Invalid);
         };
         preview.sequence = previews.sequence;
         previews.sequence += 1;
         previews.publisher.put(&preview)?;
-        Ok(Outcome::Published)
+        Ok(PreviewOutcome::Published)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Recorded messages on the network, as the nodes published them.
 
-use super::previews::{Outcome, Previews};
+use super::previews::{PreviewOutcome, Previews};
 use sextant_proto::{ANNOUNCED, AnyMessage, KeyRef, Keys, ObjectConfig, RigConfig};
 use sextant_recordings::compressed_image as image;
 use sextant_recordings::mcap::WIRE_ENCODING;
@@ -63,9 +63,9 @@ impl<'a> Publishers<'a> {
 
     fn put_image(&mut self, camera: &CameraId, message: &[u8]) -> anyhow::Result<()> {
         match self.previews.put(camera, message)? {
-            Outcome::Published => self.published += 1,
-            Outcome::Omitted => {}
-            Outcome::Invalid => self.skipped += 1,
+            PreviewOutcome::Published => self.published += 1,
+            PreviewOutcome::Omitted => {}
+            PreviewOutcome::Invalid => self.skipped += 1,
         }
         Ok(())
     }

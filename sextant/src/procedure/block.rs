@@ -1,7 +1,7 @@
 //! A procedure under way as lines of text: what each camera or tag lacks, and what to do next.
 
 use sextant_calibrator::procedure::{
-    Kind, LearnDetails, LensDetails, Progress, ProgressDetails, RigDetails,
+    LearnDetails, LensDetails, ProcedureKind, Progress, ProgressDetails, RigDetails,
 };
 use sextant_calibrator::{CameraProgress, SketchedTag, TagProgress};
 
@@ -34,9 +34,9 @@ pub fn lines(progress: &Progress, remarks: &[String]) -> Vec<String> {
     lines.push(format!(
         "{} [{}{}] {:.0} %  {} images  Ctrl-C ends it and solves",
         match progress.kind {
-            Kind::Lens => "lens",
-            Kind::Rig => "rig",
-            Kind::Learn => "learning",
+            ProcedureKind::Lens => "lens",
+            ProcedureKind::Rig => "rig",
+            ProcedureKind::Learn => "learning",
         },
         "#".repeat(full),
         "-".repeat(BAR - full),

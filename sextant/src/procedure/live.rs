@@ -5,7 +5,7 @@ use super::progress_display::ProgressDisplay;
 use crate::output::Format;
 use crate::site::report_router;
 use anyhow::{anyhow, bail};
-use sextant_calibrator::procedure::{Outcome, Procedure};
+use sextant_calibrator::procedure::{Procedure, ProcedureOutcome};
 use sextant_gateways::site::{RouterWatch, SiteSession, take};
 use sextant_process::shutdown::SHUTDOWN_POLL;
 use sextant_process::{Exit, Failure, WithExit, monotonic_ns};
@@ -72,8 +72,8 @@ impl Live {
         bail!(interrupted(self.silence(camera)))
     }
 
-    /// Handles images until there are enough or Ctrl-C, and solves; Ctrl-C during the solution gives up. If the images are not
-    /// sufficient yet, it reports that and continues.
+    /// Handles images until there are enough or Ctrl-C, and solves; Ctrl-C during the solution gives up. If the images
+    /// are not sufficient yet, it reports that and continues.
     ///
     /// # Errors
     /// [`Exit::Interrupted`] for Ctrl-C before any detection, [`Exit::Input`] if the images give no result.
@@ -81,7 +81,7 @@ impl Live {
         mut self,
         mut procedure: Procedure,
         looking: &ImageSelection,
-    ) -> anyhow::Result<Outcome> {
+    ) -> anyhow::Result<ProcedureOutcome> {
         let mut least_images = 0;
         loop {
             self.collect(&mut procedure, looking, least_images)?;

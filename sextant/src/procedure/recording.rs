@@ -17,7 +17,8 @@ use std::path::Path;
 /// # Errors
 /// [`Exit::Input`] for a recording that cannot be used, or has a camera that the rig lacks.
 pub fn each_image(
-    (folder, dataset): (&Path, &Dataset),
+    folder: &Path,
+    dataset: &Dataset,
     looking: &ImageSelection,
     threads: u8,
     mut take: impl FnMut(&ImageObservation),

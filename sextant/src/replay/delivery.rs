@@ -24,8 +24,9 @@ impl Delivery {
     /// Runs a replay of so many images, if that is known, and prints its poses unless they were printed as they came.
     ///
     /// # Errors
-    /// [`Exit::Input`] for a recording that cannot be replayed, [`Exit::Interrupted`] while waiting for the recorded time, and a closed output.
-    pub fn of(
+    /// [`Exit::Input`] for a recording that cannot be replayed, [`Exit::Interrupted`] while waiting for the recorded
+    /// time, and a closed output.
+    pub fn deliver(
         self,
         images: Option<u64>,
         replay: impl FnOnce(&mut Deliverer<'_>) -> anyhow::Result<Replayed>,
@@ -47,7 +48,7 @@ impl Delivery {
         replayed.poses = replayed
             .poses
             .into_iter()
-            .map(|pose| self.frame.of(pose))
+            .map(|pose| self.frame.transform(pose))
             .collect();
         if self.prints && !self.is_realtime {
             print(&replayed.poses)?;
@@ -79,7 +80,7 @@ impl ReplayObserver for Deliverer<'_> {
 
     fn take(&mut self, poses: &[ObjectEstimate]) -> anyhow::Result<()> {
         if self.prints_at_once {
-            let poses = poses.iter().map(|pose| self.frame.of(pose.clone()));
+            let poses = poses.iter().map(|pose| self.frame.transform(pose.clone()));
             print(&poses.collect::<Vec<_>>())?;
         }
         Ok(())

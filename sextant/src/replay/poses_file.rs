@@ -13,10 +13,10 @@ use std::path::{Path, PathBuf};
 /// A file of poses.
 pub struct PosesFile {
     path: PathBuf,
-    kind: Kind,
+    kind: PosesKind,
 }
 
-enum Kind {
+enum PosesKind {
     Lines(fn(&ObjectEstimate) -> String),
     C3d,
     Animation(AnimationFormat),
@@ -36,11 +36,11 @@ impl PosesFile {
     /// # Errors
     /// [`Exit::Usage`] for an unknown file extension.
     pub fn named(path: &Path) -> anyhow::Result<Self> {
-        let animation = AnimationFormat::named(path)?.map(Kind::Animation);
+        let animation = AnimationFormat::named(path)?.map(PosesKind::Animation);
         let kind = match path.extension().and_then(|e| e.to_str()) {
-            Some("jsonl" | "json") => Kind::Lines(pose_json),
-            Some("tum") => Kind::Lines(pose_tum),
-            Some("c3d") => Kind::C3d,
+            Some("jsonl" | "json") => PosesKind::Lines(pose_json),
+            Some("tum") => PosesKind::Lines(pose_tum),
+            Some("c3d") => PosesKind::C3d,
             _ => animation
                 .with_context(|| {
                     format!(
@@ -58,14 +58,14 @@ impl PosesFile {
 
     /// Whether it has cameras, too, which stand in the world.
     pub fn is_animation(&self) -> bool {
-        matches!(self.kind, Kind::Animation(_))
+        matches!(self.kind, PosesKind::Animation(_))
     }
 
     /// Writes the poses, whole or not at all.
     ///
     /// # Errors
-    /// An I/O error; [`Exit::Usage`] for TUM text of several objects, which it cannot distinguish, and for what C3D has no room for;
-    /// [`Exit::Input`] for an animation without tracked objects.
+    /// An I/O error; [`Exit::Usage`] for TUM text of several objects, which it cannot distinguish, and for what C3D has
+    /// no room for; [`Exit::Input`] for an animation without tracked objects.
     pub fn write(&self, poses: &[ObjectEstimate], scene: Scene) -> anyhow::Result<()> {
         let is_tum = self.path.extension().is_some_and(|e| e == "tum");
         if is_tum && poses.iter().any(|pose| pose.object != poses[0].object) {
@@ -76,12 +76,12 @@ impl PosesFile {
             bail!(Failure::new(Exit::Usage, cause));
         }
         let bytes = match self.kind {
-            Kind::Animation(format) => return self.write_animation(format, poses, scene),
-            Kind::Lines(line) => poses
+            PosesKind::Animation(format) => return self.write_animation(format, poses, scene),
+            PosesKind::Lines(line) => poses
                 .iter()
                 .flat_map(|pose| format!("{}\n", line(pose)).into_bytes())
                 .collect(),
-            Kind::C3d => c3d(poses)
+            PosesKind::C3d => c3d(poses)
                 .with_context(|| format!("--out {}", self.path.display()))
                 .exit_with(Exit::Usage)?,
         };

@@ -42,7 +42,7 @@ struct Object {
 
 impl Summary {
     /// Of a replay.
-    pub fn of(replayed: &Replayed) -> Self {
+    pub fn new(replayed: &Replayed) -> Self {
         let notices = replayed.faults.iter().map(ToString::to_string);
         let imperfections = replayed.imperfections.iter().map(ToString::to_string);
         let poses_of = |id: &ObjectId| replayed.poses.iter().filter(|p| p.object == *id).count();
@@ -52,7 +52,7 @@ impl Summary {
         });
         let cameras = replayed.cameras.iter();
         let cameras: Vec<Camera> = cameras
-            .map(|(camera, counts)| Camera::of(camera, counts))
+            .map(|(camera, counts)| Camera::new(camera, counts))
             .collect();
         Self {
             images: cameras.iter().map(|camera| camera.images).sum(),
@@ -94,7 +94,7 @@ impl Summary {
 }
 
 impl Camera {
-    fn of(id: &CameraId, counts: &CameraCounts) -> Self {
+    fn new(id: &CameraId, counts: &CameraCounts) -> Self {
         Self {
             id: id.clone(),
             images: counts.images,

@@ -37,7 +37,8 @@ impl Board {
         }
     }
 
-    /// Handles a message that arrived at `now_ns`; messages of other sites are ignored, since the fusion node counts those.
+    /// Handles a message that arrived at `now_ns`; messages of other sites are ignored, since the fusion node counts
+    /// those.
     pub fn take(&mut self, item: &Item, now_ns: u64) {
         let update = take(&self.keys, &mut self.mirror, item, now_ns);
         if let Some(AnyMessage::ObjectPose(pose)) = update.map(|update| update.message) {
@@ -332,7 +333,7 @@ pub mod tests {
     }
 
     #[test]
-    fn faults_and_silence_are_told() {
+    fn faults_and_silence_are_shown() {
         let mut board = board();
         assert_eq!(
             words(&board, NOW_NS),

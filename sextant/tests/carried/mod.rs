@@ -112,7 +112,8 @@ pub fn record(
     folder: &Path,
     camera: &Camera,
     object: &ObjectModel,
-    (images, pose_at): (u32, impl Fn(f64) -> Pose),
+    images: u32,
+    pose_at: impl Fn(f64) -> Pose,
 ) {
     let mut random = Random::new(1);
     let mut text = String::new();

@@ -25,11 +25,11 @@ pub struct Recording {
 impl Recording {
     /// Two cameras that watch one object, so many images each.
     pub fn new(images: u64) -> Self {
-        Self::of(Scenario::demo(2, 1, 7), images)
+        Self::render_all(Scenario::demo(2, 1, 7), images)
     }
 
     /// The cameras of a scenario that watch its first object, so many images each.
-    pub fn of(scenario: Scenario, images: u64) -> Self {
+    pub fn render_all(scenario: Scenario, images: u64) -> Self {
         let recording = Self::of_models(scenario);
         for camera in 0..recording.scenario.cameras.len() {
             recording.render(camera, images);

@@ -1,16 +1,16 @@
 //! The disk of a fusion node's host: what is on it outlives the process.
 //!
-//! A job writes one file after another, each whole or not at all, and the record of the version last; a process that ends meanwhile leaves
-//! what was written by then.
+//! A job writes one file after another, each whole or not at all, and the record of the version last; a process that
+//! ends meanwhile leaves what was written by then.
 
-use node_fusion::{Change, KeepJob, Models};
+use node_fusion::{Change, KeepJob, ModelsInForce};
 use sextant_proto::ModelsState;
 
 /// The models in the files, and the version that they are of by the record.
 #[derive(Debug, Clone)]
 pub struct Disk {
     /// In the files.
-    pub models: Models,
+    pub models: ModelsInForce,
     /// As written last.
     pub record: Option<ModelsState>,
 }

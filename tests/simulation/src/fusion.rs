@@ -1,4 +1,5 @@
-//! A fusion node's process in simulated time: [`FusionCore`] with queues, a disk and a clock as `node_fusion::run` gives it.
+//! A fusion node's process in simulated time: [`FusionCore`] with queues, a disk and a clock as `node_fusion::run`
+//! gives it.
 
 use crate::disk::Disk;
 use crate::host::ProcessClock;

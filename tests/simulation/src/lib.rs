@@ -1,5 +1,6 @@
-//! A whole site in simulated time: cameras, routers, fusion nodes with their election, models and disks, and a client, as their real state
-//! machines, in one queue of events. Everything follows from one seed, and what the site promises is checked meanwhile and in the end.
+//! A whole site in simulated time: cameras, routers, fusion nodes with their election, models and disks, and a client,
+//! as their real state machines, in one queue of events. Everything follows from one seed, and what the site promises
+//! is checked meanwhile and in the end.
 
 #![allow(
     clippy::expect_used,

@@ -1,7 +1,8 @@
-//! The network of a site: processes hang on routers, links keep the order of messages, and what is wrong follows from the plan.
+//! The network of a site: processes hang on routers, links keep the order of messages, and what is wrong follows from
+//! the plan.
 //!
-//! A link through which nothing passes holds messages back for a while, as the buffers of a connection do; after [`LEASE_NS`] it is closed, what it held
-//! is lost, and it is opened again some time after the cause is gone.
+//! A link through which nothing passes holds messages back for a while, as the buffers of a connection do; after
+//! [`LEASE_NS`] it is closed, what it held is lost, and it is opened again some time after the cause is gone.
 
 use crate::plan::{Fault, FaultKind, MS, Place, Plan};
 use sextant_simulator::Random;
@@ -41,6 +42,20 @@ pub struct Network {
     last_ns: BTreeMap<(Place, Place), u64>,
 }
 
+/// A way to or from a process, or between routers.
+#[derive(Clone, Copy)]
+struct Hop {
+    /// `None` between routers.
+    place: Option<Place>,
+    way: Way,
+}
+
+impl Hop {
+    fn new(place: Option<Place>, way: Way) -> Self {
+        Self { place, way }
+    }
+}
+
 impl Network {
     /// Of a plan.
     #[must_use]
@@ -66,9 +81,9 @@ impl Network {
         index % self.routers
     }
 
-    fn gap(&self, index: usize, hop: (Option<Place>, Way)) -> Option<Gap> {
+    fn gap(&self, index: usize, hop: Hop) -> Option<Gap> {
         let fault = &self.faults[index];
-        let (place, way) = hop;
+        let Hop { place, way } = hop;
         let is_of_place = place.is_some() && fault.kind.place() == place;
         let router = place.map(|place| self.router(place));
         let reopened_ns = fault.until_ns + self.reopening_ns[index];
@@ -91,17 +106,17 @@ impl Network {
         Some(Gap { stops, closed })
     }
 
-    fn gaps(&self, hop: (Option<Place>, Way)) -> impl Iterator<Item = Gap> {
+    fn gaps(&self, hop: Hop) -> impl Iterator<Item = Gap> {
         (0..self.faults.len()).filter_map(move |index| self.gap(index, hop))
     }
 
     /// Whether the link of a process to its router is open.
     #[must_use]
     pub fn is_linked(&self, place: Place, at_ns: u64) -> bool {
-        self.is_open((Some(place), Way::Up), at_ns)
+        self.is_open(Hop::new(Some(place), Way::Up), at_ns)
     }
 
-    fn is_open(&self, hop: (Option<Place>, Way), at_ns: u64) -> bool {
+    fn is_open(&self, hop: Hop, at_ns: u64) -> bool {
         let mut closed = self.gaps(hop).filter_map(|gap| gap.closed);
         !closed.any(|closed| closed.contains(&at_ns))
     }
@@ -109,8 +124,8 @@ impl Network {
     /// Whether the routers have each other and those of two processes, so that tokens of one are seen by the other.
     #[must_use]
     pub fn sees(&self, one: Place, other: Place, at_ns: u64) -> bool {
-        let between =
-            self.router(one) == self.router(other) || self.is_open((None, Way::Across(0)), at_ns);
+        let between = self.router(one) == self.router(other)
+            || self.is_open(Hop::new(None, Way::Across(0)), at_ns);
         between && self.is_linked(one, at_ns) && self.is_linked(other, at_ns)
     }
 
@@ -159,7 +174,8 @@ impl Network {
         points
     }
 
-    /// When a message of one process reaches another; never, where it is lost. `may_drop` of those that a congested network drops.
+    /// When a message of one process reaches another; never, where it is lost. `may_drop` of those that a congested
+    /// network drops.
     pub fn arrival_ns(
         &mut self,
         from: Place,
@@ -168,18 +184,18 @@ impl Network {
         may_drop: bool,
     ) -> Option<u64> {
         let (first, last) = (self.router(from), self.router(to));
-        let at_ns = self.pass((Some(from), Way::Up), at_ns, may_drop)?;
+        let at_ns = self.pass(Hop::new(Some(from), Way::Up), at_ns, may_drop)?;
         let at_ns = match first == last {
             true => at_ns,
-            false => self.pass((None, Way::Across(first)), at_ns, may_drop)?,
+            false => self.pass(Hop::new(None, Way::Across(first)), at_ns, may_drop)?,
         };
-        let arrival_ns = self.pass((Some(to), Way::Down), at_ns, may_drop)?;
+        let arrival_ns = self.pass(Hop::new(Some(to), Way::Down), at_ns, may_drop)?;
         let last_ns = self.last_ns.entry((from, to)).or_default();
         *last_ns = (*last_ns).max(arrival_ns);
         Some(*last_ns)
     }
 
-    fn pass(&mut self, hop: (Option<Place>, Way), at_ns: u64, may_drop: bool) -> Option<u64> {
+    fn pass(&mut self, hop: Hop, at_ns: u64, may_drop: bool) -> Option<u64> {
         let mut leaves_ns = at_ns;
         // A gap may follow upon another.
         for _ in 0..self.faults.len() {
@@ -199,7 +215,7 @@ impl Network {
         }
         let mut delay_ns = 100_000 + self.random.below(200_000) as u64;
         for fault in &self.faults {
-            let is_of_hop = hop.0.is_some() && fault.kind.place() == hop.0;
+            let is_of_hop = hop.place.is_some() && fault.kind.place() == hop.place;
             match fault.kind {
                 FaultKind::Slow(_, by_ns) if is_of_hop && fault.lasts(leaves_ns) => {
                     delay_ns += self.random.below(by_ns as usize) as u64;

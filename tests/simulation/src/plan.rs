@@ -276,8 +276,8 @@ impl Plan {
         }
     }
 
-    /// Any time; half of the requests come while something is wrong, and some shortly after another one, since what goes wrong together is seldom
-    /// met by chance.
+    /// Any time; half of the requests come while something is wrong, and some shortly after another one, since what
+    /// goes wrong together is seldom met by chance.
     fn time_of_request(&self, random: &mut Random) -> u64 {
         let (first_ns, last_ns) = (2 * S, self.end_ns - QUIET_NS);
         let within = |random: &mut Random, from_ns: u64, until_ns: u64| {

@@ -6,10 +6,10 @@ use crate::network::Network;
 use crate::plan::{FaultKind, MS, Place, Plan, S};
 use crate::scene::Scene;
 use node_camera::SiteModels;
-use node_fusion::{CoreState, FusionCore, Models, Put};
+use node_fusion::{CoreState, FusionCore, ModelsInForce, Put};
 use sextant_proto::{
-    CameraSettings, ConfigAnswer, FusionStatus, Heartbeat, KeyRef, Keys, ModelsState,
-    ModelsVersion, NodeId, Notice, ObjectConfig, ObjectPose, Outcome, RigConfig, decode,
+    CameraSettings, ChangeOutcome, ConfigAnswer, FusionStatus, Heartbeat, KeyRef, Keys,
+    ModelsState, ModelsVersion, NodeId, Notice, ObjectConfig, ObjectPose, RigConfig, decode,
     fingerprint,
 };
 use sextant_site_mirror::SiteMirror;
@@ -19,8 +19,9 @@ use sextant_zenoh_bus::Item;
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// A pose may be off by so much, m, and by so many of its standard deviations. Where files are wrong the world is that of the rig file, or of
-/// the cameras that see anything: a camera that is off by 3 mm and 0.3 degrees, a metre away, moves it by as much again.
+/// A pose may be off by so much, m, and by so many of its standard deviations. Where files are wrong the world is that
+/// of the rig file, or of the cameras that see anything: a camera that is off by 3 mm and 0.3 degrees, a metre away,
+/// moves it by as much again.
 const OFF_M: f64 = 0.02;
 const OFF_BY_FILES_M: f64 = 0.04;
 const OFF_SIGMAS: f64 = 6.0;
@@ -245,7 +246,7 @@ impl Promises {
             self.one_publishes(index, &pose, context.network, at_ns);
             self.no_older_models(index, &state.models, context.network, at_ns);
         } else if let Ok(answer) = decode::<ConfigAnswer>(payload)
-            && answer.outcome == Outcome::Kept
+            && answer.outcome == ChangeOutcome::Kept
         {
             let Disk {
                 record,
@@ -423,7 +424,7 @@ impl Promises {
         &mut self,
         index: usize,
         state: &CoreState,
-        models: &Models,
+        models: &ModelsInForce,
         network: &Network,
         at_ns: u64,
     ) {
@@ -462,7 +463,7 @@ impl Promises {
         }
     }
 
-    fn client_has(&mut self, models: &Models) {
+    fn client_has(&mut self, models: &ModelsInForce) {
         let known = self.objects.iter().filter_map(|id| {
             let object = self.mirror.object(id)?;
             object.config.clone()
@@ -477,7 +478,7 @@ impl Promises {
         }
     }
 
-    fn camera_has(&mut self, place: Place, camera: &SiteModels, models: &Models) {
+    fn camera_has(&mut self, place: Place, camera: &SiteModels, models: &ModelsInForce) {
         let id = camera.camera();
         let wanted = models.settings.get(id).cloned();
         let wanted = wanted.unwrap_or_else(|| CameraSettings::none(id.clone()));
@@ -501,7 +502,7 @@ impl Promises {
     pub fn end(
         &mut self,
         states: &[Option<CoreState>],
-        models: Option<&Models>,
+        models: Option<&ModelsInForce>,
         cameras: &[(Place, &SiteModels)],
         replayed: Option<String>,
     ) {

@@ -70,7 +70,7 @@ impl Recorder {
 }
 
 fn contradiction(recording: &SiteRecording, node: &NodeId) -> Option<String> {
-    let plan = match Plan::of(recording, Some(node), &Replacement::default()) {
+    let plan = match Plan::new(recording, Some(node), &Replacement::default()) {
         Ok(plan) => plan,
         Err(cause) => return Some(format!("{node}: {cause}")),
     };

@@ -2,7 +2,7 @@
 
 use crate::plan::{ChangeRequest, Plan};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use node_fusion::Models;
+use node_fusion::ModelsInForce;
 use sextant_geometry::Pose;
 use sextant_proto::{
     CameraSettings, Keys, Message, ModelPayload, NodeId, ObjectConfig, ObjectPose, Proposal,
@@ -75,9 +75,9 @@ impl Scene {
 
     /// The site's files.
     #[must_use]
-    pub fn models(&self) -> Models {
+    pub fn models(&self) -> ModelsInForce {
         let objects = 0..self.written.objects.len();
-        Models {
+        ModelsInForce {
             rig: self.rig(0),
             objects: objects.map(|index| self.model(index)).collect(),
             settings: Default::default(),
@@ -159,8 +159,8 @@ impl Scene {
         indices.map(|index| self.object(index)).collect()
     }
 
-    /// By how much a pose in a world is off from the truth at one of these true times, the best of them: metres, and in standard deviations that it
-    /// states.
+    /// By how much a pose in a world is off from the truth at one of these true times, the best of them: metres, and in
+    /// standard deviations that it states.
     #[must_use]
     pub fn error(&self, pose: &ObjectPose, world: i32, true_ns: &[u64]) -> (f64, f64) {
         let shift = Vector3::new(f64::from(world) * WORLD_M, 0.0, 0.0);
@@ -223,8 +223,8 @@ impl Scene {
             }
             ChangeRequest::Both(world, index) => {
                 let none = Proposal::none(NodeId::new("client").expect("an id"), 1);
-                let rig = ModelPayload::of(&RigConfig::from(&self.rig(world)));
-                let object = ModelPayload::of(&object(index));
+                let rig = ModelPayload::encode(&RigConfig::from(&self.rig(world)));
+                let object = ModelPayload::encode(&object(index));
                 let proposal = Proposal {
                     rig: rig.ok(),
                     objects: vec![object.expect("an object")],

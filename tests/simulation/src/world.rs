@@ -150,7 +150,7 @@ struct World<'a> {
 impl<'a> World<'a> {
     fn new(plan: &'a Plan, traces: bool) -> Self {
         let site: SiteId = "lab".parse().expect("a site");
-        let keys = Keys::of(site.clone());
+        let keys = Keys::for_site(site.clone());
         let scene = Scene::new(plan);
         let mut random = Random::from_keys(&[plan.seed, 0x776f_726c]);
         let hosts = (0..plan.nodes).map(|index| {

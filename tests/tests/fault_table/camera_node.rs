@@ -76,19 +76,22 @@ pub fn house() -> House {
     cameras.push(eye());
     let mut objects = seen.objects.clone();
     objects.push(die());
-    House::of(
-        &Scene::of(Rig::new(cameras).expect("a rig"), objects),
+    House::with_files(
+        &Scene::from_models(Rig::new(cameras).expect("a rig"), objects),
         &seen,
     )
 }
 
-/// Writes the scenario, and makes the text of a camera node's file that connects to `router` and shares images under `prefix`.
+/// Writes the scenario, and makes the text of a camera node's file that connects to `router` and shares images under
+/// `prefix`.
 pub fn write_files(house: &House, router: &str, prefix: &str) -> String {
     std::fs::create_dir(house.path("", CAMERA)).expect("a folder");
     let file = house.path(CAMERA, "scenario.toml");
     sextant_site_files::write_toml(&file, &scenario()).expect("a file");
     format!(
-        "site = \"lab\"\ncamera = \"{CAMERA}\"\n[source]\nkind = \"simulator\"\nscenario = \"scenario.toml\"\n[shared_memory]\nroot = \"i\"\nprefix = \"{prefix}\"\n[network]\nmode = \"client\"\nconnect = [\"{router}\"]\n"
+        "site = \"lab\"\ncamera = \"{CAMERA}\"\n[source]\nkind = \"simulator\"\n\
+         scenario = \"scenario.toml\"\n[shared_memory]\nroot = \"i\"\nprefix = \"{prefix}\"\n\
+         [network]\nmode = \"client\"\nconnect = [\"{router}\"]\n"
     )
 }
 

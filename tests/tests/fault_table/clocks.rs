@@ -50,7 +50,8 @@ fn a_fusion_host_whose_clock_is_set_says_so_and_goes_on() {
             let used = witness.used_since(since);
             assert_true(&house, &cameras, &used);
             if to_s < 0 {
-                // Images that are stamped more than a second ahead of the host's clock are left out until it is right again.
+                // Images that are stamped more than a second ahead of the host's clock are left out until it is right
+                // again.
                 continue;
             }
             let last = used.last().expect("a pose");
@@ -106,7 +107,8 @@ fn cameras_whose_clocks_are_all_set_are_named_and_go_on() {
             at_most: 5000.0,
         }
         .keep();
-        // Images that were under way when the clocks were set right have the stamps, and their poses the time, of the clocks before.
+        // Images that were under way when the clocks were set right have the stamps, and their poses the time, of the
+        // clocks before.
         let used = witness.used_since(back + Duration::from_millis(100));
         assert_true(&house, &cameras, &used);
     }

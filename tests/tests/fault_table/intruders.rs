@@ -137,7 +137,7 @@ fn forged_and_repeated_messages_change_nothing() {
     site.restart();
 
     let screen = site.open("screen");
-    let witness = Witness::of(site.open("screen"), &site.keys);
+    let witness = Witness::new(site.open("screen"), &site.keys);
     let mut cameras = OwnCameras::start(&site);
     site.await_status(&screen, |status| {
         status

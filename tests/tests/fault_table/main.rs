@@ -1,5 +1,5 @@
-//! The table of faults and promises of BENCHMARKS.md: a test a row. `cargo xtask faults` runs them in full length and writes the figures; a
-//! plain run is shorter and holds no time against the machine (`system_tests::Figure`).
+//! The table of faults and promises of BENCHMARKS.md: a test a row. `cargo xtask faults` runs them in full length and
+//! writes the figures; a plain run is shorter and holds no time against the machine (`system_tests::Figure`).
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 
@@ -92,7 +92,8 @@ fn feed(house: &House, cameras: &[usize], routers: &[&str], start_ns: u64) -> Ca
     )
 }
 
-/// A site of two halves: two routers with a link that a proxy cuts, and half of the cameras and one fusion node behind each.
+/// A site of two halves: two routers with a link that a proxy cuts, and half of the cameras and one fusion node behind
+/// each.
 struct DividedSite {
     house: House,
     routers: [String; 2],

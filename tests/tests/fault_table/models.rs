@@ -13,7 +13,7 @@ const OFF_M: f64 = 0.158;
 
 /// A house whose files have the origin of the world at another place.
 fn house_with_old_files(scene: &Scene) -> House {
-    House::of(&scene.moved(OFF_M), scene)
+    House::with_files(&scene.moved(OFF_M), scene)
 }
 
 /// `sextant config set rig` with the true rig, at this router.
@@ -164,7 +164,8 @@ fn a_change_in_the_half_of_the_newer_epoch_is_not_undone() {
     changed_in_one_half(false);
 }
 
-/// A camera is set to twice the size that the rig has: as one that a person has changed, or whose driver chose another mode.
+/// A camera is set to twice the size that the rig has: as one that a person has changed, or whose driver chose another
+/// mode.
 #[test]
 fn images_of_another_size_than_the_rigs_move_nothing() {
     let files = scene();
@@ -180,8 +181,8 @@ fn images_of_another_size_than_the_rigs_move_nothing() {
     .expect("a lens");
     cameras[0].resolution = cameras[0].resolution.map(|side| 2 * side);
     let rig = Rig::new(cameras).expect("a rig");
-    let seen = Scene::of(rig, files.objects.clone());
-    let mut house = House::of(&files, &seen);
+    let seen = Scene::from_models(rig, files.objects.clone());
+    let mut house = House::with_files(&files, &seen);
     let router = house.router("router", &[]);
     house.fusion("main", &[&router]);
     let feed = feed(&house, &ALL, &[&router], now_ns());

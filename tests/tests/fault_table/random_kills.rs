@@ -1,4 +1,5 @@
-//! Any process of a site is killed, at random: fusion nodes, the parts of a camera node, the viewer bridge and the router.
+//! Any process of a site is killed, at random: fusion nodes, the parts of a camera node, the viewer bridge and the
+//! router.
 
 use super::*;
 use crate::camera_node::{CAMERA, DIE, error_m, in_shared_memory};
@@ -45,7 +46,8 @@ impl Site {
         site
     }
 
-    /// Both fusion nodes track all objects, and one of them publishes. Between two images of its only camera an object coasts.
+    /// Both fusion nodes track all objects, and one of them publishes. Between two images of its only camera an object
+    /// coasts.
     fn await_calm(&self) {
         self.house.await_statuses(&[&self.router], |statuses| {
             let tracks = |status: &FusionStatus| {

@@ -11,7 +11,8 @@ use std::process::Command;
 const HANDLES: usize = 64;
 const CONNECTIONS: usize = 200;
 
-/// A router that may open few files, and many connections on which nothing is sent. The members of the site are served meanwhile.
+/// A router that may open few files, and many connections on which nothing is sent. The members of the site are served
+/// meanwhile.
 #[test]
 fn a_router_out_of_file_handles_goes_on() {
     const ROW: &str = "router out of file handles, by silent connections";
@@ -78,7 +79,8 @@ fn a_camera_out_of_shared_memory_says_so_and_recovers() {
     // A file in the way leaves room for no image; a script of the mount's own takes it away when it is asked to.
     let shell = format!(
         "mount -t tmpfs -o size=2m tmpfs /dev/shm || exit; head -c 2080000 /dev/zero > /dev/shm/full; \
-        (while kill -0 $$ 2> /dev/null && ! test -e '{room}'; do sleep 0.1; done; rm /dev/shm/full) > /dev/null 2>&1 & exec \"$@\" 2> '{log}'",
+        (while kill -0 $$ 2> /dev/null && ! test -e '{room}'; do sleep 0.1; done; rm \
+        /dev/shm/full) > /dev/null 2>&1 & exec \"$@\" 2> '{log}'",
         room = size.display(),
         log = log.display()
     );
@@ -135,7 +137,10 @@ fn a_recorder_whose_disk_is_full_says_so_and_keeps_what_it_has() {
     let record = house.command(&router, &["record"]);
     let mut shell = Command::new("unshare");
     shell.args(["--mount", "sh", "-c"]);
-    shell.arg("mount -t tmpfs -o size=2m tmpfs \"$1\" || exit; disk=$1 kept=$2; shift 2; \"$@\" \"$disk/site.mcap\"; code=$?; cp \"$disk/site.mcap\" \"$kept\"; exit $code");
+    shell.arg(
+        "mount -t tmpfs -o size=2m tmpfs \"$1\" || exit; disk=$1 kept=$2; shift 2; \"$@\" \
+        \"$disk/site.mcap\"; code=$?; cp \"$disk/site.mcap\" \"$kept\"; exit $code",
+    );
     shell.arg("sh").args([&folder, &kept]);
     shell.arg(record.get_program()).args(record.get_args());
     let since = Instant::now();

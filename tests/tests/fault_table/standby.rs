@@ -60,13 +60,14 @@ fn replaced(
     assert!(!is_full() || !flaps, "{epochs:?}, not {first} and {second}");
 }
 
-/// Learning ten objects and five cameras whose files are off keeps no image waiting, so that the standby never takes over.
+/// Learning ten objects and five cameras whose files are off keeps no image waiting, so that the standby never takes
+/// over.
 #[test]
 fn learning_keeps_nobody_waiting() {
     let names: Vec<String> = (0..10).map(|k| format!("box{k}")).collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let scene = Scene::new(5, &names);
-    let mut house = House::of(&scene.measured_by_hand(), &scene);
+    let mut house = House::with_files(&scene.measured_by_hand(), &scene);
     let router = house.router("router", &[]);
     house.fusion("main", &[&router]);
     house.fusion("spare", &[&router]);

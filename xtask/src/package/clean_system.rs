@@ -1,7 +1,8 @@
-//! Debian systems with nothing but their essential packages, for each processor, in which packages and wheels are tried.
+//! Debian systems with nothing but their essential packages, for each processor, in which packages and wheels are
+//! tried.
 //!
-//! Each is made once, by mmdebstrap, and stays as it is: a trial works on a layer above it, which goes with the trial. Programs of another processor run by
-//! qemu, where the kernel knows of it (binfmt_misc).
+//! Each is made once, by mmdebstrap, and stays as it is: a trial works on a layer above it, which goes with the trial.
+//! Programs of another processor run by qemu, where the kernel knows of it (binfmt_misc).
 
 use super::output;
 use crate::tools::run;
@@ -10,7 +11,8 @@ use std::path::{Path, PathBuf};
 
 /// Debian's release.
 const RELEASE: &str = "bookworm";
-/// Run in name spaces of its own: `$1` is the system, `$2` a folder that appears in it as `/trial`, `$3` the script to run there with the rest.
+/// Run in name spaces of its own: `$1` is the system, `$2` a folder that appears in it as `/trial`, `$3` the script to
+/// run there with the rest.
 const ENTER: &str = r#"system=$(realpath "$1") trial=$(realpath "$2") script=$3
 shift 3
 mount -t tmpfs tmpfs /mnt
@@ -28,7 +30,7 @@ pub struct CleanSystem(PathBuf);
 
 impl CleanSystem {
     /// With these packages beside the essential ones; made where it is missing.
-    pub fn of(architecture: &str, packages: &str) -> Result<Self, String> {
+    pub fn new(architecture: &str, packages: &str) -> Result<Self, String> {
         let name = format!("{RELEASE}-{architecture}-{}", packages.replace(',', "-"));
         let system = output()?.join("systems").join(name);
         if !system.exists() {

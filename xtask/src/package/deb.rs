@@ -75,7 +75,8 @@ fn document(staged: &Staged, version: &str) -> Result<(), String> {
     let folder = staged.folder.join("usr/share/doc").join(name);
     gzip(&root().join("CHANGELOG.md"), &folder.join("changelog.gz"))?;
     let changes = format!(
-        "sextant ({version}-1) unstable; urgency=medium\n\n  * See changelog.gz.\n\n -- Sextant developers <sextant@packages.invalid>  {DATE}\n"
+        "sextant ({version}-1) unstable; urgency=medium\n\n  * See changelog.gz.\n\n -- Sextant \
+         developers <sextant@packages.invalid>  {DATE}\n"
     );
     let plain = folder.join("changelog.Debian");
     fs::write(&plain, changes).map_err(|cause| format!("{}: {cause}", plain.display()))?;

@@ -1,4 +1,5 @@
-//! A package is installed, upgraded, downgraded, removed and purged in a clean system of its processor, where its program starts.
+//! A package is installed, upgraded, downgraded, removed and purged in a clean system of its processor, where its
+//! program starts.
 
 use super::clean_system::CleanSystem;
 use super::{Staged, VERSION, deb};
@@ -15,7 +16,7 @@ const SCRIPT: &str = "lifecycle.sh";
 /// Fails where a step does, leaves something behind or takes too much away.
 pub fn check(staged: &Staged, deb: &Path) -> Result<(), String> {
     let architecture = staged.target.architecture.unwrap_or_default();
-    let system = CleanSystem::of(architecture, PACKAGES)?;
+    let system = CleanSystem::new(architecture, PACKAGES)?;
     let newer = deb::write(staged, NEWER)?;
     let folder = super::fresh_folder("trial")?;
     let script = folder.join(SCRIPT);

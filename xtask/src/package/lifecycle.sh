@@ -1,4 +1,5 @@
-# Run in a clean system: a package is installed, upgraded, downgraded, removed and purged, and nothing that a person changed is lost before the last step.
+# Run in a clean system: a package is installed, upgraded, downgraded, removed and purged, and nothing that a person
+# changed is lost before the last step.
 #
 # lifecycle.sh NAME PROGRAM DEB VERSION NEWER_DEB NEWER_VERSION
 name=$1 program=$2 deb=/trial/$3 version=$4 newer_deb=/trial/$5 newer_version=$6

@@ -1,4 +1,5 @@
-//! A package's files without Debian around them, for systems where BusyBox is init: unpacked over the root, they are installed.
+//! A package's files without Debian around them, for systems where BusyBox is init: unpacked over the root, they are
+//! installed.
 
 use super::contents::Package;
 use super::{Staged, VERSION, output};

@@ -47,7 +47,7 @@ fn pack(python: &str, target: &Target, program: &Path) -> Result<PathBuf, String
 
 /// Where the system has nothing but Debian's Python, a site runs and is recorded.
 fn try_in_clean_system(python: &str, target: &Target, wheel: &Path) -> Result<(), String> {
-    let system = CleanSystem::of(target.architecture.unwrap_or_default(), "python3-venv")?;
+    let system = CleanSystem::new(target.architecture.unwrap_or_default(), "python3-venv")?;
     let folder = fresh_folder("trial")?;
     // The wheel, and what it depends on.
     let (wheel, place) = (wheel.display().to_string(), folder.display().to_string());

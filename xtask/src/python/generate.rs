@@ -1,7 +1,8 @@
-//! The Python module of the contract's messages: a dataclass for each type, whose annotations are what the codec reads and writes.
+//! The Python module of the contract's messages: a dataclass for each type, whose annotations are what the codec reads
+//! and writes.
 //!
-//! Types without a name get one from where they stand: `timing` of `Observations` becomes `ObservationsTiming`. An enum of bare names
-//! becomes a `Word`, any other a union of one dataclass for each variant.
+//! Types without a name get one from where they stand: `timing` of `Observations` becomes `ObservationsTiming`. An enum
+//! of bare names becomes a `Word`, any other a union of one dataclass for each variant.
 
 use crate::generated::{camel, contract};
 use sextant_contract::{Content, Field, Shape, Type, Variant};
@@ -35,7 +36,8 @@ pub fn module() -> Result<String, String> {
     let names: String = names.collect();
     let classes = module.classes;
     Ok(format!(
-        "{HEAD}{classes}\n#: Every kind of message, by its number in the header.\nKINDS: dict[int, Kind] = {{\n{kinds}}}\n\n__all__ = [\n{names}]\n"
+        "{HEAD}{classes}\n#: Every kind of message, by its number in the header.\n\
+         KINDS: dict[int, Kind] = {{\n{kinds}}}\n\n__all__ = [\n{names}]\n"
     ))
 }
 

@@ -1,13 +1,15 @@
-//! What one fusion process costs in a hall of many cameras and objects: processor, memory and bytes received, by synthetic observations.
+//! What one fusion process costs in a hall of many cameras and objects: processor, memory and bytes received, by
+//! synthetic observations.
 //!
-//! `growth CAMERAS OBJECTS [exact|off [OWN]]` prints a line. Cameras hang 4 m apart in a grid and look down, so that nearly every object is seen by
-//! four of them; each takes 30 images a second. Objects are plates with four tags that move in circles. The files are right; with `exact` they
-//! say so, with `off` the cameras are off by centimetres and degrees. Adjustments of the files are solved apart, as a fusion node does, and
-//! apply once as much time has passed as their solution took. With OWN the process tracks so many of the objects only, as one of several fusion
-//! nodes that share them: it decodes everything, and drops the tags of the others.
+//! `growth CAMERAS OBJECTS [exact|off [OWN]]` prints a line. Cameras hang 4 m apart in a grid and look down, so that
+//! nearly every object is seen by four of them; each takes 30 images a second. Objects are plates with four tags that
+//! move in circles. The files are right; with `exact` they say so, with `off` the cameras are off by centimetres and
+//! degrees. Adjustments of the files are solved apart, as a fusion node does, and apply once as much time has passed as
+//! their solution took. With OWN the process tracks so many of the objects only, as one of several fusion nodes that
+//! share them: it decodes everything, and drops the tags of the others.
 //!
-//! The line: cameras, objects, time that the images took (100 %: no faster than they come), processor time of all threads, the longest image,
-//! adjustments, memory, bytes, poses a second.
+//! The line: cameras, objects, time that the images took (100 %: no faster than they come), processor time of all
+//! threads, the longest image, adjustments, memory, bytes, poses a second.
 
 #![allow(clippy::expect_used, reason = "a bench ends by panicking")]
 

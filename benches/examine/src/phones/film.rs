@@ -1,4 +1,5 @@
-//! Films: the images of each camera as JPEGs one after the other, which is what Chromium plays in the place of a webcam.
+//! Films: the images of each camera as JPEGs one after the other, which is what Chromium plays in the place of a
+//! webcam.
 
 use super::scene::{RATE_HZ, Wanted, scenario};
 use anyhow::Context;

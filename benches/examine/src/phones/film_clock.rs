@@ -1,7 +1,9 @@
-//! When the film of each camera began by the times that the browser gave its images, at the start and at the end of a recording.
+//! When the film of each camera began by the times that the browser gave its images, at the start and at the end of a
+//! recording.
 //!
-//! Chromium shows every image of a film, each at least a period after the last one: a film falls behind wherever the machine has no time for
-//! it, and never catches up. Then its camera's clock is not constant, and poses are off for a reason that no real camera has.
+//! Chromium shows every image of a film, each at least a period after the last one: a film falls behind wherever the
+//! machine has no time for it, and never catches up. Then its camera's clock is not constant, and poses are off for a
+//! reason that no real camera has.
 
 use sextant_proto::Observations;
 use sextant_recordings::mcap::site_recording::Timed;
@@ -34,9 +36,10 @@ pub fn print(scenario: &Scenario, observations: &[Timed<Observations>]) {
             scenario,
             camera,
             &own[..n_first],
-            (first.capture_ns - half_ns, half_ns),
+            first.capture_ns - half_ns,
+            half_ns,
         );
-        let end_ns = began_ns(scenario, camera, &own[n_last..], (start_ns, half_ns));
+        let end_ns = began_ns(scenario, camera, &own[n_last..], start_ns, half_ns);
         let ms_after = |ns: u64, before_ns: u64| ns.wrapping_sub(before_ns) as i64 as f64 * 1e-6;
         println!(
             "{}: its film began after {:+.2} ms, and fell {:.2} ms behind",
@@ -58,7 +61,8 @@ fn began_ns(
     scenario: &Scenario,
     camera: &SceneCamera,
     images: &[&Observations],
-    (near_ns, reach_ns): (u64, u64),
+    near_ns: u64,
+    reach_ns: u64,
 ) -> u64 {
     let step = images.len().div_ceil(MOST_IMAGES).max(1);
     let some: Vec<&Observations> = images.iter().step_by(step).copied().collect();

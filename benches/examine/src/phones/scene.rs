@@ -1,7 +1,8 @@
 //! The scene: a cube and a column with tags on all sides, carried about a table among four phones.
 //!
-//! Each phone has a lens of its own: 65 degrees of view along the width within 10 %, with some distortion. Its shutter rolls for 20 ms, its
-//! exposure follows the light (up to 16 ms, under lamps on mains), its colours are interpolated. World frame: z up, the table at height 0.
+//! Each phone has a lens of its own: 65 degrees of view along the width within 10 %, with some distortion. Its shutter
+//! rolls for 20 ms, its exposure follows the light (up to 16 ms, under lamps on mains), its colours are interpolated.
+//! World frame: z up, the table at height 0.
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use sextant_geometry::{Intrinsics, Lens, Pose};

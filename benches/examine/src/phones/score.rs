@@ -1,7 +1,7 @@
 //! Poses of a recording against the truth of the films.
 //!
-//! Time of a film: ns from its first image. A learned object has a frame of its own; tags are what it shares with the true one, so that the
-//! motion between both frames is the one that fits the poses of its tags best.
+//! Time of a film: ns from its first image. A learned object has a frame of its own; tags are what it shares with the
+//! true one, so that the motion between both frames is the one that fits the poses of its tags best.
 
 use super::film_clock;
 use anyhow::{Context, ensure};
@@ -71,7 +71,8 @@ pub fn score(folder: &Path, site: &Path, recording: &Path) -> anyhow::Result<()>
         let own = poses.iter().filter(|pose| pose.object == found.object);
         let times = own.map(|pose| pose.capture_ns);
         println!(
-            "{}: {} poses, {:.2} mm rms, {:.2} median, {:.2} 95 %, {:.1} most; {:.3} deg rms, {:.3} median, {:.3} 95 %; NEES {:.1}, inside 95 % {:.3}, covered {:.3}",
+            "{}: {} poses, {:.2} mm rms, {:.2} median, {:.2} 95 %, {:.1} most; {:.3} deg rms, \
+             {:.3} median, {:.3} 95 %; NEES {:.1}, inside 95 % {:.3}, covered {:.3}",
             found.object,
             found.compared,
             found.position_mm.rms,
@@ -102,20 +103,20 @@ fn learned<'a>(site: &Path, scenario: &'a Scenario) -> anyhow::Result<Vec<Learne
     for file in files.iter().filter(is_object) {
         let model = read_object(file)?;
         let truths = scenario.objects.iter();
-        found.extend(truths.filter_map(|truth| Learned::of(&model, truth)));
+        found.extend(truths.filter_map(|truth| Learned::compare(&model, truth)));
     }
     ensure!(!found.is_empty(), "{}: no object", site.display());
     Ok(found)
 }
 
 impl<'a> Learned<'a> {
-    fn of(model: &ObjectModel, truth: &'a SceneObject) -> Option<Self> {
+    fn compare(model: &ObjectModel, truth: &'a SceneObject) -> Option<Self> {
         let mut tags = PosePairs::default();
         for own in model.tags() {
             let mut all = truth.tags.iter();
             let true_tag = all.find(|tag| (tag.family, tag.id) == (own.tag.family, own.tag.id));
             if let (Some(pose), Some(true_tag)) = (own.object_from_tag, true_tag) {
-                tags.add(0, (&pose, &NO_COVARIANCE), &true_tag.object_from_tag);
+                tags.add(0, &pose, &NO_COVARIANCE, &true_tag.object_from_tag);
             }
         }
         let learned_from_true = PosePairs::alignment([&tags].into_iter())?;
@@ -172,7 +173,7 @@ fn residual_m(poses: &[&ObjectEstimate], objects: &[Learned], began_ns: u64) -> 
         if let Some(object) = object {
             let film_ns = pose.capture_ns.saturating_sub(began_ns);
             let truth = object.world_from_learned(film_ns);
-            pairs.add(0, (&pose.world_from_object, &NO_COVARIANCE), &truth);
+            pairs.add(0, &pose.world_from_object, &NO_COVARIANCE, &truth);
         }
     }
     let errors =
@@ -233,7 +234,7 @@ mod tests {
             ObjectModel::new(id, tags.collect()).unwrap()
         };
         let truths = scenario.objects.iter();
-        let objects = truths.map(|truth| Learned::of(&model(truth), truth).unwrap());
+        let objects = truths.map(|truth| Learned::compare(&model(truth), truth).unwrap());
         let objects: Vec<Learned> = objects.collect();
         let began_ns = 1_000_000_012_345_678;
         let world = Pose::new(Vector3::new(1.0, 2.0, 3.0), Vector3::new(0.5, 0.1, -2.0));

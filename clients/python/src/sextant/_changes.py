@@ -31,7 +31,9 @@ def key_of(model: Model) -> str:
         return f"config/camera/{model.camera}"
     if isinstance(model, Proposal):
         return "config/models"
-    raise TypeError(f"{type(model).__name__} is no model of a site: RigConfig, ObjectConfig, CameraSettings or Proposal is")
+    raise TypeError(
+        f"{type(model).__name__} is no model of a site: RigConfig, ObjectConfig, CameraSettings or Proposal is"
+    )
 
 
 def fnv1a(payload: bytes) -> int:

@@ -9,12 +9,10 @@ import subprocess
 import tempfile
 from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, files
-from typing import TYPE_CHECKING, Any, Iterator, Optional, Sequence, Union
+from typing import Any, Iterator, Optional, Sequence, Union
 
 from .errors import ClosedError, CommandError, NoProgramError
 
-if TYPE_CHECKING:
-    from ._site import Site
 
 #: A word of a command line.
 Word = Union[str, int, float, "os.PathLike[str]"]
@@ -28,7 +26,8 @@ _CALIBRATIONS = {"calibrate", "learn"}
 
 
 def program() -> str:
-    """The program that runs: `SEXTANT_BINARY`, the one that was installed with this package, or the first on the path."""
+    """The program that runs: `SEXTANT_BINARY`, the one that was installed with this package, or the first on the path.
+    """
     named = os.environ.get("SEXTANT_BINARY")
     found = named or _installed() or shutil.which("sextant")
     if found is None:
@@ -62,10 +61,11 @@ def _text(word: Any) -> str:
 
 
 class Command:
-    """A running command. Ctrl-C in a terminal does not reach it: this program decides, and ends it at the end of a `with` statement.
+    """A running command. Ctrl-C in a terminal does not reach it: this program decides, and ends it at the end of a
+    `with` statement.
 
-    Commands of a site end by themselves, as at Ctrl-C, when this program has ended or calls `finish`. Others outlive a program that
-    is killed.
+    Commands of a site end by themselves, as at Ctrl-C, when this program has ended or calls `finish`. Others outlive a
+    program that is killed.
     """
 
     def __init__(self, arguments: Sequence[Word], access: Sequence[str] = ()) -> None:
@@ -119,7 +119,9 @@ class Command:
             raise CommandError(code, self._errors.read().decode("utf-8", "replace"))
 
     def close(self) -> None:
-        """Ends it, if it still runs: kills a calibration, so that it writes nothing, and others that take too long to end. From any thread."""
+        """Ends it, if it still runs: kills a calibration, so that it writes nothing, and others that take too long to
+        end. From any thread.
+        """
         self._is_closed = True
         try:
             if not self._is_calibration:
@@ -129,24 +131,6 @@ class Command:
             pass
         finally:
             self._process.kill()
-
-
-def run(*arguments: Word, site: Optional[Site] = None) -> list[Any]:
-    """Runs `sextant` with these words and `--json` to its end and returns what it prints, a value a line; on a site, if one is given.
-
-    Raises `CommandError` with the words and the exit code of a failure.
-
-    >>> import sextant
-    >>> sextant.run("detect", "image.png")   # doctest: +SKIP
-    """
-    with Command(arguments) if site is None else site._command(arguments) as command:
-        lines = list(command.lines())
-        try:
-            command.wait()
-        except CommandError as failure:
-            failure.output = lines
-            raise
-    return lines
 
 
 def _value(line: str) -> Any:

@@ -6,7 +6,8 @@ import threading
 from time import monotonic
 from typing import Callable
 
-#: An epoch without a pose for so long, s, no longer keeps older ones out: its node may be in the other half of a divided network.
+#: An epoch without a pose for so long, s, no longer keeps older ones out: its node may be in the other half of a
+#: divided network.
 _MEMORY_S = 2.0
 #: Most objects: those of four fusion nodes. Poses of further ones are dropped.
 _MOST = 4096

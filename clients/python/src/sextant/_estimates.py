@@ -1,8 +1,8 @@
 """Poses between poses, and from one object to another; the covariances are those of the Rust client.
 
-The errors of successive estimates are correlated to an unknown degree: for any correlation the covariance of `(1 - s) a + s b` is at most
-`(1 - s) Cov(a) + s Cov(b)`. Even motion leaves out acceleration; the remainder, `s (1 - s) / 2 T (v_b - v_a)` over an interval
-`T`, enters as an error of that size.
+The errors of successive estimates are correlated to an unknown degree: for any correlation the covariance of
+`(1 - s) a + s b` is at most `(1 - s) Cov(a) + s Cov(b)`. Even motion leaves out acceleration; the remainder,
+`s (1 - s) / 2 T (v_b - v_a)` over an interval `T`, enters as an error of that size.
 """
 
 from __future__ import annotations

@@ -104,12 +104,14 @@ class History:
         if not is_known or place == 0:
             known = f"known from {self._times[0]} to {self._times[-1]}" if self._times else "none is known yet"
             raise NoPoseError(
-                f"no pose of {name!r} at {t_ns}: {known}; poses are kept for {KEPT_S} s from the first request for this object"
+                f"no pose of {name!r} at {t_ns}: {known}; poses are kept for {KEPT_S} s from the first request "
+                "for this object"
             )
         before, after = self._poses[place - 1], self._poses[place]
         gap_ns = after.capture_ns - before.capture_ns
         if gap_ns > LONGEST_GAP_NS:
             raise NoPoseError(
-                f"no pose of {name!r} at {t_ns}: its poses around that time are {gap_ns * 1e-9:.3f} s apart, too far to interpolate"
+                f"no pose of {name!r} at {t_ns}: its poses around that time are {gap_ns * 1e-9:.3f} s apart, "
+                "too far to interpolate"
             )
         return interpolate(before, after, t_ns)

@@ -48,7 +48,9 @@ def _config(settings: dict[str, Any]) -> Any:
             config.insert_json5(key, json.dumps(value))
         except zenoh.ZError as cause:
             # The values of a section with a password are not repeated.
-            raise OptionsError(f"zenoh refuses {key}: {cause}" if "auth" not in key else f"zenoh refuses {key}") from None
+            raise OptionsError(
+                f"zenoh refuses {key}: {cause}" if "auth" not in key else f"zenoh refuses {key}"
+            ) from None
     return config
 
 
@@ -78,7 +80,9 @@ def _protection(
 ) -> dict[str, Any]:
     for endpoint in endpoints:
         if not _ENDPOINT.fullmatch(endpoint):
-            raise OptionsError(f"{endpoint!r} is no endpoint: write tcp/<address>:<port>, or quic/<address>:<port> with keys")
+            raise OptionsError(
+                f"{endpoint!r} is no endpoint: write tcp/<address>:<port>, or quic/<address>:<port> with keys"
+            )
     is_quic = {endpoint.startswith("quic/") for endpoint in endpoints}
     if len(is_quic) != 1:
         raise OptionsError("endpoints of one protocol are needed: all tcp/ or all quic/")
@@ -123,7 +127,9 @@ def _member_of(folder: Path, site: str) -> str:
     found = {key: re.search(rf'^{key} = "([^"]*)"$', text, re.MULTILINE) for key in ("site", "common_name")}
     own, name = found["site"], found["common_name"]
     if own is None or name is None:
-        raise OptionsError(f"{folder} is no folder of keys: node.toml names no site or no member; `sextant keys add` makes one")
+        raise OptionsError(
+            f"{folder} is no folder of keys: node.toml names no site or no member; `sextant keys add` makes one"
+        )
     if own[1] != site:
         raise OptionsError(f"the keys in {folder} are of site {own[1]}, not of {site}")
     for secret in _SECRETS:

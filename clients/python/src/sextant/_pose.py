@@ -17,13 +17,16 @@ def _motion(position: Numbers, orientation: Numbers) -> Any:
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """Pose of an object in the world at one instant, `world_from_object`. Metres and radians; arrays of numpy where it is installed."""
+    """Pose of an object in the world at one instant, `world_from_object`. Metres and radians; arrays of numpy where it
+    is installed.
+    """
 
     #: The object.
     object: str
     #: The instant, ns since the Unix epoch: the middle of an exposure, by the clock of the cameras.
     t_ns: int
-    #: How much it can be trusted: initialising, tracking, coasting or lost. Of a lost object this is the last prediction.
+    #: How much it can be trusted: initialising, tracking, coasting or lost. Of a lost object this is the last
+    #: prediction.
     state: State
     #: The object's origin in the world, m; shape (3,).
     position: Any
@@ -86,8 +89,8 @@ class Transform:
     position: Any
     #: The axes of b in a, quaternion x, y, z, w; shape (4,).
     orientation: Any
-    #: Over (x, y, z, rx, ry, rz) in the axes of a about the origin of b; shape (6, 6). It takes the errors of both objects for independent;
-    #: errors that the cameras have in common cancel in part, so that it is rather too large.
+    #: Over (x, y, z, rx, ry, rz) in the axes of a about the origin of b; shape (6, 6). It takes the errors of both
+    #: objects for independent; errors that the cameras have in common cancel in part, so that it is rather too large.
     covariance: Any = field(repr=False)
 
     def matrix(self) -> Any:

@@ -1,7 +1,8 @@
-"""Postcard, the byte format of the contract's messages: codecs made from the annotations of dataclasses, and the JSON form.
+"""Postcard, the byte format of the contract's messages: codecs made from the annotations of dataclasses, and the JSON
+form.
 
-Integers are varints, floats little-endian, strings and lists have their length in front, an enum is the number of its variant. A codec is
-a pair of functions, made once for each type: one reads a value of any bytes, one writes it.
+Integers are varints, floats little-endian, strings and lists have their length in front, an enum is the number of its
+variant. A codec is a pair of functions, made once for each type: one reads a value of any bytes, one writes it.
 """
 
 from __future__ import annotations
@@ -11,8 +12,19 @@ import struct
 from dataclasses import dataclass, fields
 from functools import lru_cache
 from math import isfinite
-from typing import Annotated, Any, Callable, ClassVar, NamedTuple, Sequence, Tuple, Union, get_args, get_origin, get_type_hints
-
+from typing import (
+    Annotated,
+    Any,
+    Callable,
+    ClassVar,
+    NamedTuple,
+    Sequence,
+    Tuple,
+    Union,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 class DecodeError(ValueError):
     """A payload is not a message of this contract; says why."""
@@ -98,7 +110,8 @@ def _json_of(value: Any) -> Any:
     if isinstance(value, Word):
         return value.value
     if isinstance(value, Record):
-        content = {field.name: _json_of(getattr(value, field.name)) for field in fields(value)}  # type: ignore[arg-type]
+        own = fields(value)  # type: ignore[arg-type]
+        content = {field.name: _json_of(getattr(value, field.name)) for field in own}
         if not isinstance(value, VariantRecord):
             return content
         if value.FORM == "unit":
@@ -109,7 +122,8 @@ def _json_of(value: Any) -> Any:
     return value
 
 
-#: The value at a place of the bytes, and the place behind it. Raises `IndexError` or `struct.error` where the bytes end early.
+#: The value at a place of the bytes, and the place behind it. Raises `IndexError` or `struct.error` where the bytes end
+#: early.
 Read = Callable[[bytes, int], Tuple[Any, int]]
 #: Appends a value.
 Write = Callable[[bytearray, Any], None]

@@ -38,7 +38,9 @@ class _Row:
 
 @dataclass(frozen=True, eq=False)
 class PoseTable:
-    """Poses of a file as arrays of numpy, in the order of their time; what a format does not tell is NaN, 0 or `unknown`."""
+    """Poses of a file as arrays of numpy, in the order of their time; what a format does not tell is NaN, 0 or
+    `unknown`.
+    """
 
     #: Times, ns since the Unix epoch; shape (n,).
     t_ns: Any
@@ -101,8 +103,8 @@ class PoseTable:
 def read_poses(path: PathLike) -> PoseTable:
     """The poses of a file: an MCAP recording, `poses.jsonl`, or TUM's `timestamp tx ty tz qx qy qz qw`.
 
-    The content tells which it is. A recording that ends in the middle, because its program was killed, gives the poses before that.
-    Poses of a TUM file are of an object named after the file. Raises `FileError` with file and line.
+    The content tells which it is. A recording that ends in the middle, because its program was killed, gives the poses
+    before that. Poses of a TUM file are of an object named after the file. Raises `FileError` with file and line.
     """
     file = Path(path)
     with file.open("rb") as stream:
@@ -143,7 +145,8 @@ def read_messages(path: PathLike) -> Iterator[tuple[int, str, Any]]:
                         continue
                     yield record.log_time, channel.topic, message
         except (EndOfFile, struct.error):
-            # Its program was killed; what it wrote before is whole. Where the cut goes through a number, the reader fails at that.
+            # Its program was killed; what it wrote before is whole. Where the cut goes through a number, the reader
+            # fails at that.
             return
         except McapError as cause:
             raise FileError(f"{path}: {cause!r}") from None

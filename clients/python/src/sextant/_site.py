@@ -68,7 +68,9 @@ _OPEN: weakref.WeakSet[Site] = weakref.WeakSet()
 
 
 def _close_all_at_the_end() -> None:
-    """Zenoh calls back on threads for which the interpreter waits before anything else at its end, so that it would wait for ever."""
+    """Zenoh calls back on threads for which the interpreter waits before anything else at its end, so that it would
+    wait for ever.
+    """
     threading.main_thread().join()
     with ExitStack() as sites:
         for site in list(_OPEN):
@@ -129,10 +131,11 @@ def connect(
 ) -> Site:
     """Connects to a site.
 
-    `endpoint` is the router's, `tcp/<address>:<port>` or, with keys, `quic/<address>:<port>`; of several the first that answers is used,
-    and each has an equal share of `timeout`. Default: port 7447 of this machine. `keys` is the folder that `sextant keys add` makes
-    for a viewer or an operator of a protected site; `user` and `password` take its place in the profile lab. `timeout` is how long
-    connecting may take, and how long to wait for a fusion node that still starts, in seconds.
+    `endpoint` is the router's, `tcp/<address>:<port>` or, with keys, `quic/<address>:<port>`; of several the first that
+    answers is used, and each has an equal share of `timeout`. Default: port 7447 of this machine. `keys` is the folder
+    that `sextant keys add` makes for a viewer or an operator of a protected site; `user` and `password` take its place
+    in the profile lab. `timeout` is how long connecting may take, and how long to wait for a fusion node that still
+    starts, in seconds.
     """
     _check_id("site", site)
     if endpoint is None:
@@ -153,7 +156,9 @@ class Access:
 
     def words(self, site: str, session: Any) -> list[str]:
         if self.user is not None:
-            raise OptionsError("commands need keys where the site is protected: connect with keys=DIR instead of user and password")
+            raise OptionsError(
+                "commands need keys where the site is protected: connect with keys=DIR instead of user and password"
+            )
         keys = [] if self.keys is None else ["--keys", os.fspath(self.keys)]
         return ["--connect", self._endpoint(session), "--site", site, *keys, "--until-input-ends"]
 
@@ -166,7 +171,9 @@ class Access:
             raise NoRouterError(self.endpoints, _RECONNECTING)
         # The certificate of a quic endpoint may be for its name, which the link does not tell.
         if connected[0] not in self.endpoints and connected[0].startswith("quic/"):
-            raise OptionsError(f"commands cannot tell which of {', '.join(self.endpoints)} has answered: connect to one of them")
+            raise OptionsError(
+                f"commands cannot tell which of {', '.join(self.endpoints)} has answered: connect to one of them"
+            )
         return str(connected[0])
 
     def check_may_change(self) -> None:
@@ -179,8 +186,8 @@ class Access:
 class Site:
     """A connection to a site, made by `connect`; use it in a `with` statement, or call `close`.
 
-    A connection that breaks is made again without help, and subscriptions go on. Methods may be called from any thread; those that wait say
-    for how long.
+    A connection that breaks is made again without help, and subscriptions go on. Methods may be called from any thread;
+    those that wait say for how long.
     """
 
     def __init__(self, session: Any, site: str, timeout: float, access: Access) -> None:
@@ -212,7 +219,8 @@ class Site:
         return f"Site({self.name!r}, {'connected' if self.is_connected else 'not connected'})"
 
     def close(self) -> None:
-        """Closes the connection, and ends its subscriptions, recordings and calibrations, and whatever waits for a pose.
+        """Closes the connection, and ends its subscriptions, recordings and calibrations, and whatever waits for a
+        pose.
 
         Raises `CommandError` where a recording failed, after everything is closed.
         """
@@ -299,8 +307,8 @@ class Site:
     def set(self, *models: Model) -> ConfigAnswer:
         """Puts models in force: a rig, an object, settings of a camera, a proposal; or a rig and objects together.
 
-        All of it is put in force, or none. Raises `RefusedError` with the cause where the fusion node refuses it, and `NoAnswerError`
-        where none answers within 15 s. What a model leaves out is not given any more.
+        All of it is put in force, or none. Raises `RefusedError` with the cause where the fusion node refuses it, and
+        `NoAnswerError` where none answers within 15 s. What a model leaves out is not given any more.
         """
         self._access.check_may_change()
         fusion = [node for node in self.nodes() if node.kind == "fusion"]
@@ -330,7 +338,9 @@ class Site:
     def remove_object(self, name: str) -> ConfigAnswer:
         """Removes an object. Raises as `set`."""
         self._check_object(name)
-        return self.set(ObjectConfig(name, links=(), joints=(), tags=(), frame_sigma=None, scale_sigma=None, world_from_object=None))
+        return self.set(
+            ObjectConfig(name, links=(), joints=(), tags=(), frame_sigma=None, scale_sigma=None, world_from_object=None)
+        )
 
     def record(
         self,
@@ -341,7 +351,8 @@ class Site:
         camera_config: Union[str, os.PathLike[str], None] = None,
         force: bool = False,
     ) -> Recording:
-        """Records the site into an MCAP file, by `sextant record`, whose options these are; use it in a `with` statement.
+        """Records the site into an MCAP file, by `sextant record`, whose options these are; use it in a `with`
+        statement.
 
         It has begun when this returns. Raises `CommandError`, such as for a file that exists without `force`.
         """
@@ -407,7 +418,8 @@ class Site:
         histories = [self._follow(a), self._follow(b)]
         if t_ns is None:
             newest_ns = min(self._newest(name, started, deadline).capture_ns for name in (a, b))
-            # A history that has only begun may begin after the other's newest pose, which then has to wait for the next.
+            # A history that has only begun may begin after the other's newest pose, which then has to wait for the
+            # next.
             t_ns = max(newest_ns, *(history.oldest_ns() for history in histories))
         poses = [history.at(name, t_ns, deadline) for name, history in zip((a, b), histories)]
         return _transform(*poses)

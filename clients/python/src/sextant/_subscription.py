@@ -1,4 +1,6 @@
-"""Messages as they come: an iterator that blocks, and an asynchronous one; behind both a bounded queue that drops the oldest and counts."""
+"""Messages as they come: an iterator that blocks, and an asynchronous one; behind both a bounded queue that drops the
+oldest and counts.
+"""
 
 from __future__ import annotations
 
@@ -22,8 +24,8 @@ _GLANCE = 0.5
 class Subscription(Generic[T]):
     """A subscription: `for message in subscription`, or `async for` in asynchronous programs.
 
-    It goes on while the router is out of reach, and ends when it or its site is closed. With a `timeout` it raises the error
-    that was agreed on when nothing came for so many seconds.
+    It goes on while the router is out of reach, and ends when it or its site is closed. With a `timeout` it raises the
+    error that was agreed on when nothing came for so many seconds.
     """
 
     def __init__(

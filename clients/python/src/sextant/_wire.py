@@ -19,13 +19,15 @@ _KIND_OF = {kind.record: kind for kind in KINDS.values()}
 def decode(payload: bytes, expected: Optional[type] = None) -> Any:
     """The message of a payload; of the class `expected`, if given.
 
-    Takes any bytes: what is no message of the contract raises `DecodeError`. Numbers are finite and lists within their bounds
-    afterwards.
+    Takes any bytes: what is no message of the contract raises `DecodeError`. Numbers are finite and lists within their
+    bounds afterwards.
     """
     kind_number = _check_header(payload)
     kind = KINDS.get(kind_number)
     if kind is None:
-        raise DecodeError(f"messages of kind {kind_number} are not known here; a newer version of this package may know them")
+        raise DecodeError(
+            f"messages of kind {kind_number} are not known here; a newer version of this package may know them"
+        )
     if expected is not None and kind.record is not expected:
         raise DecodeError(f"a {kind.record.__name__} where a {expected.__name__} was expected")
     if len(payload) > kind.max_bytes:
@@ -57,4 +59,3 @@ def encode(message: Any) -> bytes:
     if len(data) > kind.max_bytes:
         raise EncodeError(f"{len(data)} bytes are more than the {kind.max_bytes} that a message of this kind may have")
     return bytes(data)
-

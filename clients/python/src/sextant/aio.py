@@ -1,4 +1,5 @@
-"""Sites in asynchronous programs: what `sextant.connect` and `sextant.Site` have except `close`, without blocking the event loop.
+"""Sites in asynchronous programs: what `sextant.connect` and `sextant.Site` have except `close`, without blocking the
+event loop.
 
 >>> import asyncio, sextant.aio
 >>> async def main():
@@ -8,7 +9,8 @@
 ...             print(pose.t_ns, pose.state, pose.position)
 >>> asyncio.run(main())   # doctest: +SKIP
 
-Methods that wait run on threads of the event loop's executor. The end of `async with`, also by cancellation or Ctrl-C, closes the site and ends them.
+Methods that wait run on threads of the event loop's executor. The end of `async with`, also by cancellation or Ctrl-C,
+closes the site and ends them.
 """
 
 from __future__ import annotations
@@ -18,7 +20,19 @@ import os
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager, asynccontextmanager
 from functools import wraps
-from typing import TYPE_CHECKING, Any, AsyncIterator, Callable, Coroutine, Generator, Generic, Optional, Sequence, TypeVar, Union
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    AsyncIterator,
+    Callable,
+    Coroutine,
+    Generator,
+    Generic,
+    Optional,
+    Sequence,
+    TypeVar,
+    Union,
+)
 
 from . import _site
 from ._subscription import Subscription
@@ -55,7 +69,8 @@ async def connect(
 
 
 async def _on_own_thread(end: Callable[..., object], *arguments: object) -> None:
-    """Ends something, also where its task is cancelled; the threads of the event loop's executor may all wait for that."""
+    """Ends something, also where its task is cancelled; the threads of the event loop's executor may all wait for that.
+    """
     executor = ThreadPoolExecutor(1)
     ended = asyncio.get_running_loop().run_in_executor(executor, end, *arguments)
     executor.shutdown(wait=False)
@@ -106,7 +121,9 @@ def _opened(method: Callable[Concatenate[_site.Site, P], R]) -> Callable[Concate
     return call
 
 
-def _streamed(method: Callable[Concatenate[_site.Site, P], Subscription[T]]) -> Callable[Concatenate[Site, P], Stream[T]]:
+def _streamed(
+    method: Callable[Concatenate[_site.Site, P], Subscription[T]],
+) -> Callable[Concatenate[Site, P], Stream[T]]:
     @wraps(method)
     def call(self: Site, /, *arguments: P.args, **named: P.kwargs) -> Stream[T]:
         return Stream(lambda: method(self.blocking, *arguments, **named))

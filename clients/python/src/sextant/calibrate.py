@@ -1,9 +1,9 @@
 """Calibrations, by the command line: `sextant calibrate` and `sextant learn`.
 
-Each takes a recording (a folder, or an MCAP file), or a connected site, whose images it then uses until there are enough. Files
-are read and written as the command line does; options of `sextant calibrate rig --help` are arguments (`origin="tag:3"`, `strict=True`;
-a list repeats an option). What could not be placed is named in the report (`unsolved`, `undetermined`). A calibration without a
-result raises `CommandError`, and writes nothing.
+Each takes a recording (a folder, or an MCAP file), or a connected site, whose images it then uses until there are
+enough. Files are read and written as the command line does; options of `sextant calibrate rig --help` are arguments
+(`origin="tag:3"`, `strict=True`; a list repeats an option). What could not be placed is named in the report
+(`unsolved`, `undetermined`). A calibration without a result raises `CommandError`, and writes nothing.
 
 >>> import sextant
 >>> report = sextant.calibrate.rig("recording", rig="rig.toml", object="wand.toml")   # doctest: +SKIP
@@ -325,14 +325,17 @@ def rig(
     progress: Optional[OnProgress] = None,
     **more: Option,
 ) -> RigReport:
-    """The pose of every camera, from an object that is carried about; written into the rig file, which has the lenses."""
+    """The pose of every camera, from an object that is carried about; written into the rig file, which has the lenses.
+    """
     given: dict[str, Option] = {"rig": rig, "object": object}
     report: RigReport = _report(["calibrate", "rig"], images, {**given, **more}, progress)
     return report
 
 
 def site(recording: Path, *, size: Union[float, Sequence[Word]], out: Path, **more: Option) -> SiteReport:
-    """Lenses, camera poses, objects and clocks at once, from the sizes of tags, m; written as files into the folder `out`."""
+    """Lenses, camera poses, objects and clocks at once, from the sizes of tags, m; written as files into the folder
+    `out`.
+    """
     given: dict[str, Option] = {"size": size, "out": out}
     report: SiteReport = _report(["calibrate", "site"], recording, {**given, **more}, None)
     return report

@@ -26,7 +26,8 @@ class NoRouterError(SextantError, ConnectionError):
     def __init__(self, endpoints: Iterable[str], cause: Optional[str]) -> None:
         because = f" ({cause})" if cause else ""
         super().__init__(
-            f"no router answers at {', '.join(endpoints)}{because}: start the site (`sextant demo` or `sextant fusion`), "
+            f"no router answers at {', '.join(endpoints)}{because}: start the site (`sextant demo` or `sextant "
+            "fusion`), "
             "or check the endpoint and the keys"
         )
 
@@ -47,7 +48,8 @@ class NoFusionError(SextantError, LookupError):
         self.others = others
         if others:
             remedy = (
-                f"; this router serves {', '.join(others)}: check the site's name, and that this package and the site have the same version"
+                f"; this router serves {', '.join(others)}: check the site's name, and that this package and the "
+                "site have the same version"
             )
         else:
             remedy = ": start one (`sextant fusion`), or check the site's name"
@@ -92,7 +94,9 @@ def _words(refusal: Refusal) -> str:
         return f"{refusal.tag.family} has no tag {refusal.tag.id}; its ids are 0 to {refusal.n_ids - 1}"
     if isinstance(refusal, RefusalSharedTag):
         tag = f"{refusal.tag.family}:{refusal.tag.id}"
-        return f"tag {tag} is on object {refusal.first} and on object {refusal.second}: print another id for one of them"
+        return (
+            f"tag {tag} is on object {refusal.first} and on object {refusal.second}: print another id for one of them"
+        )
     if isinstance(refusal, RefusalTooManyObjects):
         return f"a site has at most {refusal.limit} objects"
     if isinstance(refusal, RefusalNotStored):
@@ -115,7 +119,8 @@ class NoProgramError(SextantError, OSError):
 
     def __init__(self, cause: str = "there is none with this package and none on the path") -> None:
         super().__init__(
-            f"the command line `sextant` cannot be started: {cause}; install a wheel that has it, or set SEXTANT_BINARY to the program"
+            f"the command line `sextant` cannot be started: {cause}; install a wheel that has it, or set "
+            "SEXTANT_BINARY to the program"
         )
 
 

@@ -2,11 +2,14 @@
 
     python -m sextant.lsl --site demo
 
-Each object is a stream of type `MoCap` with eight channels: position x, y, z in metres, quaternion x, y, z, w, and the standard deviation of the position in
-metres (root of the sum of the variances along the three axes). The world is Sextant's: right-handed, z up. Streams are irregular (nominal rate 0). The channels are described as in XDF's meta-data for motion capture.
+Each object is a stream of type `MoCap` with eight channels: position x, y, z in metres, quaternion x, y, z, w, and the
+standard deviation of the position in metres (root of the sum of the variances along the three axes). The world is
+Sextant's: right-handed, z up. Streams are irregular (nominal rate 0). The channels are described as in XDF's meta-data
+for motion capture.
 
-A sample is a pose that is tracked or coasting; a lost object falls silent. There is one sample per capture time, the last estimate of it. Its time is the
-capture time, the middle of the exposure, mapped to LSL's clock by comparing that clock with this machine's once a second (`LslClock`).
+A sample is a pose that is tracked or coasting; a lost object falls silent. There is one sample per capture time, the
+last estimate of it. Its time is the capture time, the middle of the exposure, mapped to LSL's clock by comparing that
+clock with this machine's once a second (`LslClock`).
 """
 
 from __future__ import annotations
@@ -54,16 +57,19 @@ def _pylsl() -> Any:
     except ImportError:
         raise MissingPackageError("pylsl", "lsl") from None
     except (OSError, RuntimeError) as cause:
-        raise SextantError(f"pylsl finds no liblsl on this machine: install it, or set PYLSL_LIB to its file ({cause})") from None
+        raise SextantError(
+            f"pylsl finds no liblsl on this machine: install it, or set PYLSL_LIB to its file ({cause})"
+        ) from None
     return pylsl
 
 
 class LslClock:
     """Maps times of this machine's clock to LSL's clock.
 
-    Both clocks are read in turn, `READINGS` times; the pair between whose readings the least time passed counts, which is right to about a microsecond.
-    This is repeated when the last comparison is `COMPARE_S` old, so that steps and corrections of this machine's clock are followed. Capture times
-    are by the clock of the cameras: the mapping is as good as this machine's clock agrees with theirs.
+    Both clocks are read in turn, `READINGS` times; the pair between whose readings the least time passed counts, which
+    is right to about a microsecond. This is repeated when the last comparison is `COMPARE_S` old, so that steps and
+    corrections of this machine's clock are followed. Capture times are by the clock of the cameras: the mapping is as
+    good as this machine's clock agrees with theirs.
     """
 
     def __init__(self, local_clock: Callable[[], float], wall_ns: Callable[[], int] = time.time_ns) -> None:
@@ -104,8 +110,8 @@ def sample_of(pose: Pose, former: Optional[Sequence[float]] = None) -> list[floa
 def latest_estimates(poses: Any, hold_s: float = HOLD_S) -> Iterator[Optional[Pose]]:
     """The last pose of each capture time, in order of time for each object; nothing while none is ready.
 
-    A fusion node publishes an estimate after each image, so that several cameras with a common trigger give several poses of one instant. `poses` is a
-    subscription that raises `NoPoseError` when none came for a while.
+    A fusion node publishes an estimate after each image, so that several cameras with a common trigger give several
+    poses of one instant. `poses` is a subscription that raises `NoPoseError` when none came for a while.
     """
     held: dict[str, tuple[float, Pose]] = {}
     sent: dict[str, int] = {}
@@ -177,7 +183,10 @@ class Outlets:
             return known
         if len(self._outlets) >= MAX_STREAMS:
             if not self._refused:
-                self._report(f"{name} and further objects are left out, {MAX_STREAMS} streams are there already: name objects with --object")
+                self._report(
+                    f"{name} and further objects are left out, {MAX_STREAMS} streams are there already: name "
+                    "objects with --object"
+                )
                 self._refused.add(name)
             return None
         outlet = self._lsl.StreamOutlet(self._info(name), max_buffered=BUFFER_S)
@@ -188,7 +197,14 @@ class Outlets:
     def _info(self, name: str) -> Any:
         lsl = self._lsl
         # With the same source id, readers take up a stream again after this program was restarted.
-        info = lsl.StreamInfo(f"{self._site}/{name}", "MoCap", len(CHANNELS), lsl.IRREGULAR_RATE, lsl.cf_double64, f"sextant/{self._site}/{name}")
+        info = lsl.StreamInfo(
+            f"{self._site}/{name}",
+            "MoCap",
+            len(CHANNELS),
+            lsl.IRREGULAR_RATE,
+            lsl.cf_double64,
+            f"sextant/{self._site}/{name}",
+        )
         channels = info.desc().append_child("channels")
         for label, kind, unit in CHANNELS:
             channel = channels.append_child("channel")
@@ -209,7 +225,8 @@ class Outlets:
         if ahead_s > MAX_AHEAD_S and not self._has_warned:
             self._has_warned = True
             self._report(
-                f"a pose of {pose.object} lies {ahead_s:.3f} s in the future of this machine's clock: LSL gets wrong times; "
+                f"a pose of {pose.object} lies {ahead_s:.3f} s in the future of this machine's clock: LSL gets "
+                "wrong times; "
                 "synchronise the clocks (deploy/clocks.md), or run this on the machine of the fusion node"
             )
 
@@ -221,7 +238,9 @@ def stream(
     duration: Optional[float] = None,
     report: Callable[[str], None] = lambda line: None,
 ) -> int:
-    """Sends the poses of a site, or of these objects of it, until the site is closed or for `duration` seconds; the number of samples sent."""
+    """Sends the poses of a site, or of these objects of it, until the site is closed or for `duration` seconds; the
+    number of samples sent.
+    """
     outlets = Outlets(site.name, report)
     end = math.inf if duration is None else time.monotonic() + duration
     wanted = set(objects)
@@ -249,12 +268,21 @@ def _arguments(words: Optional[Sequence[str]]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="python -m sextant.lsl",
         description="Poses of a site as streams of the Lab Streaming Layer, one per object, until Ctrl-C.",
-        epilog="Channels: x, y, z in metres, quaternion x, y, z, w, standard deviation of the position in metres. See docs/python.md.",
+        epilog=(
+            "Channels: x, y, z in metres, quaternion x, y, z, w, standard deviation of the position in metres. See "
+            "docs/python.md."
+        ),
     )
-    parser.add_argument("--connect", metavar="ENDPOINT", help="the site's router, such as tcp/fusion.lab:7447; by default port 7447 of this machine")
+    parser.add_argument(
+        "--connect",
+        metavar="ENDPOINT",
+        help="the site's router, such as tcp/fusion.lab:7447; by default port 7447 of this machine",
+    )
     parser.add_argument("--site", default="demo", metavar="NAME", help="the site (default: demo)")
     parser.add_argument("--keys", metavar="DIR", help="keys of a viewer or an operator, where the site is protected")
-    parser.add_argument("--object", action="append", default=[], metavar="ID", help="send this object only; may be repeated")
+    parser.add_argument(
+        "--object", action="append", default=[], metavar="ID", help="send this object only; may be repeated"
+    )
     parser.add_argument("--duration", type=_seconds, metavar="S", help="end after so many seconds")
     return parser.parse_args(words)
 

@@ -1,8 +1,8 @@
 //! The crate as functions of numbers, for JavaScript.
 //!
-//! Input that is no number is written into buffers of this module: pixels, text, and up to [`N_NUMBERS`] numbers. A call returns how
-//! many figures or bytes it has made, which stay where they are until the next call; or [`FAILED`], and the bytes are the cause in
-//! English. Every call accepts any numbers.
+//! Input that is no number is written into buffers of this module: pixels, text, and up to [`N_NUMBERS`] numbers. A
+//! call returns how many figures or bytes it has made, which stay where they are until the next call; or [`FAILED`],
+//! and the bytes are the cause in English. Every call accepts any numbers.
 
 use crate::messages::{self, Figures, Times};
 use crate::vision::{Light, Search, Vision, grey_of_rgba};
@@ -42,10 +42,10 @@ thread_local! {
     static INSTANCE: RefCell<Instance> = RefCell::default();
 }
 
-type Outcome = Result<usize, String>;
+type CallResult = Result<usize, String>;
 
 /// Runs a call. It borrows the instance for as long as it takes, and calls no other.
-fn call(work: impl FnOnce(&mut Instance) -> Outcome) -> i32 {
+fn call(work: impl FnOnce(&mut Instance) -> CallResult) -> i32 {
     INSTANCE.with_borrow_mut(|instance| {
         let count = work(instance).and_then(|count| i32::try_from(count).map_err(words));
         count.unwrap_or_else(|cause| {
@@ -114,8 +114,8 @@ pub extern "C" fn sextant_family(number: usize) -> i32 {
     })
 }
 
-/// Makes a detector. Text: the families' names, apart by commas. Numbers: most corrected bits, least edge in pixels, 1 for inverted tags,
-/// 1 for tracking.
+/// Makes a detector. Text: the families' names, apart by commas. Numbers: most corrected bits, least edge in pixels, 1
+/// for inverted tags, 1 for tracking.
 #[unsafe(no_mangle)]
 pub extern "C" fn sextant_configure() -> i32 {
     call(|instance| {
@@ -148,8 +148,8 @@ fn families(text: &[u8]) -> Result<Vec<Family>, String> {
     families.collect()
 }
 
-/// Finds the tags of the image in the pixels: as figures, [`TAG_FIGURES`] a tag; returns the number of tags. `channels` is 1 for grey, with
-/// `stride` bytes a row, or 4 for red, green, blue and one that is ignored, with no padding.
+/// Finds the tags of the image in the pixels: as figures, [`TAG_FIGURES`] a tag; returns the number of tags. `channels`
+/// is 1 for grey, with `stride` bytes a row, or 4 for red, green, blue and one that is ignored, with no padding.
 #[unsafe(no_mangle)]
 pub extern "C" fn sextant_detect(
     width: usize,
@@ -211,8 +211,8 @@ pub extern "C" fn sextant_light() -> i32 {
     })
 }
 
-/// Poses of a tag of the last image: as figures, [`POSE_FIGURES`] a pose, the better first; returns the number of poses. Numbers: the tag's
-/// size in metres, fx, fy, cx, cy, and the five of Brown-Conrady's distortion.
+/// Poses of a tag of the last image: as figures, [`POSE_FIGURES`] a pose, the better first; returns the number of
+/// poses. Numbers: the tag's size in metres, fx, fy, cx, cy, and the five of Brown-Conrady's distortion.
 #[unsafe(no_mangle)]
 pub extern "C" fn sextant_pose(tag: usize) -> i32 {
     call(|instance| {
@@ -256,8 +256,8 @@ pub extern "C" fn sextant_observations(
     })
 }
 
-/// The payload of a status. Text: the camera's name, a line feed, the device's. Numbers: images captured, searched, sent; rate in Hz; median
-/// and 99th percentile of detection in ms; seconds since the start.
+/// The payload of a status. Text: the camera's name, a line feed, the device's. Numbers: images captured, searched,
+/// sent; rate in Hz; median and 99th percentile of detection in ms; seconds since the start.
 #[unsafe(no_mangle)]
 pub extern "C" fn sextant_status() -> i32 {
     call(|instance| {

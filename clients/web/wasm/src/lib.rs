@@ -4,7 +4,8 @@
 //! - [`messages`]: tags and statistics as payloads of the network's contract.
 //! - [`abi`]: both as functions of numbers, for JavaScript.
 //!
-//! Knows no camera, no clock and no connection. Each module instance has one [`vision::Vision`]; workers have an instance each.
+//! Knows no camera, no clock and no connection. Each module instance has one [`vision::Vision`]; workers have an
+//! instance each.
 
 pub mod abi;
 pub mod messages;

@@ -31,8 +31,8 @@ enum Finder {
 pub struct Light {
     /// Mean grey level, 0 to 255.
     pub brightness: f32,
-    /// Mean share of an edge's contrast between two neighbouring pixels: 1 for perfect steps, below 0.3 where the image is out of
-    /// focus or smeared by motion, 0 without any edge.
+    /// Mean share of an edge's contrast between two neighbouring pixels: 1 for perfect steps, below 0.3 where the image
+    /// is out of focus or smeared by motion, 0 without any edge.
     pub sharpness: f32,
 }
 
@@ -79,7 +79,7 @@ impl Vision {
             Finder::Tracking(tracker) => tracker.detect(&image),
         };
         self.tags.extend_from_slice(tags);
-        self.light = Light::of(&image);
+        self.light = Light::measure(&image);
         Ok(&self.tags)
     }
 
@@ -109,7 +109,7 @@ impl Vision {
 }
 
 impl Light {
-    fn of(image: &Image<'_>) -> Self {
+    fn measure(image: &Image<'_>) -> Self {
         let rows = (0..image.height()).step_by(ROW_STEP).map(|y| image.row(y));
         let (mut sum, mut n_pixels) = (0_u64, 0_u64);
         let (mut steepness, mut n_edges) = (0.0, 0_u32);
@@ -136,8 +136,8 @@ fn steepest(pixels: &[u8; WINDOW]) -> Option<f32> {
     (contrast >= MIN_CONTRAST).then_some(f32::from(steps.max()?) / f32::from(contrast))
 }
 
-/// Grey of pixels of four bytes, red, green, blue and one that is ignored, as ITU-R BT.601 weighs them; kept in the first quarter.
-/// Returns the number of whole pixels.
+/// Grey of pixels of four bytes, red, green, blue and one that is ignored, as ITU-R BT.601 weighs them; kept in the
+/// first quarter. Returns the number of whole pixels.
 pub fn grey_of_rgba(bytes: &mut [u8]) -> usize {
     let n_pixels = bytes.len() / 4;
     for i in 0..n_pixels {
@@ -153,7 +153,7 @@ mod tests {
 
     fn light(row: impl Fn(usize) -> u8) -> Light {
         let pixels: Vec<u8> = (0..64 * 64).map(|i| row(i % 64)).collect();
-        Light::of(&Image::new(&pixels, 64, 64, 64).unwrap())
+        Light::measure(&Image::new(&pixels, 64, 64, 64).unwrap())
     }
 
     #[test]

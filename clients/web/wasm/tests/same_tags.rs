@@ -1,4 +1,5 @@
-//! WebAssembly finds the tags that this processor finds, with corners within 0.001 px, and encodes the messages that Rust decodes.
+//! WebAssembly finds the tags that this processor finds, with corners within 0.001 px, and encodes the messages that
+//! Rust decodes.
 
 #![allow(clippy::unwrap_used, reason = "a test ends by panicking")]
 

@@ -1,4 +1,5 @@
-//! Candidates for the inner corners of a chessboard: saddle points of the smoothed image around which black and white alternate.
+//! Candidates for the inner corners of a chessboard: saddle points of the smoothed image around which black and white
+//! alternate.
 
 use super::smoothed::Smoothed;
 use crate::quad::Point;
@@ -8,7 +9,8 @@ use std::f32::consts::{PI, TAU};
 const MOST: usize = 4000;
 /// Least response, in grey levels per square pixel: an ideal corner of 15 grey levels in a slightly blurred image.
 const LEAST_RESPONSE: f32 = 0.7;
-/// Radii of the rings around a candidate, in pixels: the larger one suffers less from blur and noise, the smaller one fits small squares.
+/// Radii of the rings around a candidate, in pixels: the larger one suffers less from blur and noise, the smaller one
+/// fits small squares.
 const RINGS_PX: [f32; 2] = [4.5, 3.0];
 /// Samples of a ring.
 const SAMPLES: usize = 32;
@@ -21,8 +23,8 @@ const LEAST_ANGLE: f32 = 0.3;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Candidate {
     pub(super) place: Point,
-    /// Unit vectors along the edges. The second follows clockwise after the first by less than half a turn, and the quadrant
-    /// between them is bright.
+    /// Unit vectors along the edges. The second follows clockwise after the first by less than half a turn, and the
+    /// quadrant between them is bright.
     pub(super) edges: [Point; 2],
     /// Half the difference between bright and dark on the ring, in grey levels.
     pub(super) swing: f32,

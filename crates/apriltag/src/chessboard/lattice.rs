@@ -1,4 +1,5 @@
-//! The corners of a chessboard in columns and rows, grown over links and completed by local prediction, so that a lens may bend them.
+//! The corners of a chessboard in columns and rows, grown over links and completed by local prediction, so that a lens
+//! may bend them.
 
 use super::candidates::Candidate;
 use super::links::{Link, is_edge};
@@ -99,8 +100,8 @@ fn connected(seed: usize, links: &[[Link; 4]], is_taken: &mut [bool]) -> BTreeMa
 }
 
 impl Lattice {
-    /// Removes corners that contradict their neighbours, finds missing ones where neighbours predict them, and locates all with
-    /// sub-pixel accuracy. Corners that are no saddle points are removed.
+    /// Removes corners that contradict their neighbours, finds missing ones where neighbours predict them, and locates
+    /// all with sub-pixel accuracy. Corners that are no saddle points are removed.
     pub(super) fn complete(&mut self, image: &Image<'_>, smoothed: &Smoothed) {
         self.remove_outliers();
         self.locate(image, smoothed);
@@ -186,7 +187,8 @@ impl Lattice {
         self.is_bright == ((column + row).rem_euclid(2) == 0)
     }
 
-    /// Where the neighbours say that a corner is, and the distance to the nearest of them; `None` where they are too few.
+    /// Where the neighbours say that a corner is, and the distance to the nearest of them; `None` where they are too
+    /// few.
     fn prediction(&self, index: Index) -> Option<(Point, f32)> {
         let at =
             |step: Index, times: i32| self.corners.get(&add(index, step, times)).map(|c| c.place);

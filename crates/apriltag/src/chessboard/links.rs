@@ -4,7 +4,8 @@ use super::candidates::Candidate;
 use super::smoothed::Smoothed;
 use crate::quad::{Point, distance};
 
-/// Largest sine of the angle between an edge at a corner and the way to the neighbour: a lens bends edges, and squares may be small.
+/// Largest sine of the angle between an edge at a corner and the way to the neighbour: a lens bends edges, and squares
+/// may be small.
 const MOST_SINE: f32 = 0.42;
 /// Least distance of neighbours, in pixels.
 const LEAST_PX: f32 = 4.5;

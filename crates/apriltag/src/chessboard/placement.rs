@@ -20,7 +20,7 @@ struct Placed {
 /// The view of a board that a lattice is.
 pub(super) fn placed(lattice: &Lattice, board: BoardShape) -> Option<ChessboardView> {
     let turns: Vec<Placed> = (0..4)
-        .filter_map(|turn| Placed::of(lattice, turn))
+        .filter_map(|turn| Placed::turned(lattice, turn))
         .collect();
     let board_size = [board.columns, board.rows];
     let fits = |placed: &&Placed| (0..2).all(|axis| placed.size[axis] <= board_size[axis]);
@@ -56,7 +56,7 @@ pub(super) fn placed(lattice: &Lattice, board: BoardShape) -> Option<ChessboardV
 
 impl Placed {
     /// The lattice turned by quarters, with its first corner at (0, 0).
-    fn of(lattice: &Lattice, turn: usize) -> Option<Self> {
+    fn turned(lattice: &Lattice, turn: usize) -> Option<Self> {
         let turned = |[column, row]: Index| match turn {
             0 => [column, row],
             1 => [row, -column],
@@ -104,8 +104,8 @@ impl Placed {
         })
     }
 
-    /// Squares whose four corners are seen, as few as contain every such corner. A corner of several squares is reported with each,
-    /// with a part of the information.
+    /// Squares whose four corners are seen, as few as contain every such corner. A corner of several squares is
+    /// reported with each, with a part of the information.
     fn squares(&self) -> Vec<Detection> {
         let whole: Vec<Index> = self
             .corners

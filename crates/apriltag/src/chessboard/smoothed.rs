@@ -12,7 +12,7 @@ pub(super) struct Smoothed {
 }
 
 impl Smoothed {
-    pub(super) fn of(image: &Image<'_>) -> Self {
+    pub(super) fn smooth(image: &Image<'_>) -> Self {
         let (width, height) = (image.width(), image.height());
         let mut greys = Vec::with_capacity(width * height);
         for y in 0..height {

@@ -1,7 +1,7 @@
 //! Runs in the words of a pair of rows, and which of them touch runs of the pair above.
 //!
-//! Input: two rows of bits, or four. Output: start and end of each run, the part of a component that each run belongs to, and which parts
-//! are connected.
+//! Input: two rows of bits, or four. Output: start and end of each run, the part of a component that each run belongs
+//! to, and which parts are connected.
 
 use super::{Component, Span};
 use crate::bit_plane::RowPair;
@@ -43,22 +43,29 @@ fn moved_on(word: u64, before: &mut u64) -> u64 {
     word << 1 | mem::replace(before, word) >> (WORD - 1)
 }
 
-/// Connects the runs of a pair of rows with those of the pair above, each with the number of its first run: they get the
-/// same part, or their parts are merged.
+/// A pair of rows with the number of its first run.
+#[derive(Default)]
+pub(super) struct NumberedPair<'a> {
+    pub(super) rows: RowPair<'a>,
+    pub(super) first_run: usize,
+}
+
+/// Connects the runs of a pair of rows with those of the pair above: they get the same part, or their parts are merged.
 ///
-/// Rows touch where both are black or were in the previous column. Two runs are connected at the first such place, and where
-/// one of them begins.
+/// Rows touch where both are black or were in the previous column. Two runs are connected at the first such place, and
+/// where one of them begins.
 #[inline(always)]
 pub(super) fn join_pairs<'a>(
     labels: &mut [u32],
     parts: &mut [Component],
-    (pair, first): &(RowPair<'a>, usize),
-    (above, first_above): &(RowPair<'a>, usize),
+    here: &NumberedPair<'a>,
+    over: &NumberedPair<'a>,
 ) {
+    let (pair, above) = (&here.rows, &over.rows);
     if pair.live.is_empty() || above.live.is_empty() {
         return;
     }
-    let (mut n, mut n_above) = (*first as u32, *first_above as u32);
+    let (mut n, mut n_above) = (here.first_run as u32, over.first_run as u32);
     let mut before = [0; 5];
     let live = pair.live.start.min(above.live.start)..pair.live.end.max(above.live.end);
     let words_of = |rows: &RowPair<'a>| {

@@ -6,7 +6,7 @@ use super::Crossing;
 use crate::homography::{Homography, POINTS, Points};
 use crate::kernels::{sample, vectorised};
 use crate::quad::{Point, Quad, distance, mean_edge};
-use crate::view::View;
+use crate::view::ImageView;
 
 /// Step along the profiles, in pixels.
 const STEP_PX: f32 = 0.5;
@@ -52,11 +52,13 @@ impl Profiles {
         }
     }
 
-    /// Crossings of an edge and the profiles over a line from a to b with this normal; weight 0 where they leave the image.
+    /// Crossings of an edge and the profiles over a line from a to b with this normal; weight 0 where they leave the
+    /// image.
     pub(super) fn find_crossings<'a>(
         &self,
-        view: &View<'_>,
-        (a, b): (Point, Point),
+        view: &ImageView<'_>,
+        a: Point,
+        b: Point,
         [nx, ny]: Point,
         out: &'a mut [[Crossing; POINTS]; MAX_GROUPS],
     ) -> &'a mut [Crossing] {
@@ -98,7 +100,8 @@ impl Profiles {
     }
 }
 
-/// Distances of the steepest rises from the centres of profiles, and their heights; none where a profile leaves the image.
+/// Distances of the steepest rises from the centres of profiles, and their heights; none where a profile leaves the
+/// image.
 #[inline(always)]
 fn steepest(profiles: &[Points], sign: f32) -> [Points; 2] {
     let last = profiles.len() - 1;

@@ -1,9 +1,10 @@
 //! Intensity profile of a straight blurred edge.
 //!
-//! Blur is a Gaussian, and sharpening adds the difference of that to a wider one, its halo, which leaves bright and dark seams beside
-//! edges (unsharp masking); glare subtracts it. The pixel's square has a known fourth cumulant, the next term of Edgeworth's series
-//! (Cramér, Mathematical Methods of Statistics, 1946, 17.7). Where blur is so small that the square is visible, one term is
-//! not enough: the edge is then a ramp as wide as the square, convolved with a Gaussian for everything else.
+//! Blur is a Gaussian, and sharpening adds the difference of that to a wider one, its halo, which leaves bright and
+//! dark seams beside edges (unsharp masking); glare subtracts it. The pixel's square has a known fourth cumulant, the
+//! next term of Edgeworth's series (Cramér, Mathematical Methods of Statistics, 1946, 17.7). Where blur is so small
+//! that the square is visible, one term is not enough: the edge is then a ramp as wide as the square, convolved with a
+//! Gaussian for everything else.
 
 use super::SHIFT;
 use crate::quad::Point;
@@ -11,12 +12,13 @@ use crate::quad::Point;
 /// Variance of a pixel's square along either axis, in square pixels.
 pub(super) const PIXEL: f32 = 1.0 / 12.0;
 
-/// Variance of the halo beyond that of the blur, in square pixels: cameras sharpen with radii of one to two and a half pixels.
+/// Variance of the halo beyond that of the blur, in square pixels: cameras sharpen with radii of one to two and a half
+/// pixels.
 const HALO: f32 = 1.5 * 1.5;
 
-/// Correction for the corners of modules, per product of the derivatives of the profiles of both axes with respect to the halo, and its
-/// derivative: light with a halo h is (1 + h) times that without less h times the halo's, in both dimensions together, which is
-/// h (1 + h) times that product less than the product of two profiles.
+/// Correction for the corners of modules, per product of the derivatives of the profiles of both axes with respect to
+/// the halo, and its derivative: light with a halo h is (1 + h) times that without less h times the halo's, in both
+/// dimensions together, which is h (1 + h) times that product less than the product of two profiles.
 pub(super) fn beside_product(halo: f32) -> [f32; 2] {
     [-halo * (1.0 + halo), -1.0 - 2.0 * halo]
 }
@@ -26,7 +28,8 @@ pub(super) fn halo_variance(halo: f32) -> f32 {
     -halo * HALO
 }
 
-/// Standard deviation of the blur, or what makes up for it where the halo shows farther away, in pixels: a halo is fainter than an edge.
+/// Standard deviation of the blur, or what makes up for it where the halo shows farther away, in pixels: a halo is
+/// fainter than an edge.
 pub(super) fn spread_px(variance: f32, halo: f32) -> f32 {
     const LEAST_HALO: f32 = 0.1;
     /// Of the blur's extent in standard deviations, as far as a halo shows.
@@ -39,8 +42,8 @@ pub(super) fn spread_px(variance: f32, halo: f32) -> f32 {
     }
 }
 
-/// Step response at a distance beyond an edge, and its derivatives with respect to distance (per pixel), variance of the blur (per
-/// square pixel) and halo.
+/// Step response at a distance beyond an edge, and its derivatives with respect to distance (per pixel), variance of
+/// the blur (per square pixel) and halo.
 pub(super) type Edge = [f32; 4];
 
 /// Profile of all edges of one direction.
@@ -52,14 +55,15 @@ pub(super) struct Profile {
     /// The share of light that is moved from the halo to the edge, and the halo's width.
     halo: f32,
     per_halo_sigma: f32,
-    /// Width of the pixel's square, across the edge, between its two sides most parallel to the edge; and the standard deviation
-    /// of all other blur.
+    /// Width of the pixel's square, across the edge, between its two sides most parallel to the edge; and the standard
+    /// deviation of all other blur.
     width: f32,
     beside_width: f32,
 }
 
 impl Profile {
-    /// Profile of edges perpendicular to the direction `[nx, ny]`, for the variance of blur and pixel square together, and a halo.
+    /// Profile of edges perpendicular to the direction `[nx, ny]`, for the variance of blur and pixel square together,
+    /// and a halo.
     pub(super) fn new([nx, ny]: Point, variance: f32, halo: f32) -> Self {
         // The fourth cumulant of a box is -width^4 / 120, and those of the square's sides along and across add up.
         let of_square = (nx.powi(4) + ny.powi(4)) / (120.0 * 24.0);
@@ -125,7 +129,8 @@ fn spread_of(z: f32, per_sigma: f32, density_px: f32) -> f32 {
     -0.5 * z * per_sigma * density_px
 }
 
-/// Of a Gaussian-blurred step: its integral up to a distance, its value, and the integral's derivative with respect to the variance.
+/// Of a Gaussian-blurred step: its integral up to a distance, its value, and the integral's derivative with respect to
+/// the variance.
 #[inline(always)]
 fn until(distance: f32, sigma: f32) -> [f32; 3] {
     let (z, density, share) = normal(distance / sigma);
@@ -157,8 +162,8 @@ fn bounded(z: f32) -> f32 {
 /// Peak of the standard normal density.
 const PEAK: f32 = 0.398_942_3;
 
-/// Upper tail of the normal distribution divided by its density (Abramowitz & Stegun, Handbook of Mathematical Functions,
-/// 26.2.16, |error| < 1e-5).
+/// Upper tail of the normal distribution divided by its density (Abramowitz & Stegun, Handbook of Mathematical
+/// Functions, 26.2.16, |error| < 1e-5).
 #[inline(always)]
 fn tail_over_density(x: f32) -> f32 {
     let t = 1.0 / (1.0 + 0.332_67 * x);

@@ -1,8 +1,8 @@
 //! Weighted least squares by normal equations, in integers.
 //!
-//! A pixel's derivatives and residual are rounded to 16 bits and multiplied to 32: the sums are exact, independent of order and
-//! processor, and use vector instructions that all processors have. Rounding of the derivatives does not bias the estimate,
-//! since sums of residuals times anything independent of them are zero on average where the model holds.
+//! A pixel's derivatives and residual are rounded to 16 bits and multiplied to 32: the sums are exact, independent of
+//! order and processor, and use vector instructions that all processors have. Rounding of the derivatives does not bias
+//! the estimate, since sums of residuals times anything independent of them are zero on average where the model holds.
 
 use super::SHIFT;
 use super::parameters::{BLACK, HOMOGRAPHY, PARAMETERS, Vector, WHITE};
@@ -22,7 +22,7 @@ pub(super) const RESIDUAL: f32 = 2048.0;
 pub(super) type Row = [f32; COLUMNS + 1];
 
 #[derive(Debug)]
-pub(super) struct Equations {
+pub(super) struct PixelEquations {
     columns: Box<[Column; COLUMNS]>,
     /// The line of the pattern to which each pixel belongs.
     lines: Box<Column>,
@@ -31,14 +31,14 @@ pub(super) struct Equations {
     rows: [[f32; GROUP]; COLUMNS + 1],
     products: Sums,
     /// Each normal equation: its right side, then its coefficients up to the diagonal; the rest is unused.
-    /// Once solved, a triangle T with the diagonal D: the matrix of the first parameters, with all others eliminated, is
-    /// T^T D^-1 T.
+    /// Once solved, a triangle T with the diagonal D: the matrix of the first parameters, with all others eliminated,
+    /// is T^T D^-1 T.
     system: [[f32; WIDTH]; PARAMETERS],
     /// Limit of the residuals, as a share of the contrast.
     limit: f32,
 }
 
-impl Default for Equations {
+impl Default for PixelEquations {
     fn default() -> Self {
         Self {
             columns: Box::new([[[0; GROUP]; MAX_GROUPS]; COLUMNS]),
@@ -52,7 +52,7 @@ impl Default for Equations {
     }
 }
 
-impl Equations {
+impl PixelEquations {
     pub(super) fn clear(&mut self, limit: f32) {
         self.n_groups = 0;
         self.limit = limit;
@@ -105,8 +105,8 @@ impl Equations {
         self.eliminate()
     }
 
-    /// Eliminates each row, from the last one on, from those before it; returns the solution. The matrix is symmetric, so its lower
-    /// triangle is enough.
+    /// Eliminates each row, from the last one on, from those before it; returns the solution. The matrix is symmetric,
+    /// so its lower triangle is enough.
     #[inline(always)]
     fn eliminate(&mut self) -> Vector {
         const LEAST_PIVOT: f32 = 1e-6;
@@ -142,7 +142,8 @@ impl Equations {
         row
     }
 
-    /// Sum of the pixels' weights: with respect to black and white together, the derivative of each pixel is the root of its weight.
+    /// Sum of the pixels' weights: with respect to black and white together, the derivative of each pixel is the root
+    /// of its weight.
     fn weight(&self) -> f32 {
         let product = |i: usize, j: usize| self.products[1 + i][1 + j] as f32;
         let square = product(BLACK, BLACK) + 2.0 * product(WHITE, BLACK) + product(WHITE, WHITE);
@@ -181,11 +182,12 @@ impl Equations {
         self.products[RESIDUALS][RESIDUALS] = dot(residuals, residuals);
     }
 
-    /// Factor by which the parameters' variance exceeds that of uncorrelated residuals. Errors in the model of optics, print and light move
-    /// the edges along a line of the pattern together, so each line counts as one observation: the scatter of the lines' scores J^T W r with
-    /// respect to the position of the square over that of uncorrelated residuals (a cluster-robust covariance: Liang & Zeger,
-    /// Biometrika 73, 1986), times the squared ratio of J^T W J to the actual change of the scores with the parameters, since weights
-    /// change as well (Huber, Robust Statistics, 1981, 6.6).
+    /// Factor by which the parameters' variance exceeds that of uncorrelated residuals. Errors in the model of optics,
+    /// print and light move the edges along a line of the pattern together, so each line counts as one observation: the
+    /// scatter of the lines' scores J^T W r with respect to the position of the square over that of uncorrelated
+    /// residuals (a cluster-robust covariance: Liang & Zeger, Biometrika 73, 1986), times the squared ratio of J^T W J
+    /// to the actual change of the scores with the parameters, since weights change as well (Huber, Robust Statistics,
+    /// 1981, 6.6).
     #[inline(always)]
     pub(super) fn excess(&self) -> f32 {
         /// Share of the scatter of the lines' scores that remains after fitting: one minus the leverage,
@@ -234,9 +236,9 @@ mod tests {
     #[test]
     fn steps_solve_the_equations_and_show_the_covariance() {
         for right in 0..HOMOGRAPHY {
-            let mut equations = Equations {
+            let mut equations = PixelEquations {
                 system: system(right),
-                ..Equations::default()
+                ..PixelEquations::default()
             };
             let step = equations.eliminate();
             let unit = |k: usize| equations.whiten(std::array::from_fn(|i| f32::from(i == k)));
@@ -254,7 +256,7 @@ mod tests {
 
     #[test]
     fn residuals_after_a_step_are_less_what_the_step_explains() {
-        let mut equations = Equations::default();
+        let mut equations = PixelEquations::default();
         equations.clear(1.0);
         let derivative = |i: usize, k: usize| ((i * 7 + k * 5) % 11) as f32 - 5.0;
         for group in 0..4 {

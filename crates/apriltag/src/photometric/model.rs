@@ -1,9 +1,9 @@
 //! Predicted grey value of a pixel, and its derivatives with respect to all fitted parameters.
 
-use super::equations::{Equations, RESIDUAL, Row, UNIT};
+use super::equations::{PixelEquations, RESIDUAL, Row, UNIT};
 use super::pattern::{Coverage, Crossings, GROUP, MOST_EDGES, Optics, Pattern, Places};
 use super::pixels::Group;
-use super::state::State;
+use super::state::PatternState;
 use crate::quad::Quad;
 
 /// Residuals beyond this many scales have no weight (Tukey's biweight).
@@ -12,14 +12,14 @@ pub(super) const TUKEY: f32 = 5.5;
 /// Extent of an edge in standard deviations of the blur.
 const SEEN: f32 = 3.2;
 
-/// Distance from the ring's outer edge, in standard deviations of the blur, within which pixels have no weight: half of their light is
-/// from the background, which is hardly uniform.
+/// Distance from the ring's outer edge, in standard deviations of the blur, within which pixels have no weight: half of
+/// their light is from the background, which is hardly uniform.
 const RIM: f32 = 1.25;
 
 /// The state, and what is derived from it for all pixels.
 pub(super) struct Model<'a> {
     pattern: &'a Pattern,
-    pub(super) state: &'a State,
+    pub(super) state: &'a PatternState,
     optics: Optics,
     /// Most edges of either axis that affect a pixel.
     pub(super) n_edges: usize,
@@ -36,7 +36,7 @@ impl<'a> Model<'a> {
     /// A model for residuals of about this share of the contrast, which is `levels` grey levels.
     pub(super) fn new(
         pattern: &'a Pattern,
-        state: &'a State,
+        state: &'a PatternState,
         scale: f32,
         levels: f32,
     ) -> Option<Self> {
@@ -57,7 +57,7 @@ impl<'a> Model<'a> {
     pub(super) fn linearise<'g, const EDGES: usize, const SHARP: bool>(
         &self,
         groups: impl Iterator<Item = &'g Group>,
-        equations: &mut Equations,
+        equations: &mut PixelEquations,
     ) {
         let mut crossings = Crossings::<EDGES>::default();
         for group in groups {
@@ -92,11 +92,11 @@ impl<'a> Model<'a> {
         places
     }
 
-    /// A pixel's derivatives in shares of the contrast and its residual in shares of the limit, times the root of its weight,
-    /// in the fixed-point units of the columns.
+    /// A pixel's derivatives in shares of the contrast and its residual in shares of the limit, times the root of its
+    /// weight, in the fixed-point units of the columns.
     #[inline(always)]
     fn row(&self, group: &Group, places: &Places, i: usize, coverage: &Coverage) -> Row {
-        let State {
+        let PatternState {
             values,
             origin,
             size_px,
@@ -119,10 +119,7 @@ impl<'a> Model<'a> {
 
         let strays = residual / self.limit;
         let clipped = (level >= 254.0) & (residual < 0.0) | (level <= 1.0) & (residual > 0.0);
-        let inside_px = |place: f32, unit_px: f32| (self.pattern.ring - place.abs()) * unit_px;
-        let within = (inside_px(u, units_px[0]) > self.rim_px[0])
-            & (inside_px(v, units_px[1]) > self.rim_px[1]);
-        let counts = within & !clipped & (strays.abs() < 1.0);
+        let counts = self.is_within([u, v], units_px) & !clipped & (strays.abs() < 1.0);
         let root = if counts { 1.0 - strays * strays } else { 0.0 };
 
         let unit = root * UNIT;
@@ -130,14 +127,8 @@ impl<'a> Model<'a> {
         let bright = unlit * unit;
         let contrast = lit * (white - black);
         let response = contrast * (1.0 + gain - 2.0 * gain * share);
-        // When the image of the square moves by d, the grey at a fixed pixel changes by -gradient . d; divided by the denominator.
-        let [m_u, m_v, m_w] = &self.inverse;
-        let along_u = -response * coverage.across[0] * units_px[0];
-        let along_v = -response * coverage.across[1] * units_px[1];
-        let along_w = along_u * u + along_v * v;
-        let gradient =
-            |axis: usize| along_u * m_u[axis] + along_v * m_v[axis] - along_w * m_w[axis];
-        let (gx, gy) = (gradient(0), gradient(1));
+        let along = [0, 1].map(|axis| -response * coverage.across[axis] * units_px[axis]);
+        let [gx, gy] = self.gradient(along, [u, v]);
         let towards = -(gx * x + gy * y) / size_px;
         [
             root * strays * RESIDUAL,
@@ -162,17 +153,33 @@ impl<'a> Model<'a> {
             self.pattern.line([u, v], coverage.across),
         ]
     }
+
+    /// Whether a pixel is inside of the ring by more than the rim.
+    #[inline(always)]
+    fn is_within(&self, [u, v]: [f32; 2], units_px: [f32; 2]) -> bool {
+        let inside_px = |place: f32, unit_px: f32| (self.pattern.ring - place.abs()) * unit_px;
+        (inside_px(u, units_px[0]) > self.rim_px[0]) & (inside_px(v, units_px[1]) > self.rim_px[1])
+    }
+
+    /// When the image of the square moves by d, the grey at a fixed pixel changes by -gradient . d; divided by the
+    /// denominator.
+    #[inline(always)]
+    fn gradient(&self, [along_u, along_v]: [f32; 2], [u, v]: [f32; 2]) -> [f32; 2] {
+        let [m_u, m_v, m_w] = &self.inverse;
+        let along_w = along_u * u + along_v * v;
+        [0, 1].map(|axis| along_u * m_u[axis] + along_v * m_v[axis] - along_w * m_w[axis])
+    }
 }
 
 /// Most edges of either axis that affect a pixel: one if their extent is at most half the distance of two.
-fn n_edges(pattern: &Pattern, state: &State) -> usize {
+fn n_edges(pattern: &Pattern, state: &PatternState) -> usize {
     let [u, v] = state.spread_px();
     let modules = SEEN * u.max(v) / pattern.module_px(state.size_px);
     (1 + (2.0 * modules) as usize).min(MOST_EDGES)
 }
 
 /// Where a pixel is affected by one edge only, the background is excluded and its parameter not needed.
-fn rim_px(pattern: &Pattern, state: &State) -> [f32; 2] {
+fn rim_px(pattern: &Pattern, state: &PatternState) -> [f32; 2] {
     let sigmas = if n_edges(pattern, state) == 1 {
         SEEN
     } else {
@@ -182,7 +189,7 @@ fn rim_px(pattern: &Pattern, state: &State) -> [f32; 2] {
 }
 
 /// Outline of everything that shows the pattern.
-pub(super) fn outline(pattern: &Pattern, state: &State) -> Quad {
+pub(super) fn outline(pattern: &Pattern, state: &PatternState) -> Quad {
     let r = pattern.ring - 2.0 * rim_px(pattern, state)[0] / state.size_px;
     [[-r, -r], [r, -r], [r, r], [-r, r]].map(|[u, v]| state.homography().apply(u, v))
 }

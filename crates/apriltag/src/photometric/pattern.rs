@@ -1,9 +1,9 @@
 //! Share of white of a blurred tag at a position, and its derivatives.
 //!
-//! The square -1..1 consists of `border_width` modules; the ring around it belongs to the pattern. Beyond the ring is white plus the
-//! grey of the background. Where edges ([`Profile`]) cross, the two shares are multiplied, plus the blur's covariance times both
-//! densities: the first term of the bivariate normal distribution's tetrachoric series (Pearson, Phil. Trans. R. Soc. A 195,
-//! 1900).
+//! The square -1..1 consists of `border_width` modules; the ring around it belongs to the pattern. Beyond the ring is
+//! white plus the grey of the background. Where edges ([`Profile`]) cross, the two shares are multiplied, plus the
+//! blur's covariance times both densities: the first term of the bivariate normal distribution's tetrachoric series
+//! (Pearson, Phil. Trans. R. Soc. A 195, 1900).
 
 use super::SHIFT;
 use super::edge::{Edge, Profile};
@@ -28,8 +28,8 @@ pub(super) const LINES: usize = 4 * SIZE;
 pub(super) const MOST_EDGES: usize = 3;
 
 pub(super) struct Pattern {
-    /// For each row of the padded pattern and the one below it, a bit per module, the lowest leftmost, set where white; the row below
-    /// is in the upper half.
+    /// For each row of the padded pattern and the one below it, a bit per module, the lowest leftmost, set where white;
+    /// the row below is in the upper half.
     pairs: [u32; SIZE],
     /// The same for printed modules, along either axis.
     inside: u32,
@@ -51,7 +51,8 @@ pub(super) struct Places {
 pub(super) struct Optics {
     pub(super) profiles: [Profile; 2],
     pub(super) covariance: f32,
-    /// What a halo adds to the product of two profiles, and its derivative, as [`super::edge::beside_product`] returns them.
+    /// What a halo adds to the product of two profiles, and its derivative, as [`super::edge::beside_product`] returns
+    /// them.
     pub(super) beside_product: [f32; 2],
     /// Apparent displacement of the edges of either axis towards the darker side, in pixels.
     pub(super) shift_px: [f32; 2],
@@ -205,8 +206,8 @@ impl<const EDGES: usize> Crossings<EDGES> {
     }
 }
 
-/// Share of white at a position; its derivatives across the edges of either axis (per pixel), with respect to the variances of the blur
-/// across either and their covariance, to the halo, and to the background.
+/// Share of white at a position; its derivatives across the edges of either axis (per pixel), with respect to the
+/// variances of the blur across either and their covariance, to the halo, and to the background.
 pub(super) struct Coverage {
     pub(super) value: f32,
     pub(super) across: [f32; 2],

@@ -1,5 +1,5 @@
-//! Selection of the pixels that are fitted: those with a steep gradient, which carry nearly all information about the position of
-//! the tag, and a few flat ones beside them for black and white.
+//! Selection of the pixels that are fitted: those with a steep gradient, which carry nearly all information about the
+//! position of the tag, and a few flat ones beside them for black and white.
 
 use super::pattern::GROUP;
 use super::undistortion::Undistortion;
@@ -17,7 +17,8 @@ const AREA: usize = TILE * TILE;
 /// The flat pixel that is selected in every tile with steep ones, for black and white.
 const SAMPLE: u32 = 1 << 5;
 
-/// Least difference between the neighbours of a steep pixel, as a share of the contrast: in a sharp image, and in a blurred one.
+/// Least difference between the neighbours of a steep pixel, as a share of the contrast: in a sharp image, and in a
+/// blurred one.
 const STEEP: [f32; 2] = [0.6, 0.2];
 
 /// Neighbouring pixels: their positions, undistorted if a lens is known, and their grey values.
@@ -45,7 +46,8 @@ const ASIDE: [PackedPixel; AREA] = {
     aside
 };
 
-/// A tile with steep pixels: its first pixel, without grey value, and a bit per pixel, column by column, set if it is steep.
+/// A tile with steep pixels: its first pixel, without grey value, and a bit per pixel, column by column, set if it is
+/// steep.
 #[derive(Clone, Copy, Debug, Default)]
 struct Tile {
     first: PackedPixel,
@@ -91,8 +93,8 @@ impl Pixels {
         &self.groups
     }
 
-    /// Selects the pixels of a tag with this outline, contrast and total length of edges. In a sharp image, more pixels than that
-    /// length are steep.
+    /// Selects the pixels of a tag with this outline, contrast and total length of edges. In a sharp image, more pixels
+    /// than that length are steep.
     #[inline(always)]
     pub(super) fn choose(
         &mut self,
@@ -155,8 +157,8 @@ impl Pixels {
         n.min(MOST)
     }
 
-    /// Finds the tiles with steep pixels among those within the outline, or nearly so, except those at the rim of the image, where
-    /// pixels lack neighbours.
+    /// Finds the tiles with steep pixels among those within the outline, or nearly so, except those at the rim of the
+    /// image, where pixels lack neighbours.
     #[inline(always)]
     fn mark(&mut self, image: &Image<'_>, outline: &Quad, least: u8) {
         const MIDDLE: f32 = (TILE - 1) as f32 / 2.0;
@@ -232,8 +234,8 @@ fn bits(steep: [u8; TILE]) -> u32 {
     (pairs | pairs >> 8) & 0xffff
 }
 
-/// Sets a bit for the steep pixels of a row, given with the rows above and below and one more pixel on either side. For any direction,
-/// the larger difference plus half the smaller one is nearly the length of the gradient.
+/// Sets a bit for the steep pixels of a row, given with the rows above and below and one more pixel on either side. For
+/// any direction, the larger difference plus half the smaller one is nearly the length of the gradient.
 #[inline(always)]
 fn mark_steep([above, here, below]: [&[u8]; 3], least: u8, bit: u8, steep: &mut [u8]) {
     let n = steep.len();

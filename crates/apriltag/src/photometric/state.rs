@@ -1,7 +1,7 @@
 //! The fitted parameters and what is derived from them: optics, homography, corners.
 
 use super::edge::{PIXEL, Profile, beside_product, halo_variance, spread_px};
-use super::equations::Equations;
+use super::equations::PixelEquations;
 use super::parameters::{BLACK, BLUR, HALO, HOMOGRAPHY, PARAMETERS, Vector, WHITE};
 use super::pattern::Optics;
 use crate::homography::Homography;
@@ -14,8 +14,8 @@ pub(super) type Row = [f32; HOMOGRAPHY];
 /// Prior standard deviation of the blur: a good lens, in pixels.
 const USUAL_BLUR_PX: f32 = 0.6;
 
-/// Variance of the blur, including the pixel's, in square pixels, below which the series of [`Profile`] is off by more than
-/// 0.003 px from the response of the pixel's square.
+/// Variance of the blur, including the pixel's, in square pixels, below which the series of [`Profile`] is off by more
+/// than 0.003 px from the response of the pixel's square.
 const SHARP_BLUR: f32 = PIXEL + 0.3 * 0.3;
 
 /// Minimum, maximum and prior standard deviation of the last parameters.
@@ -23,7 +23,8 @@ const RANGES: [[f32; 3]; PARAMETERS - BLUR] = {
     const BLURS: [f32; 3] = [LEAST_BLUR, 16.0, USUAL_BLUR_PX * USUAL_BLUR_PX];
     const LEAST_BLUR: f32 = PIXEL + 0.05 * 0.05;
     [
-        // Variance of the blur, including the pixel's, across edges of u and of v, and their covariance, in square pixels.
+        // Variance of the blur, including the pixel's, across edges of u and of v, and their covariance, in square
+        // pixels.
         BLURS,
         BLURS,
         [-16.0, 16.0, USUAL_BLUR_PX * USUAL_BLUR_PX],
@@ -41,7 +42,7 @@ const RANGES: [[f32; 3]; PARAMETERS - BLUR] = {
 const CORNERS: [Point; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
 
 #[derive(Clone, Copy, Debug)]
-pub(super) struct State {
+pub(super) struct PatternState {
     /// In pixels, shares of the initial contrast, and the units of [`RANGES`].
     pub(super) values: Vector,
     /// Initial centre of the square.
@@ -52,7 +53,7 @@ pub(super) struct State {
     usual: [f32; PARAMETERS - BLUR],
 }
 
-impl State {
+impl PatternState {
     /// Initial state from the corners and the level of black, in shares of the contrast.
     pub(super) fn start(quad: &Quad, black: f32) -> Option<Self> {
         let Homography { origin, m } = Homography::square_to_quad(quad)?;
@@ -79,8 +80,8 @@ impl State {
     }
 
     /// Prior of each of the last parameters: its mean minus the current value, and its standard deviation. Matters only
-    /// where the pixels carry little information. Without a halo its prior keeps it at zero: far from the blur's variance, a step would
-    /// rather explain the blur by glare.
+    /// where the pixels carry little information. Without a halo its prior keeps it at zero: far from the blur's
+    /// variance, a step would rather explain the blur by glare.
     pub(super) fn priors(&self, with_halo: bool) -> [[f32; 2]; PARAMETERS - BLUR] {
         const NO_HALO: f32 = 0.01;
         let mut priors =
@@ -114,8 +115,8 @@ impl State {
     pub(super) fn optics(&self) -> Option<Optics> {
         let [.., light_u, light_v, uu, vv, uv, halo, _, ground] = self.values;
         let [(u, u_per_px), (v, v_per_px)] = self.normals()?;
-        // Blur mixes in more light from the brighter side, so edges appear displaced towards the darker one by the blur's covariance times
-        // the light's slope (Stein's lemma).
+        // Blur mixes in more light from the brighter side, so edges appear displaced towards the darker one by the
+        // blur's covariance times the light's slope (Stein's lemma).
         let [slope_u, slope_v] = [light_u * u_per_px, light_v * v_per_px];
         let more = halo_variance(halo);
         let across = uv + more * (u[0] * v[0] + u[1] * v[1]);
@@ -183,7 +184,7 @@ impl State {
 
     /// Dependence of x and y of each corner on eight independent variables of unit variance, from the solved equations:
     /// products of rows are covariances.
-    pub(super) fn corner_rows(&self, equations: &Equations) -> [[Row; 2]; 4] {
+    pub(super) fn corner_rows(&self, equations: &PixelEquations) -> [[Row; 2]; 4] {
         CORNERS.map(|corner| self.jacobian(corner).map(|row| equations.whiten(row)))
     }
 

@@ -1,7 +1,7 @@
 //! Local undistortion around a tag, so that its edges are straight.
 //!
-//! Undistorted points are pixels of a pinhole camera, with an affine map that makes them equal to the pixels of the lens around the
-//! centre of the tag.
+//! Undistorted points are pixels of a pinhole camera, with an affine map that makes them equal to the pixels of the
+//! lens around the centre of the tag.
 
 use super::state::Row;
 use crate::quad::{Point, Quad, middle};

@@ -1,12 +1,12 @@
-//! What is seen of a tag's modules, and what black and white are all over the tag: planes through the greys of its border and
-//! of the ring around it, as in AprilTag 2 (Wang & Olson, IROS 2016).
+//! What is seen of a tag's modules, and what black and white are all over the tag: planes through the greys of its
+//! border and of the ring around it, as in AprilTag 2 (Wang & Olson, IROS 2016).
 
-use super::layout::{Layout, MAX_MODULES, Rim, RimBit, Ring};
+use super::layout::{MAX_MODULES, ModuleLayout, Rim, RimBit, Ring};
 use crate::Rejection;
 use crate::homography::{Homography, POINTS, Points};
 use crate::kernels::sample;
 use crate::quad::{Point, Quad, widths};
-use crate::view::View;
+use crate::view::ImageView;
 use std::ops::Range;
 
 /// Share of the contrast beyond the threshold that makes black or white of a place.
@@ -20,8 +20,8 @@ const ROOMY_PX: f32 = 4.0;
 
 /// The modules of a family as they lie within a quad.
 pub(super) struct Modules<'a> {
-    view: &'a View<'a>,
-    layout: &'a Layout,
+    view: &'a ImageView<'a>,
+    layout: &'a ModuleLayout,
     map: Homography,
     /// Width and height of a module, each at right angles to its sides.
     size_px: [f32; 2],
@@ -38,8 +38,8 @@ impl<'a> Modules<'a> {
     /// Border and ring.
     #[inline(always)]
     pub(super) fn new(
-        view: &'a View<'a>,
-        layout: &'a Layout,
+        view: &'a ImageView<'a>,
+        layout: &'a ModuleLayout,
         quad: &Quad,
     ) -> Result<Self, Rejection> {
         let map = Homography::square_to_quad(quad).ok_or(Rejection::Shape)?;
@@ -92,7 +92,8 @@ impl<'a> Modules<'a> {
         ]
     }
 
-    /// Share of the modules of border and of ring, as far as they are in the image, that have the colour that they should.
+    /// Share of the modules of border and of ring, as far as they are in the image, that have the colour that they
+    /// should.
     #[inline(always)]
     pub(super) fn right_in_rings(&self) -> [f32; 2] {
         let mut shares = [0.0; 2];
@@ -107,8 +108,8 @@ impl<'a> Modules<'a> {
         shares
     }
 
-    /// Border and ring must clearly have their colours all around, as far as they are in the image and but for what is hidden
-    /// in one quarter of the tag: a letter's strokes leave gaps, bend or touch what stands beside them.
+    /// Border and ring must clearly have their colours all around, as far as they are in the image and but for what is
+    /// hidden in one quarter of the tag: a letter's strokes leave gaps, bend or touch what stands beside them.
     pub(super) fn rings_are_whole(&self) -> bool {
         let clearly = CLEARLY * self.contrast();
         let [mut left, mut right, mut top, mut bottom] = [false; 4];
@@ -157,8 +158,8 @@ impl<'a> Modules<'a> {
     /// How far each bit's grey is above the threshold.
     ///
     /// What blur carries over from the neighbours, which matters where a module is hardly wider than the blur, is taken
-    /// out: the inverse of a blur by modules of that width, fitted by a power law. A tag seen from the side is narrow one
-    /// way only.
+    /// out: the inverse of a blur by modules of that width, fitted by a power law. A tag seen from the side is narrow
+    /// one way only.
     #[inline(always)]
     fn bits(&self, blur_px: f32) -> impl Iterator<Item = f32> {
         let shares = self.size_px.map(|width| 3.3 * (blur_px / width).powi(3));
@@ -172,12 +173,13 @@ impl<'a> Modules<'a> {
         })
     }
 
-    /// Whether white reaches as far from the middle as the family's bits do, in the mean of a word's outermost white ones.
+    /// Whether white reaches as far from the middle as the family's bits do, in the mean of a word's outermost white
+    /// ones.
     #[inline(always)]
     pub(super) fn white_ends_at_the_border(&self, code: u64) -> bool {
-        /// Grey at a sample point that is white under one border width and black under the other, between 0 (black) and 1 (white). Two
-        /// thousand tags gave 0.6 and more where it is white, 0.45 and less where it is black. The smallest tags may have 0.45, since no
-        /// smaller tag of the other border width can be read.
+        /// Grey at a sample point that is white under one border width and black under the other, between 0 (black) and
+        /// 1 (white). Two thousand tags gave 0.6 and more where it is white, 0.45 and less where it is black. The
+        /// smallest tags may have 0.45, since no smaller tag of the other border width can be read.
         const LEAST_WHITE: [f32; 2] = [0.6, 0.45];
         const MOST_BLACK: f32 = 0.45;
         /// As large a share of the bits that were read leaves no doubt.
@@ -224,8 +226,9 @@ impl<'a> Modules<'a> {
         sums.iter().sum()
     }
 
-    /// Modules with a bit that are not clearly black or clearly white, or not throughout. Those of a tag with more and smaller
-    /// modules, which now and then show a code word of a family of few bits, are not, or are grey where that tag is blurred.
+    /// Modules with a bit that are not clearly black or clearly white, or not throughout. Those of a tag with more and
+    /// smaller modules, which now and then show a code word of a family of few bits, are not, or are grey where that
+    /// tag is blurred.
     pub(super) fn n_in_doubt(&self) -> usize {
         let mut around = [[0.0; MAX_MODULES]; 4];
         for (above, places) in around.iter_mut().zip(&self.layout.around) {
@@ -249,8 +252,8 @@ struct GreyPlane {
 }
 
 impl GreyPlane {
-    /// Least squares over a square ring, module by module of all four sides, each a quarter turn from the one before: mean and
-    /// slopes part. Where some are outside the image, the mean alone.
+    /// Least squares over a square ring, module by module of all four sides, each a quarter turn from the one before:
+    /// mean and slopes part. Where some are outside the image, the mean alone.
     #[inline(always)]
     fn fit(greys: &[f32], ring: &Ring) -> Option<Self> {
         let fours = greys.as_chunks::<4>().0;

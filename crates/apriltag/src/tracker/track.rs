@@ -16,7 +16,8 @@ const FIRST_STEP_PX: f32 = 24.0;
 const ASIDE_PX: f32 = 4.0;
 const ASIDE_SHARE: f32 = 0.5;
 
-/// Margin that must be visible around a tag's border: its ring, as a share of its edge, and the tiles that separate black from white.
+/// Margin that must be visible around a tag's border: its ring, as a share of its edge, and the tiles that separate
+/// black from white.
 const RING_SHARE: f32 = 0.25;
 const RING_PX: f32 = 8.0;
 
@@ -75,8 +76,8 @@ impl Track {
         Area::enclosing(bounds(0), bounds(1), image)
     }
 
-    /// Distance from the prediction to a detection that may be the tag; `None` if it cannot be, or if the tag was already
-    /// found in this image.
+    /// Distance from the prediction to a detection that may be the tag; `None` if it cannot be, or if the tag was
+    /// already found in this image.
     pub(super) fn distance(&self, detection: &Detection) -> Option<f32> {
         let known = (self.tag.family, self.tag.id) == (detection.family, detection.id);
         let expected = middle(&self.corners_after(self.images_ago));

@@ -32,7 +32,8 @@ struct Picture {
     pixels: Vec<u8>,
 }
 
-/// Detects, by itself and as a sequence, in the picture that the bytes make. Panics when anything is said that must not be.
+/// Detects, by itself and as a sequence, in the picture that the bytes make. Panics when anything is said that must not
+/// be.
 pub fn detect(bytes: &[u8]) {
     let mut bytes = Bytes(bytes);
     let options = options(&mut bytes);
@@ -73,7 +74,8 @@ fn options(bytes: &mut Bytes<'_>) -> Options {
     }
 }
 
-/// Tags of the families that are looked for, among other things. Mostly small, so that much is tried; sometimes of any size that there is.
+/// Tags of the families that are looked for, among other things. Mostly small, so that much is tried; sometimes of any
+/// size that there is.
 fn picture(families: &[Family], bytes: &mut Bytes<'_>) -> Picture {
     let (widest, highest) = match bytes.byte() {
         0 => (Image::MAX_WIDTH, Image::MAX_HEIGHT),

@@ -28,8 +28,8 @@ pub struct Tag {
     pub wrong: Vec<(usize, usize)>,
     /// Paper around the printed tag, in modules.
     pub margin: f64,
-    /// What the tag's board has beside it, as a share of its edge: of a ChArUco board's square the marker's edge, of an AprilGrid's
-    /// tag the edge of the squares at its corners.
+    /// What the tag's board has beside it, as a share of its edge: of a ChArUco board's square the marker's edge, of an
+    /// AprilGrid's tag the edge of the squares at its corners.
     pub share: f64,
     /// White between the squares of a ChArUco board on either side of an edge, as a share of it.
     pub gap: f64,
@@ -48,7 +48,8 @@ pub fn detect(pixels: &[u8], size: usize, families: &[Family]) -> Vec<Detection>
 impl Tag {
     /// A tag so many pixels wide in the middle of the picture, tilted by up to so many degrees and turned at random.
     pub fn turned(
-        (family, id): (Family, u32),
+        family: Family,
+        id: u32,
         edge_px: f64,
         tilt_deg: f64,
         random: &mut Random,
@@ -293,8 +294,8 @@ impl Picture {
     }
 }
 
-/// Mean of the rays of a cell. They are staggered from row to row, so that edges along rows and columns are sampled finely
-/// too.
+/// Mean of the rays of a cell. They are staggered from row to row, so that edges along rows and columns are sampled
+/// finely too.
 fn cell(
     camera: &Camera,
     tags: &[Tag],

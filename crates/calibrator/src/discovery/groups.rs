@@ -16,11 +16,11 @@ pub(super) struct Groups {
     joints: Vec<([TagId; 2], Joint)>,
 }
 
-/// Tags in fewer images are taken for errors of reading.
+/// Tags in fewer images count as errors of reading.
 const LEAST_IMAGES: usize = 3;
 
 impl Groups {
-    pub(super) fn of(tracks: &Tracks) -> Self {
+    pub(super) fn from_tracks(tracks: &Tracks) -> Self {
         let pairs = tracks.pairs();
         let joints: Vec<([TagId; 2], Joint)> = pairs
             .filter_map(|(pair, views)| Some((pair, joint(views)?)))

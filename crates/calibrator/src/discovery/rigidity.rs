@@ -1,9 +1,9 @@
-//! Tests whether two tags are on the same rigid body, without knowing their sizes: their relative attitude is constant, and so is their
-//! relative position with the right ratio of sizes.
+//! Tests whether two tags are on the same rigid body, without knowing their sizes: their relative attitude is constant,
+//! and so is their relative position with the right ratio of sizes.
 //!
-//! With unit tags, a tag's pose has its position in edges. For tags a and b of one body with sizes s_a and s_b = r s_a, each image
-//! says `r R_a^-1 t_b - R_a^-1 t_a = c`, linear in the ratio r and the constant c (position of b in a's frame, in edges of a). The
-//! tags' depth is what tells r; mirrored branches do not agree on the attitude.
+//! With unit tags, a tag's pose has its position in edges. For tags a and b of one body with sizes s_a and s_b = r s_a,
+//! each image says `r R_a^-1 t_b - R_a^-1 t_a = c`, linear in the ratio r and the constant c (position of b in a's
+//! frame, in edges of a). The tags' depth is what tells r; mirrored branches do not agree on the attitude.
 
 use nalgebra::{Point2, UnitQuaternion, Vector3};
 use sextant_geometry::planar_pose::tag_poses;
@@ -18,7 +18,7 @@ const LEAST_VIEWS: usize = 4;
 /// Relative positions may differ by this many edges, and by this part of the distance.
 const SPREAD: (f64, f64) = (0.3, 0.012);
 /// Share of the agreeing views that are used in the fit of position.
-const BELIEVED: f64 = 0.75;
+const INLIER_SHARE: f64 = 0.75;
 /// Rounds of that fit.
 const ROUNDS: usize = 4;
 /// Ratios of sizes on one object.
@@ -29,7 +29,7 @@ const RATIOS: std::ops::Range<f64> = 0.05..20.0;
 pub(super) struct UnitPoses(Vec<Pose>);
 
 impl UnitPoses {
-    pub(super) fn of(lens: &Lens, corners: &[Point2<f64>; 4]) -> Self {
+    pub(super) fn from_corners(lens: &Lens, corners: &[Point2<f64>; 4]) -> Self {
         let poses = tag_poses(lens, corners, 1.0);
         Self(poses.iter().map(|pose| pose.camera_from_tag).collect())
     }
@@ -62,7 +62,7 @@ pub(super) struct Joint {
 }
 
 impl PairView {
-    pub(super) fn of(a: &UnitPoses, b: &UnitPoses) -> Self {
+    pub(super) fn between(a: &UnitPoses, b: &UnitPoses) -> Self {
         let both = a.0.iter().flat_map(|a| b.0.iter().map(move |b| (a, b)));
         let proposal = |(a, b): (&Pose, &Pose)| {
             let turn = a.rotation.inverse();
@@ -140,7 +140,7 @@ fn consistent<'a>(views: &[&'a Proposal], ratio: f64, place: &Vector3<f64>) -> V
     let off = |p: &&Proposal| (p.to_b * ratio - p.to_a - place).norm();
     let mut sorted = views.to_vec();
     sorted.sort_by(|x, y| off(x).total_cmp(&off(y)));
-    sorted.truncate((BELIEVED * views.len() as f64).ceil() as usize);
+    sorted.truncate((INLIER_SHARE * views.len() as f64).ceil() as usize);
     sorted
 }
 

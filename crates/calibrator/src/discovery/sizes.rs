@@ -6,7 +6,8 @@ use crate::verdict::listed;
 use sextant_site_model::TagId;
 use std::collections::BTreeMap;
 
-/// Relative difference up to which a size equals the given one: before the adjustment, sizes are known to about a hundredth.
+/// Relative difference up to which a size equals the given one: before the adjustment, sizes are known to about a
+/// hundredth.
 const SAME: f64 = 0.04;
 /// Assumed if no size is given, to have something to show, metres.
 const PLACEHOLDER_M: f64 = 0.04;
@@ -27,7 +28,11 @@ struct Size {
 
 impl Sizes {
     /// From the sizes in the plan and the ratios of the tags.
-    pub(super) fn of(plan: &DiscoveryPlan, tags: &[TagId], joints: &[([TagId; 2], Joint)]) -> Self {
+    pub(super) fn from_ratios(
+        plan: &DiscoveryPlan,
+        tags: &[TagId],
+        joints: &[([TagId; 2], Joint)],
+    ) -> Self {
         let relative = compared(tags, joints);
         let own = |tag: TagId| plan.sizes.iter().find(|(t, _)| *t == tag).map(|(_, s)| *s);
         let unit = unit(plan, &relative, own);

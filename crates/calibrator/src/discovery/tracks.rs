@@ -32,12 +32,19 @@ struct Track {
     elsewhere: usize,
 }
 
+/// Where a camera saw two tags.
+#[derive(Clone, Debug)]
+struct StoredView {
+    camera: CameraId,
+    corners: [Corners; 2],
+}
+
 /// Two tags in the same images.
 #[derive(Clone, Debug)]
 pub(super) struct Pair {
     views: Vec<PairView>,
-    /// Corners and camera of the last stored view.
-    last: (CameraId, [Corners; 2]),
+    /// The last stored view.
+    last: StoredView,
     every: usize,
     came: usize,
 }
@@ -80,17 +87,20 @@ impl Tracks {
         let key = [a.tag, b.tag];
         let corners = [a.corners, b.corners];
         if let Some(pair) = self.pairs.get(&key)
-            && pair.last.0 == camera.id
-            && !(0..2).any(|at| has_moved(&pair.last.1[at], &corners[at]))
+            && pair.last.camera == camera.id
+            && !(0..2).any(|at| has_moved(&pair.last.corners[at], &corners[at]))
         {
             return;
         }
         for tag in [a, b] {
-            let unit = || UnitPoses::of(&camera.lens, &tag.corners);
+            let unit = || UnitPoses::from_corners(&camera.lens, &tag.corners);
             poses.entry(tag.tag).or_insert_with(unit);
         }
-        let view = PairView::of(&poses[&a.tag], &poses[&b.tag]);
-        let last = (camera.id.clone(), corners);
+        let view = PairView::between(&poses[&a.tag], &poses[&b.tag]);
+        let last = StoredView {
+            camera: camera.id.clone(),
+            corners,
+        };
         match self.pairs.get_mut(&key) {
             Some(pair) => pair.add(view, last),
             None => {
@@ -131,7 +141,7 @@ impl Track {
 }
 
 impl Pair {
-    fn begun_with(view: PairView, last: (CameraId, [Corners; 2])) -> Self {
+    fn begun_with(view: PairView, last: StoredView) -> Self {
         Self {
             views: vec![view],
             last,
@@ -140,7 +150,7 @@ impl Pair {
         }
     }
 
-    fn add(&mut self, view: PairView, last: (CameraId, [Corners; 2])) {
+    fn add(&mut self, view: PairView, last: StoredView) {
         self.last = last;
         if self.came.is_multiple_of(self.every) {
             self.views.push(view);

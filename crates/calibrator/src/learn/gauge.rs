@@ -7,8 +7,8 @@ use sextant_site_model::TagId;
 /// Frame of a learned object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Gauge {
-    /// Origin at the centroid of the tags, axes of the best visible tag. Standard deviations are those that remain after aligning the
-    /// whole constellation.
+    /// Origin at the centroid of the tags, axes of the best visible tag. Standard deviations are those that remain
+    /// after aligning the whole constellation.
     #[default]
     Centroid,
     /// Frame of this tag; standard deviations are relative to it.
@@ -21,8 +21,8 @@ pub(crate) fn centroid(poses: &[Pose]) -> Vector3<f64> {
     sum / poses.len().max(1) as f64
 }
 
-/// Covariance of every tag's pose after the constellation is aligned as a whole: removes the common rigid motion from the
-/// errors (inner constraints; W. Baarda, S-transformations and criterion matrices, 1973).
+/// Covariance of every tag's pose after the constellation is aligned as a whole: removes the common rigid motion from
+/// the errors (inner constraints; W. Baarda, S-transformations and criterion matrices, 1973).
 pub(crate) fn aligned(covariance: &DMatrix<f64>, poses: &[Pose]) -> DMatrix<f64> {
     let n = poses.len();
     let middle = centroid(poses);

@@ -20,7 +20,7 @@ const SAME_INSTANT_NS: u64 = 500_000;
 
 impl Groups {
     /// Groups simultaneous images of cameras with known poses; other images form groups of one.
-    pub(super) fn of(rig: &Rig, views: &[ImageView]) -> Self {
+    pub(super) fn from_views(rig: &Rig, views: &[ImageView]) -> Self {
         let mut used: Vec<usize> = views.iter().map(|view| view.camera).collect();
         used.sort_unstable();
         used.dedup();

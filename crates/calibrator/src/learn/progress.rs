@@ -76,7 +76,7 @@ const ENOUGH_TOGETHER: usize = 3;
 const OUTSIDE_PERCENT: usize = 4;
 
 impl Coverage {
-    pub(super) fn of(wanted: &[TagSpec]) -> Self {
+    pub(super) fn new(wanted: &[TagSpec]) -> Self {
         Self {
             images: 0,
             joining: 0,
@@ -92,14 +92,15 @@ impl Coverage {
 
     pub(super) fn add(
         &mut self,
-        camera: (usize, &Camera),
+        index: usize,
+        camera: &Camera,
         wanted: &[TagSpec],
         image: &ImageObservation,
     ) {
-        let (view, over) = take_in(camera, wanted, image);
+        let (view, over) = take_in(index, camera, wanted, image);
         self.images += 1;
         self.joining += usize::from(view.tags.len() > 1);
-        let [all, outside] = self.outside.entry(camera.0).or_default();
+        let [all, outside] = self.outside.entry(index).or_default();
         *all += view.tags.len() + over.outside.len();
         *outside += over.outside.len();
         for tag in over.foreign {

@@ -1,4 +1,5 @@
-//! A preview of the growing constellation: approximate poses of the connected tags from a few images, fast enough for display.
+//! A preview of the growing constellation: approximate poses of the connected tags from a few images, fast enough for
+//! display.
 
 use super::LearnSession;
 use super::places::Groups;
@@ -23,7 +24,7 @@ impl LearnSession {
     /// The largest group of connected tags, in the frame of its first tag; empty before two are connected.
     pub fn sketch(&self) -> Vec<SketchedTag> {
         let views = self.coverage.sample();
-        let groups = Groups::of(&self.rig, views);
+        let groups = Groups::from_views(&self.rig, views);
         let joints = joined_tags(&groups.seen(&self.rig, views), &self.wanted);
         let Some(root) = first_of_largest(&joints) else {
             return Vec::new();

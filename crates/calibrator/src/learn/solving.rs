@@ -21,7 +21,8 @@ use std::collections::BTreeSet;
 
 /// Rounds of locating the object in every image and adjusting; the first starts from the spanning tree.
 const ROUNDS: usize = 4;
-/// Ratio of the residuals to the detector's noise, and share of a tag's left-out images, from which a solution is suspicious.
+/// Ratio of the residuals to the detector's noise, and share of a tag's left-out images, from which a solution is
+/// suspicious.
 const ODD: (f64, f64) = (1.5, 0.15);
 /// Ratio from which residuals are clearly smaller.
 const CLEARLY: f64 = 1.3;
@@ -70,7 +71,7 @@ impl LearnSession {
     fn solve_all(&self) -> Result<LearnedObject, LearnError> {
         let views = self.views();
         self.check_seen(&views)?;
-        let together = Groups::of(&self.rig, &views);
+        let together = Groups::from_views(&self.rig, &views);
         let joins_cameras = together.joins_cameras();
         let learned = self.solve_in(views, &together);
         if joins_cameras && learned.as_ref().map_or(true, is_odd) {
@@ -135,7 +136,7 @@ impl LearnSession {
         let views = self.images.iter().filter_map(|image| {
             let index = self.camera_of(image)?;
             let camera = &self.rig.cameras()[index];
-            let (view, _) = take_in((index, camera), &self.wanted, image);
+            let (view, _) = take_in(index, camera, &self.wanted, image);
             (!view.tags.is_empty()).then_some(view)
         });
         views.collect()
@@ -346,7 +347,9 @@ impl LearnSession {
         let moved = lost.iter().any(|&at| self.known()[at].is_some());
         let tags = lost.iter().map(|&at| self.wanted[at].tag).collect();
         let cause = if moved {
-            "not where the given object has them, so they have moved: name them with --tags to learn them again".to_owned()
+            "not where the given object has them, so they have moved: name them with --tags to \
+             learn them again"
+                .to_owned()
         } else {
             "the images put them in different places; is a tag loose, bent, or there twice?"
                 .to_owned()

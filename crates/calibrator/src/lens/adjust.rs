@@ -1,8 +1,8 @@
-//! One bundle adjustment of a lens: the camera is fixed, the pose of the board in every view is free, and so are the requested parameters
-//! of the lens.
+//! One bundle adjustment of a lens: the camera is fixed, the pose of the board in every view is free, and so are the
+//! requested parameters of the lens.
 
 use super::board::Board;
-use super::view::View;
+use super::view::BoardView;
 use sextant_adjustment::{
     BodyId, Bundle, BundleCamera, BundleImage, BundleOptions, BundleSolution, FreeLens, Freedom,
     Instant, TagObservation, solve,
@@ -65,8 +65,8 @@ impl Parameters {
     }
 }
 
-/// A lens, the places of the board's tags, and the pose of the board and its fitting tags in each view; views that the lens does not
-/// explain have no pose.
+/// A lens, the places of the board's tags, and the pose of the board and its fitting tags in each view; views that the
+/// lens does not explain have no pose.
 pub(super) struct Start {
     pub lens: Lens,
     pub places: Vec<Pose>,
@@ -87,13 +87,48 @@ pub(super) struct Adjustment {
     pub view_of: Vec<usize>,
 }
 
-/// Adjusts from a start, also the places of the tags of a board that bends and is printed as `board` says; `None` if no view has a pose or the start has no finite error.
+/// Adjusts from a start, also the places of the tags of a board that bends and is printed as `board` says; `None` if no
+/// view has a pose or the start has no finite error.
 pub(super) fn adjust(
     board: &Board,
-    views: &[View],
+    views: &[BoardView],
     start: &Start,
     parameters: &Parameters,
 ) -> Option<Adjustment> {
+    let (bundle, view_of) = bundle(board, views, start, parameters);
+    let options = BundleOptions {
+        kernel: parameters.kernel,
+        max_iterations: parameters.max_iterations,
+        by_clusters: parameters.bends,
+        ..BundleOptions::default()
+    };
+    let solution = solve(bundle, &options).ok()?;
+    let mut poses = start.poses.clone();
+    for (&view, instant) in view_of.iter().zip(&solution.bundle.instants) {
+        if let Some((pose, _)) = &mut poses[view] {
+            *pose = instant.world_from_object;
+        }
+    }
+    Some(Adjustment {
+        lens: solution.bundle.cameras[0].lens,
+        places: {
+            let tags = solution.bundle.tags.iter();
+            tags.map(|tag| tag.object_from_tag).collect()
+        },
+        poses,
+        cost: solution.cost,
+        solution,
+        view_of,
+    })
+}
+
+/// The bundle of a start, and the view of each of its images.
+fn bundle(
+    board: &Board,
+    views: &[BoardView],
+    start: &Start,
+    parameters: &Parameters,
+) -> (Bundle, Vec<usize>) {
     let (of_tags, anchors) = if parameters.bends {
         (Freedom::Free, board.anchors())
     } else {
@@ -128,30 +163,7 @@ pub(super) fn adjust(
         bundle.instants.push(instant);
         view_of.push(at);
     }
-    let options = BundleOptions {
-        kernel: parameters.kernel,
-        max_iterations: parameters.max_iterations,
-        by_clusters: parameters.bends,
-        ..BundleOptions::default()
-    };
-    let solution = solve(bundle, &options).ok()?;
-    let mut poses = start.poses.clone();
-    for (&view, instant) in view_of.iter().zip(&solution.bundle.instants) {
-        if let Some((pose, _)) = &mut poses[view] {
-            *pose = instant.world_from_object;
-        }
-    }
-    Some(Adjustment {
-        lens: solution.bundle.cameras[0].lens,
-        places: {
-            let tags = solution.bundle.tags.iter();
-            tags.map(|tag| tag.object_from_tag).collect()
-        },
-        poses,
-        cost: solution.cost,
-        solution,
-        view_of,
-    })
+    (bundle, view_of)
 }
 
 fn camera(lens: Lens, sought: FreeParameters) -> BundleCamera {

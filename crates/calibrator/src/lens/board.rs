@@ -31,7 +31,7 @@ const PRINT: PoseSigma = PoseSigma {
 const BEND: f64 = 0.002;
 
 impl Board {
-    pub(super) fn of(object: &ObjectModel) -> Result<Self, LensRefusal> {
+    pub(super) fn from_object(object: &ObjectModel) -> Result<Self, LensRefusal> {
         let tags = object.tags().iter().map(|tag| {
             let unplaced = LensRefusal::Unplaced { tag: tag.tag };
             let board_from_tag = tag.object_from_tag.ok_or(unplaced)?;

@@ -3,7 +3,7 @@
 use super::adjust::{FreeParameters, Parameters, Start, adjust};
 use super::board::Board;
 use super::fit::{Fit, fit, restart};
-use super::view::View;
+use super::view::BoardView;
 use sextant_geometry::LensModel;
 
 /// Number of folds; each is predicted by a lens fitted to the others.
@@ -23,7 +23,7 @@ pub struct ModelScore {
 /// The fit of the selected model, and the scores of all, simplest first; `None` if no model could be fitted.
 pub(super) fn choose(
     board: &Board,
-    views: &[View],
+    views: &[BoardView],
     start: &Start,
     models: &[LensModel],
     width: f64,
@@ -79,7 +79,12 @@ pub(super) fn choose(
 }
 
 /// Root mean square error over all folds.
-fn held_out(board: &Board, views: &[View], fit: &Fit, tags: &[Option<Vec<usize>>]) -> Option<f64> {
+fn held_out(
+    board: &Board,
+    views: &[BoardView],
+    fit: &Fit,
+    tags: &[Option<Vec<usize>>],
+) -> Option<f64> {
     let with_judges_tags = |start: Start| Start {
         poses: start
             .poses

@@ -1,6 +1,6 @@
 //! Coverage of the image by the board, and its orientations.
 
-use super::view::View;
+use super::view::BoardView;
 use nalgebra::{Point2, Vector3};
 use sextant_geometry::Pose;
 
@@ -28,7 +28,7 @@ pub(super) struct Coverage {
 }
 
 impl Coverage {
-    pub(super) fn take(&mut self, resolution: [u32; 2], view: &View, pose: Option<&Pose>) {
+    pub(super) fn take(&mut self, resolution: [u32; 2], view: &BoardView, pose: Option<&Pose>) {
         self.views += 1;
         let (_, spread) = view.extent();
         self.near += u32::from(spread >= NEAR * f64::from(resolution[0]));
@@ -64,8 +64,8 @@ impl Coverage {
     }
 }
 
-/// Tilt of the board's normal to the right and downwards relative to the image plane, as tangents: a board whose right side is
-/// farther away tilts to the right. This tilt separates focal length from distance.
+/// Tilt of the board's normal to the right and downwards relative to the image plane, as tangents: a board whose right
+/// side is farther away tilts to the right. This tilt separates focal length from distance.
 pub(super) fn lean(camera_from_board: &Pose) -> [f64; 2] {
     let normal = camera_from_board.rotation * Vector3::z();
     let lean = [normal.x / -normal.z, normal.y / -normal.z];

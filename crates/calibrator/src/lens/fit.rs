@@ -3,7 +3,7 @@
 use super::adjust::{Adjustment, FreeParameters, Noise, Parameters, Start, adjust};
 use super::board::Board;
 use super::poses::board_pose;
-use super::view::View;
+use super::view::BoardView;
 use nalgebra::DMatrix;
 use sextant_adjustment::{KeptParameter, TagResidual};
 use sextant_geometry::{Lens, LensModel};
@@ -31,7 +31,7 @@ pub(super) struct Fit {
 /// Fits a model from a start; `None` if no start of the model is valid.
 pub(super) fn fit(
     board: &Board,
-    views: &[View],
+    views: &[BoardView],
     start: &Start,
     model: LensModel,
     width: f64,
@@ -60,7 +60,7 @@ pub(super) fn fit(
 /// A start for another model: the same focal lengths, with new poses of the board.
 fn start_of(
     board: &Board,
-    views: &[View],
+    views: &[BoardView],
     start: &Start,
     model: LensModel,
     width: f64,
@@ -97,7 +97,7 @@ pub(super) fn restart(adjustment: &Adjustment) -> Start {
 
 impl Fit {
     /// Noise as a multiple of the detector's, from the median tag.
-    fn noise(&self, views: &[View]) -> f64 {
+    fn noise(&self, views: &[BoardView]) -> f64 {
         let residuals = self.residuals();
         let mut sums: Vec<f64> = residuals
             .iter()
@@ -126,7 +126,7 @@ impl Fit {
     }
 
     /// Start of the next round: without tags that do not fit the board, and with those that fit now.
-    fn sorted(&self, board: &Board, views: &[View], width: f64) -> Start {
+    fn sorted(&self, board: &Board, views: &[BoardView], width: f64) -> Start {
         let lens = self.adjustment.lens;
         let board = &board.bent(&self.adjustment.places);
         let poses = views
@@ -193,10 +193,10 @@ impl Fit {
         tilts.collect()
     }
 
-    /// Relative excess of the size of the squares over that in the board file, and its standard deviation: the component of the
-    /// residuals along the motion of each corner when its tag grows about its own centre, on a board that does not bend. `None` where that
-    /// cannot be adjusted.
-    pub(super) fn growth(&self, board: &Board, views: &[View]) -> Option<(f64, f64)> {
+    /// Relative excess of the size of the squares over that in the board file, and its standard deviation: the
+    /// component of the residuals along the motion of each corner when its tag grows about its own centre, on a board
+    /// that does not bend. `None` where that cannot be adjusted.
+    pub(super) fn growth(&self, board: &Board, views: &[BoardView]) -> Option<(f64, f64)> {
         let start = Start {
             places: board.places(),
             ..restart(&self.adjustment)
@@ -233,7 +233,7 @@ impl Fit {
 }
 
 /// Sum of squared errors of a tag in units of its noise.
-fn chi_square(views: &[View], view: usize, tag: usize, residual: &TagResidual) -> f64 {
+fn chi_square(views: &[BoardView], view: usize, tag: usize, residual: &TagResidual) -> f64 {
     let sigmas = views[view].tags[tag].sigmas_px;
     let errors = residual.corners_px.iter().zip(sigmas);
     errors

@@ -56,7 +56,7 @@ pub enum Side {
 }
 
 impl Hint {
-    pub(super) fn of(coverage: &Coverage) -> Self {
+    pub(super) fn for_coverage(coverage: &Coverage) -> Self {
         if coverage.views == 0 {
             return Self::ShowBoard;
         }

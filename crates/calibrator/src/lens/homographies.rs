@@ -1,14 +1,15 @@
 //! Homographies of the board, and the focal lengths that follow from them.
 //!
-//! Z. Zhang, A flexible new technique for camera calibration, PAMI 2000, section 3.1, with the principal point in the middle
-//! of the picture and no skew: the two constraints of each homography are then linear in 1/fx^2 and 1/fy^2.
+//! Z. Zhang, A flexible new technique for camera calibration, PAMI 2000, section 3.1, with the principal point in the
+//! middle of the picture and no skew: the two constraints of each homography are then linear in 1/fx^2 and 1/fy^2.
 
 use super::board::Board;
-use super::view::View;
+use super::view::BoardView;
 use nalgebra::{DMatrix, Matrix2, Matrix3, Point2, SymmetricEigen, Vector2};
 use sextant_geometry::Homography;
 
-/// Largest distance of a corner from its homography, as a share of the image width; beyond it the corner is wrong or distortion too strong.
+/// Largest distance of a corner from its homography, as a share of the image width; beyond it the corner is wrong or
+/// distortion too strong.
 const TOLERANCE: f64 = 0.03;
 /// Largest deviation of a board from a plane, as a share of its size.
 const FLATNESS: f64 = 1e-6;
@@ -16,7 +17,7 @@ const FLATNESS: f64 = 1e-6;
 /// Focal lengths, pixels; `None` if the homographies do not determine them.
 pub(super) fn focal_lengths(
     board: &Board,
-    views: &[View],
+    views: &[BoardView],
     [width, height]: [f64; 2],
 ) -> Option<[f64; 2]> {
     if board
@@ -69,7 +70,7 @@ pub(super) fn focal_lengths(
 }
 
 /// The homography from the board's plane to pixels with which most tags agree, fitted to those.
-fn homography(board: &Board, view: &View, tolerance: f64) -> Option<Matrix3<f64>> {
+fn homography(board: &Board, view: &BoardView, tolerance: f64) -> Option<Matrix3<f64>> {
     let agreeing = |map: &Homography| -> Vec<(Point2<f64>, Point2<f64>)> {
         let tags = view.tags.iter().filter_map(|seen| {
             let on_board = board.tags[seen.tag].corners.map(|corner| corner.xy());

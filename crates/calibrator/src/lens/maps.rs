@@ -15,7 +15,8 @@ pub struct MapCell {
     pub mean_px: [f64; 2],
     /// Their root mean square, pixels.
     pub rms_px: f64,
-    /// Standard deviation of the pixel of a ray, without a rotation of the whole camera, pixels; `None` outside the field of the lens.
+    /// Standard deviation of the pixel of a ray, without a rotation of the whole camera, pixels; `None` outside the
+    /// field of the lens.
     pub sigma_px: Option<f64>,
 }
 
@@ -27,7 +28,7 @@ pub struct LensMaps {
 }
 
 impl LensMaps {
-    pub(super) fn of(fit: &Fit, resolution: [u32; 2]) -> Self {
+    pub(super) fn from_fit(fit: &Fit, resolution: [u32; 2]) -> Self {
         let mut sums = vec![vec![(0_u32, Vector2::zeros(), 0.0); COLUMNS]; ROWS];
         let bundle = &fit.adjustment.solution.bundle;
         for residual in bundle.residuals() {
@@ -118,8 +119,8 @@ pub(super) fn movements(
 }
 
 /// One standard deviation, by cell, of the pixel of the ray through its centre. A rotation of the whole camera is
-/// removed (the one that minimises the motion over the image for each parameter), since the camera's pose absorbs it: an
-/// error of half a pixel of the principal point is little else.
+/// removed (the one that minimises the motion over the image for each parameter), since the camera's pose absorbs it:
+/// an error of half a pixel of the principal point is little else.
 fn deviations(lens: &Lens, covariance: &DMatrix<f64>, resolution: [u32; 2]) -> Vec<Option<f64>> {
     let cells = (0..ROWS).flat_map(|row| (0..COLUMNS).map(move |column| (row, column)));
     let movements: Vec<Option<Movement>> = cells

@@ -1,7 +1,7 @@
 //! Pose of the board in an image with an approximate lens: the consensus of its tags.
 
 use super::board::Board;
-use super::view::View;
+use super::view::BoardView;
 use sextant_geometry::planar_pose::solve_square;
 use sextant_geometry::{Lens, Pose};
 
@@ -11,7 +11,7 @@ const PROPOSERS: usize = 8;
 /// `camera_from_board` with which most tags agree, and the indices of these tags in the view.
 pub(super) fn board_pose(
     board: &Board,
-    view: &View,
+    view: &BoardView,
     lens: &Lens,
     tolerance_px: f64,
 ) -> Option<(Pose, Vec<usize>)> {
@@ -43,7 +43,7 @@ pub(super) fn board_pose(
 /// Sum of the tags' errors, each bounded by one, and the tags whose error is within the tolerance.
 fn agreement(
     board: &Board,
-    view: &View,
+    view: &BoardView,
     lens: &Lens,
     camera_from_board: &Pose,
     tolerance_px: f64,

@@ -8,7 +8,8 @@ use thiserror::Error;
 pub enum LensRefusal {
     /// The board file has no pose of a tag.
     #[error(
-        "the board does not say where its tag {tag} sits; print one with `sextant print board` and give the file written with it"
+        "the board does not say where its tag {tag} sits; print one with `sextant print board` \
+         and give the file written with it"
     )]
     Unplaced {
         /// The tag.
@@ -16,7 +17,8 @@ pub enum LensRefusal {
     },
     /// A tag whose centre is outside the given resolution.
     #[error(
-        "a tag lies at ({x:.0}, {y:.0}), outside of {width} x {height} pixels: the images have another resolution; give it"
+        "a tag lies at ({x:.0}, {y:.0}), outside of {width} x {height} pixels: the images have \
+         another resolution; give it"
     )]
     Resolution {
         /// Column of its centre.
@@ -41,7 +43,8 @@ pub enum LensRefusal {
     },
     /// Too few images show enough of it.
     #[error(
-        "only {views} of {images} images show two tags or more of the board; at least {needed} are needed, 30 in many places and tilts are good"
+        "only {views} of {images} images show two tags or more of the board; at least {needed} \
+         are needed, 30 in many places and tilts are good"
     )]
     TooFew {
         /// Images with enough of the board.
@@ -53,7 +56,9 @@ pub enum LensRefusal {
     },
     /// No tilted view: focal length and distance cannot be separated.
     #[error(
-        "the board is seen from the front only (tilted by {tilt_deg:.0} degrees at most), so that focal length and distance cannot be separated (it is uncertain by {sigma_percent:.1} %); tilt the board by 30 degrees and more, in every direction"
+        "the board is seen from the front only (tilted by {tilt_deg:.0} degrees at most), so \
+         that focal length and distance cannot be separated (it is uncertain by \
+         {sigma_percent:.1} %); tilt the board by 30 degrees and more, in every direction"
     )]
     OnlyFrontal {
         /// Largest tilt of all but a tenth of the images.
@@ -63,7 +68,8 @@ pub enum LensRefusal {
     },
     /// The lens is poorly determined for another reason.
     #[error(
-        "the images do not determine the lens: its focal length is uncertain by {sigma_percent:.1} %; add images near the edges of the picture and with the board tilted"
+        "the images do not determine the lens: its focal length is uncertain by \
+         {sigma_percent:.1} %; add images near the edges of the picture and with the board tilted"
     )]
     Undetermined {
         /// One standard deviation of the focal length in percent of it.
@@ -71,7 +77,8 @@ pub enum LensRefusal {
     },
     /// No lens and no poses explain the corners.
     #[error(
-        "no lens explains the corners: {wrong_percent:.0} % of the tags lie elsewhere than the board says; is this the board that was printed, flat and whole?"
+        "no lens explains the corners: {wrong_percent:.0} % of the tags lie elsewhere than the \
+         board says; is this the board that was printed, flat and whole?"
     )]
     Unexplained {
         /// Tags that do not fit, percent.
@@ -79,7 +86,9 @@ pub enum LensRefusal {
     },
     /// Sizes of tags and distances between them contradict each other.
     #[error(
-        "the board's sizes contradict each other: its black squares look {percent:+.1} % larger than the file says, measured by the distances between them; measure a square and the distance of two, and correct the file"
+        "the board's sizes contradict each other: its black squares look {percent:+.1} % larger \
+         than the file says, measured by the distances between them; measure a square and the \
+         distance of two, and correct the file"
     )]
     Sizes {
         /// How much larger the squares look, percent.

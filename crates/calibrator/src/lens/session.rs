@@ -11,7 +11,7 @@ use super::maps::LensMaps;
 use super::poses::board_pose;
 use super::refusal::LensRefusal;
 use super::start::start;
-use super::view::{SortedView, View};
+use super::view::{BoardView, SortedView};
 use sextant_geometry::{Intrinsics, Lens, LensModel, Pose};
 use sextant_site_model::{ImageObservation, ObjectModel, TagId};
 use std::collections::{BTreeMap, BTreeSet};
@@ -88,13 +88,23 @@ pub struct LensProgress {
     pub hint: Hint,
 }
 
+/// Where and how a view shows the board, to tell views apart.
+#[derive(Clone, Debug)]
+struct ViewPlace {
+    centre: nalgebra::Point2<f64>,
+    /// Extent in the image, px.
+    spread: f64,
+    /// Tilt to the right and down.
+    lean: [f64; 2],
+}
+
 /// A lens calibration session.
 #[derive(Clone, Debug)]
 pub struct LensSession {
     board: Board,
     options: LensOptions,
-    views: Vec<View>,
-    places: Vec<(nalgebra::Point2<f64>, f64, [f64; 2])>,
+    views: Vec<BoardView>,
+    places: Vec<ViewPlace>,
     coverage: Coverage,
     images: usize,
     alike: usize,
@@ -110,7 +120,7 @@ impl LensSession {
     /// A board without tag poses.
     pub fn new(board: &ObjectModel, options: LensOptions) -> Result<Self, LensRefusal> {
         Ok(Self {
-            board: Board::of(board)?,
+            board: Board::from_object(board)?,
             options,
             views: Vec::new(),
             places: Vec::new(),
@@ -133,7 +143,7 @@ impl LensSession {
     /// # Errors
     /// Corners outside the resolution.
     pub fn handle(&mut self, image: &ImageObservation) -> Result<ViewOutcome, LensRefusal> {
-        let sorted = SortedView::of(&self.board, self.options.resolution, image)?;
+        let sorted = SortedView::from_image(&self.board, self.options.resolution, image)?;
         self.images += 1;
         self.foreign.extend(sorted.foreign);
         self.twice.extend(sorted.twice);
@@ -144,7 +154,11 @@ impl LensSession {
         }
         let pose = self.guess(&view);
         let (centre, spread) = view.extent();
-        let place = (centre, spread, pose.map_or([0.0; 2], |pose| lean(&pose)));
+        let place = ViewPlace {
+            centre,
+            spread,
+            lean: pose.map_or([0.0; 2], |pose| lean(&pose)),
+        };
         let wanted = self.options.selection == Selection::All || self.is_new(&place);
         if !wanted || self.views.len() >= MOST_VIEWS {
             self.alike += 1;
@@ -158,7 +172,7 @@ impl LensSession {
     }
 
     /// Approximate pose of the board, assuming a usual lens.
-    fn guess(&self, view: &View) -> Option<Pose> {
+    fn guess(&self, view: &BoardView) -> Option<Pose> {
         let [width, height] = self.options.resolution.map(f64::from);
         let focal = USUAL_FOCAL * width;
         let lens = Lens::pinhole(Intrinsics {
@@ -171,12 +185,13 @@ impl LensSession {
         Some(pose)
     }
 
-    fn is_new(&self, (centre, spread, lean): &(nalgebra::Point2<f64>, f64, [f64; 2])) -> bool {
+    fn is_new(&self, place: &ViewPlace) -> bool {
         let width = f64::from(self.options.resolution[0]);
-        self.places.iter().all(|(c, s, l)| {
-            (centre - c).norm() > NEW_PLACE * width
-                || (lean[0] - l[0]).hypot(lean[1] - l[1]) > NEW_LEAN
-                || (spread / s).ln().abs() > NEW_SIZE.ln_1p()
+        self.places.iter().all(|other| {
+            let lean = [0, 1].map(|axis| place.lean[axis] - other.lean[axis]);
+            (place.centre - other.centre).norm() > NEW_PLACE * width
+                || lean[0].hypot(lean[1]) > NEW_LEAN
+                || (place.spread / other.spread).ln().abs() > NEW_SIZE.ln_1p()
         })
     }
 
@@ -194,7 +209,7 @@ impl LensSession {
             (f64::from(self.coverage.near) / f64::from(NEAR)).min(1.0),
             (f64::from(self.coverage.views) / f64::from(VIEWS)).min(1.0),
         ];
-        let hint = Hint::of(&self.coverage);
+        let hint = Hint::for_coverage(&self.coverage);
         let fraction = match hint {
             Hint::Enough => 1.0,
             _ => parts.iter().sum::<f64>() / parts.len() as f64,
@@ -229,7 +244,7 @@ impl LensSession {
         })?;
         let wrong = self.wrong_tags(&fit);
         self.check_fit(&fit, wrong.values().map(|(wrong, _)| wrong).sum())?;
-        let maps = LensMaps::of(&fit, resolution);
+        let maps = LensMaps::from_fit(&fit, resolution);
         let (wrong_tags, all) = wrong
             .values()
             .fold((0, 0), |sum, n| (sum.0 + n.0, sum.1 + n.1));

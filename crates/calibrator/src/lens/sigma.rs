@@ -1,8 +1,8 @@
 //! Standard deviations of a lens as in a rig file: of the focal length and of the distortion.
 //!
 //! The effect of parameter errors over the image is decomposed, by least squares over the cells of the maps, into a
-//! rotation of the whole camera (which its pose absorbs), a change of the focal length and a displacement with the cube of the
-//! distance from the centre. The covariance of the latter two follows from that of the parameters.
+//! rotation of the whole camera (which its pose absorbs), a change of the focal length and a displacement with the cube
+//! of the distance from the centre. The covariance of the latter two follows from that of the parameters.
 
 use super::calibration::LensCalibration;
 use super::maps::{Movement, movements};
@@ -52,7 +52,7 @@ fn covariance_of_modes(
     let reach_px = reach_px(lens, resolution);
     let (mut normal, mut right) = (Matrix5::zeros(), DMatrix::zeros(5, n));
     for (pixel, movement) in movements(lens, n, resolution) {
-        let modes = modes(lens, &pixel, (&movement, reach_px));
+        let modes = modes(lens, &pixel, &movement, reach_px);
         normal += modes.transpose() * modes;
         right += modes.transpose() * &movement.by_parameters;
     }
@@ -62,11 +62,7 @@ fn covariance_of_modes(
 }
 
 /// How a place of the picture moves with a turn about each axis, with a pixel of focal length and one of distortion.
-fn modes(
-    lens: &Lens,
-    pixel: &Point2<f64>,
-    (movement, reach_px): (&Movement, f64),
-) -> Matrix2x5<f64> {
+fn modes(lens: &Lens, pixel: &Point2<f64>, movement: &Movement, reach_px: f64) -> Matrix2x5<f64> {
     let numbers = lens.intrinsics();
     let out = pixel - Point2::new(numbers.cx, numbers.cy);
     let cubic = out * (out.norm_squared() / reach_px.powi(3));

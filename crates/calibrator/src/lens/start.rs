@@ -3,7 +3,7 @@
 use super::adjust::{Adjustment, Parameters, Start, adjust};
 use super::board::Board;
 use super::poses::board_pose;
-use super::view::View;
+use super::view::BoardView;
 use super::{homographies, refusal::LensRefusal};
 use sextant_geometry::{Intrinsics, Lens};
 
@@ -19,13 +19,13 @@ const SIGMA_PX: f64 = 1.0;
 /// The candidate that explains the views best.
 pub(super) fn start(
     board: &Board,
-    views: &[View],
+    views: &[BoardView],
     resolution: [u32; 2],
 ) -> Result<Start, LensRefusal> {
     let size = resolution.map(f64::from);
     let mut order: Vec<usize> = (0..views.len()).collect();
     order.sort_by_key(|&at| (std::cmp::Reverse(views[at].tags.len()), at));
-    let judges: Vec<View> = order
+    let judges: Vec<BoardView> = order
         .iter()
         .take(JUDGES)
         .map(|&at| views[at].clone())
@@ -66,9 +66,9 @@ fn lenses(fx: f64, fy: f64, [width, height]: [f64; 2]) -> impl Iterator<Item = L
     plain.into_iter().chain(fisheye)
 }
 
-/// Adjusts the focal lengths and the first distortion coefficient of a candidate in a few steps. A view that it does not explain costs
-/// as much as one whose tags are all wrong.
-fn judge(board: &Board, judges: &[View], lens: Lens, width: f64) -> Option<Adjustment> {
+/// Adjusts the focal lengths and the first distortion coefficient of a candidate in a few steps. A view that it does
+/// not explain costs as much as one whose tags are all wrong.
+fn judge(board: &Board, judges: &[BoardView], lens: Lens, width: f64) -> Option<Adjustment> {
     let poses: Vec<_> = judges
         .iter()
         .map(|view| board_pose(board, view, &lens, TOLERANCE * width))

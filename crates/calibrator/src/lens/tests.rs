@@ -98,8 +98,8 @@ fn part_within_two(errors: &[Vec<f64>]) -> f64 {
     all.clone().filter(|e| e.abs() < 2.0).count() as f64 / all.count() as f64
 }
 
-/// Of many calibrations 90 to 99 % of the errors lie within two deviations (`benches/honesty.rs`); a few can only tell gross
-/// dishonesty.
+/// Of many calibrations 90 to 99 % of the errors lie within two deviations (`benches/honesty.rs`); a few can only tell
+/// gross dishonesty.
 #[test]
 fn stated_deviations_are_honest() {
     let part = part_within_two(&normalised_errors(100..112));

@@ -25,13 +25,13 @@ pub(super) struct ViewTag {
 
 /// An image of the board.
 #[derive(Clone, Debug)]
-pub(super) struct View {
+pub(super) struct BoardView {
     pub tags: Vec<ViewTag>,
 }
 
 /// The tags of an image: those of the board, duplicates, and others.
 pub(super) struct SortedView {
-    pub view: View,
+    pub view: BoardView,
     pub twice: Vec<TagId>,
     pub foreign: Vec<TagId>,
 }
@@ -39,7 +39,7 @@ pub(super) struct SortedView {
 impl SortedView {
     /// # Errors
     /// A tag outside of the picture: it has another resolution.
-    pub(super) fn of(
+    pub(super) fn from_image(
         board: &Board,
         resolution: [u32; 2],
         image: &ImageObservation,
@@ -50,7 +50,7 @@ impl SortedView {
             *count.entry(tag.tag).or_insert(0_u32) += 1;
         }
         let mut sorted = Self {
-            view: View { tags: Vec::new() },
+            view: BoardView { tags: Vec::new() },
             twice: count
                 .iter()
                 .filter(|(_, n)| **n > 1)
@@ -100,8 +100,8 @@ fn check_centre(resolution: [u32; 2], tag: &TagCorners) -> Result<(), LensRefusa
     })
 }
 
-/// The corners that an image shows. A corner of a board's tag that is no saddle point there, at the board's rim or behind something,
-/// is extrapolated from the rest of the tag through a lens that is not known yet: it must not count.
+/// The corners that an image shows. A corner of a board's tag that is no saddle point there, at the board's rim or
+/// behind something, is extrapolated from the rest of the tag through a lens that is not known yet: it must not count.
 fn shown_corners(seen: &TagCorners) -> [bool; 4] {
     /// Variance of a corner in terms of its tag's best one from which it was extrapolated.
     const EXTRAPOLATED: f64 = 25.0;
@@ -129,7 +129,7 @@ fn sigmas_of(tag: &TagCorners) -> [f64; 4] {
     shown.map(|shows| if shows { sigma } else { f64::INFINITY })
 }
 
-impl View {
+impl BoardView {
     pub(super) fn corners(&self) -> impl Iterator<Item = &Point2<f64>> {
         self.tags.iter().flat_map(|tag| &tag.corners)
     }

@@ -68,7 +68,7 @@ pub struct Uncertainty {
 
 impl LensReport {
     /// The report on a camera's calibration.
-    pub fn of(camera: &CameraId, found: LensCalibration) -> Self {
+    pub fn new(camera: &CameraId, found: LensCalibration) -> Self {
         let (mean, largest, _) = found.maps.uncertainty();
         let models = found.scores.iter().map(|score| HeldOut {
             model: score.model.name(),

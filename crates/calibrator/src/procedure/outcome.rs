@@ -1,6 +1,6 @@
 //! Result of a procedure: a verdict, a report, and the model to keep.
 
-use super::{Kind, LensReport, ProcedureError};
+use super::{LensReport, ProcedureError, ProcedureKind};
 use crate::lens::LensCalibration;
 use crate::{CalibratedRig, Finding, Grade, LearnReport, LearnedObject, RigReport, Verdict};
 use serde::Serialize;
@@ -8,9 +8,9 @@ use sextant_site_model::{Camera, CameraId, ObjectModel, Prior, Rig};
 
 /// Result of a procedure.
 #[derive(Clone, Debug)]
-pub struct Outcome {
+pub struct ProcedureOutcome {
     /// Which procedure.
-    pub kind: Kind,
+    pub kind: ProcedureKind,
     /// Grade and findings.
     pub verdict: Verdict,
     /// How well, in numbers; holds the verdict too.
@@ -19,7 +19,7 @@ pub struct Outcome {
     pub product: Product,
 }
 
-/// The numbers of one procedure; which one is said by [`Outcome::kind`].
+/// The numbers of one procedure; which one is said by [`ProcedureOutcome::kind`].
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Report {
@@ -40,7 +40,7 @@ pub enum Product {
     Object(ObjectModel),
 }
 
-impl Outcome {
+impl ProcedureOutcome {
     /// What could not be solved and stays as it was, with reasons and remedies; empty where all was.
     pub fn unsolved(&self) -> &[String] {
         match &self.report {
@@ -71,16 +71,16 @@ impl Outcome {
         found: LensCalibration,
     ) -> Result<Self, ProcedureError> {
         Ok(Self {
-            kind: Kind::Lens,
+            kind: ProcedureKind::Lens,
             product: Product::Rig(with_lens(rig, camera, &found)?),
             verdict: found.verdict.clone(),
-            report: Report::Lens(LensReport::of(camera, found)),
+            report: Report::Lens(LensReport::new(camera, found)),
         })
     }
 
     pub(super) fn of_rig(found: CalibratedRig) -> Self {
         Self {
-            kind: Kind::Rig,
+            kind: ProcedureKind::Rig,
             verdict: found.report.verdict.clone(),
             report: Report::Rig(found.report),
             product: Product::Rig(found.rig),
@@ -89,7 +89,7 @@ impl Outcome {
 
     pub(super) fn of_learn(found: LearnedObject) -> Self {
         Self {
-            kind: Kind::Learn,
+            kind: ProcedureKind::Learn,
             verdict: found.report.verdict.clone(),
             report: Report::Learn(found.report),
             product: Product::Object(found.object),

@@ -1,6 +1,6 @@
 //! How far a procedure is, as a person is shown it.
 
-use super::Kind;
+use super::ProcedureKind;
 use crate::lens::{COLUMNS, Hint, LensProgress};
 use crate::{CameraProgress, DiscoveredTags, LearnProgress, RigProgress, SketchedTag, TagProgress};
 use serde::Serialize;
@@ -9,7 +9,7 @@ use serde::Serialize;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Progress {
     /// Which procedure.
-    pub kind: Kind,
+    pub kind: ProcedureKind,
     /// Number of images received.
     pub images: usize,
     /// Progress from 0 to 1; 1 is enough.
@@ -71,7 +71,7 @@ pub struct LearnDetails {
 impl Progress {
     pub(super) fn of_lens(progress: &LensProgress) -> Self {
         Self {
-            kind: Kind::Lens,
+            kind: ProcedureKind::Lens,
             images: progress.images,
             fraction: progress.fraction,
             is_enough: progress.hint == Hint::Enough,
@@ -86,7 +86,7 @@ impl Progress {
 
     pub(super) fn of_rig(progress: RigProgress) -> Self {
         Self {
-            kind: Kind::Rig,
+            kind: ProcedureKind::Rig,
             images: progress.images,
             fraction: progress.complete,
             is_enough: progress.complete >= 1.0,
@@ -100,7 +100,7 @@ impl Progress {
 
     pub(super) fn of_learn(progress: LearnProgress, sketch: Vec<SketchedTag>) -> Self {
         Self {
-            kind: Kind::Learn,
+            kind: ProcedureKind::Learn,
             images: progress.images,
             fraction: progress.complete,
             is_enough: progress.complete >= 1.0,

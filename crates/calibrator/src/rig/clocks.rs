@@ -1,4 +1,5 @@
-//! Clock offsets of the cameras: always estimated for free-running shutters, and for synchronised ones only if the images show them.
+//! Clock offsets of the cameras: always estimated for free-running shutters, and for synchronised ones only if the
+//! images show them.
 
 use super::RigError;
 use super::comparison::{BETTER, MOST_INSTANTS, left_by, options};
@@ -104,8 +105,8 @@ fn timing(adjusted: &Adjustment, views: &[ImageView]) -> Result<Option<Timing>, 
 /// Most steps of a factor of two by which a density of acceleration is changed.
 const MOST_STEPS: usize = 5;
 
-/// The model with the densities of acceleration for which its images have most evidence. Too large ones attribute the errors of a line delay
-/// to the speed of the object, as in a regression with errors in both variables.
+/// The model with the densities of acceleration for which its images have most evidence. Too large ones attribute the
+/// errors of a line delay to the speed of the object, as in a regression with errors in both variables.
 fn likeliest_motion(model: Adjustment, views: &[ImageView]) -> Result<Adjustment, RigError> {
     let mut best = weighed(model, views)?;
     for scale in [scaled_acceleration, scaled_angular_acceleration] {
@@ -146,8 +147,8 @@ fn is_known_to_roll(camera: &BundleCamera) -> bool {
     camera.line_delay == Freedom::Fixed && camera.line_delay_s != 0.0
 }
 
-/// Clock offsets and rolling shutters of synchronised cameras, if they explain the images clearly better than clocks that agree and global
-/// shutters, or are known; with the first solution as the start of an adjustment.
+/// Clock offsets and rolling shutters of synchronised cameras, if they explain the images clearly better than clocks
+/// that agree and global shutters, or are known; with the first solution as the start of an adjustment.
 pub(crate) fn of_synchronised(
     still: &AdjustmentResult,
     views: &[ImageView],
@@ -179,14 +180,16 @@ pub(crate) fn of_synchronised(
     Ok(is_clearer.then_some((moving, explained)))
 }
 
-/// Standard deviation of an offset before any image: clocks of one computer differ by how long cameras take, those of several by
-/// how well the network keeps them together.
+/// Standard deviation of an offset before any image: clocks of one computer differ by how long cameras take, those of
+/// several by how well the network keeps them together.
 const OFFSET_SIGMA_S: f64 = 0.03;
-/// Standard deviations of the errors of single stamps that are tried: of arrival over a radio, in a program, in a driver, of a trigger.
+/// Standard deviations of the errors of single stamps that are tried: of arrival over a radio, in a program, in a
+/// driver, of a trigger.
 const STAMP_SIGMAS_S: [f64; 5] = [0.03, 0.01, 0.003, 0.001, 0.0];
 /// Largest number of cameras for which the jitter is chosen camera by camera.
-const MOST_TOLD_APART: usize = 12;
-/// Difference of logarithms of evidence that speaks very strongly for a model (R. Kass and A. Raftery, Bayes factors, 1995).
+const MOST_DISTINGUISHED: usize = 12;
+/// Difference of logarithms of evidence that speaks very strongly for a model (R. Kass and A. Raftery, Bayes factors,
+/// 1995).
 const VERY_STRONG: f64 = 5.0;
 /// Motion and errors of stamps in the first solution, whose cameras may be off.
 const LOOSELY: Motion = Motion {
@@ -196,8 +199,9 @@ const LOOSELY: Motion = Motion {
 };
 const FIRST_STAMP_SIGMA_S: f64 = 0.01;
 
-/// Free-running shutters: the object moves between images. How the clocks behave is what the images have most evidence for: clocks that
-/// agree or, where that explains them far better, have constant offsets; stamps of each camera that are exact or jitter.
+/// Free-running shutters: the object moves between images. How the clocks behave is what the images have most evidence
+/// for: clocks that agree or, where that explains them far better, have constant offsets; stamps of each camera that
+/// are exact or jitter.
 pub(crate) fn of_free_running(
     mut whole: Adjustment,
     views: &[ImageView],
@@ -243,9 +247,9 @@ fn has_offsets(model: &Adjustment) -> bool {
     cameras.any(|camera| camera.clock == Freedom::Free)
 }
 
-/// Solves a model and returns the logarithm of its evidence with it. The kernel is wide, because an outlier no longer constrains its instant,
-/// which the evidence would reward. Instants are moved to the capture times of their images by the estimated clocks, because the motion
-/// between an instant and its image is assumed to be uniform.
+/// Solves a model and returns the logarithm of its evidence with it. The kernel is wide, because an outlier no longer
+/// constrains its instant, which the evidence would reward. Instants are moved to the capture times of their images by
+/// the estimated clocks, because the motion between an instant and its image is assumed to be uniform.
 fn weighed(mut model: Adjustment, views: &[ImageView]) -> Result<(f64, Adjustment), RigError> {
     let widely = BundleOptions {
         kernel: Kernel::Cauchy { width: 50.0 },
@@ -292,7 +296,7 @@ fn likeliest_clocks(start: &Adjustment, views: &[ImageView]) -> Result<Adjustmen
         return Ok(start.clone());
     };
     let n = model.cameras.len();
-    for at in (0..n).filter(|_| n <= MOST_TOLD_APART) {
+    for at in (0..n).filter(|_| n <= MOST_DISTINGUISHED) {
         let own_s = model.cameras[at].stamp_sigma_s;
         let own = STAMP_SIGMAS_S.iter().position(|sigma_s| *sigma_s == own_s);
         let own = own.unwrap_or(0);

@@ -12,8 +12,8 @@ pub(crate) fn options() -> BundleOptions {
     BundleOptions::default()
 }
 
-/// Residuals of two explanations of the same images, by camera: sums of robust squares, in units of the noise of the explanation
-/// with the smaller residuals. Cameras beyond the first `n` are the second halves of those.
+/// Residuals of two explanations of the same images, by camera: sums of robust squares, in units of the noise of the
+/// explanation with the smaller residuals. Cameras beyond the first `n` are the second halves of those.
 pub(crate) fn left_by(one: &Bundle, other: &Bundle, n: usize) -> [Vec<f64>; 2] {
     let squares = [one, other].map(|bundle| {
         let mut squares = vec![Vec::new(); n];

@@ -74,7 +74,8 @@ impl RigSession {
         &self,
         found: &RigSolution,
         cameras: &[CalibratedCamera],
-        (left_out, weak): (&[(String, usize, usize)], &[Finding]),
+        left_out: &[(String, usize, usize)],
+        weak: &[Finding],
     ) -> Verdict {
         let mut verdict = Verdict::new();
         if let Some(finding) = self.images.thinned() {

@@ -20,8 +20,8 @@ pub enum Origin {
     /// Three static tags: the centre of the first is the origin, the second lies on the x axis, the third on the
     /// side of positive y; z is up where they run anticlockwise as seen from above. Their size in metres.
     ThreeTags([TagId; 3], f64),
-    /// Another frame, rotated about its origin by the smallest angle that makes z point up. A camera that would keep its pose is rotated
-    /// with the frame.
+    /// Another frame, rotated about its origin by the smallest angle that makes z point up. A camera that would keep
+    /// its pose is rotated with the frame.
     Levelled(Box<Origin>, Up),
 }
 

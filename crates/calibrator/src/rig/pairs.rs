@@ -1,7 +1,8 @@
 //! Relative poses of pairs of cameras by consensus, and the tree that connects all cameras.
 //!
-//! At each common time of two cameras, each pair of possible poses of the object proposes a relative pose of the cameras. The right
-//! one recurs while the object moves; mirrored poses and wrong tags propose something else every time.
+//! At each common time of two cameras, each pair of possible poses of the object proposes a relative pose of the
+//! cameras. The right one recurs while the object moves; mirrored poses and wrong tags propose something else every
+//! time.
 
 use super::trajectory::{Moments, Trajectory};
 use crate::graph::PoseGraph;
@@ -25,8 +26,8 @@ const LEAST: f64 = 1.5;
 /// Least share of agreeing common views that is significant.
 const LEAST_PART: f64 = 0.1;
 
-/// Graph of cameras with relative poses of pairs; strength is the number of agreeing common views. `bodies` has the trajectory of each
-/// rigid body in each camera.
+/// Graph of cameras with relative poses of pairs; strength is the number of agreeing common views. `bodies` has the
+/// trajectory of each rigid body in each camera.
 pub(crate) fn joined_cameras(bodies: &[Vec<Trajectory>], moments: Moments) -> PoseGraph {
     let n = bodies.first().map_or(0, Vec::len);
     let mut joined = PoseGraph::new(n);

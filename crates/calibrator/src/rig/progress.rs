@@ -78,7 +78,7 @@ const OUTSIDE_PERCENT: usize = 4;
 const DOUBLED: usize = 3;
 
 impl Coverage {
-    pub(super) fn of(rig: &Rig, object: &ObjectModel) -> Self {
+    pub(super) fn new(rig: &Rig, object: &ObjectModel) -> Self {
         let unplaced = object.tags().iter().filter(|_| !object.is_learned());
         Self {
             unplaced: unplaced.map(|tag| (tag.tag, 0)).collect(),
@@ -91,11 +91,12 @@ impl Coverage {
 
     pub(super) fn add(
         &mut self,
-        (index, camera): (usize, &Camera),
+        index: usize,
+        camera: &Camera,
         wanted: &[TagSpec],
         image: &ImageObservation,
     ) {
-        let (view, over) = take_in((index, camera), wanted, image);
+        let (view, over) = take_in(index, camera, wanted, image);
         let own = &mut self.cameras[index];
         own.images += 1;
         own.tags += view.tags.len() + over.outside.len();

@@ -36,8 +36,8 @@ pub struct CalibratedCamera {
     pub sigma_axes_deg: [f64; 3],
     /// RMS reprojection error, pixels.
     pub rms_px: f64,
-    /// Its clock minus that of the reference, milliseconds, as fusion reports it: positive where its times are too late. `None` if it was
-    /// not estimated.
+    /// Its clock minus that of the reference, milliseconds, as fusion reports it: positive where its times are too
+    /// late. `None` if it was not estimated.
     pub clock_offset_ms: Option<f64>,
     /// Standard deviation of the same.
     pub clock_sigma_ms: Option<f64>,
@@ -115,7 +115,8 @@ impl RigSession {
         Ok(CalibratedRig { rig, report })
     }
 
-    /// Standard deviations of a focal length and distortion after the adjustment; those of before if the lens was fixed.
+    /// Standard deviations of a focal length and distortion after the adjustment; those of before if the lens was
+    /// fixed.
     fn lens_prior(&self, found: &RigSolution, at: usize) -> Prior<LensSigma> {
         let (solution, camera) = (&found.adjusted.solution, &self.rig.cameras()[at]);
         let (solved, covariance) = (&solution.bundle.cameras[at], solution.covariance.lens(at));
@@ -159,7 +160,7 @@ impl RigSession {
             rms_px: solution.rms_px,
             noise_ratio: found.adjusted.noise_ratio(),
             scale: self.scale(found),
-            verdict: self.verdict(found, &cameras, (&tags_left_out, &weak)),
+            verdict: self.verdict(found, &cameras, &tags_left_out, &weak),
             cameras,
             tags_left_out,
             weak,
@@ -266,8 +267,8 @@ impl RigSession {
     }
 }
 
-/// As in the report: relative to the reference, for which it is zero. Where a tag is the world frame, the uncertainty of its pose
-/// is excluded, since it moves all cameras together.
+/// As in the report: relative to the reference, for which it is zero. Where a tag is the world frame, the uncertainty
+/// of its pose is excluded, since it moves all cameras together.
 fn pose_sigma(stated: &CalibratedCamera) -> PoseSigma {
     PoseSigma {
         position_m: stated.sigma_mm * 1e-3,

@@ -18,13 +18,14 @@ pub(crate) struct Sightings {
 
 /// Least number of images with several tags to judge a camera.
 const ENOUGH: usize = 8;
-/// Share of them with tags arranged as on the object that a camera has at most which shows something else, and others have at least.
+/// Share of them with tags arranged as on the object that a camera has at most which shows something else, and others
+/// have at least.
 const CONTRADICTS: f64 = 0.25;
 const AGREES: f64 = 0.6;
 
 impl Sightings {
-    /// Cameras whose tags contradict the arrangement of the object, while those of most others have it: they show its mirrored back, or
-    /// another one with the same numbers.
+    /// Cameras whose tags contradict the arrangement of the object, while those of most others have it: they show its
+    /// mirrored back, or another one with the same numbers.
     pub fn strangers(&self, n_cameras: usize) -> Vec<usize> {
         let share = |camera: usize| {
             let (mut several, mut arranged) = (0, 0);

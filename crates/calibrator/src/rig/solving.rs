@@ -182,7 +182,7 @@ impl RigSession {
         let views = self.images.iter().filter_map(|image| {
             let index = self.camera_of(image)?;
             let camera = &self.rig.cameras()[index];
-            let (view, _) = take_in((index, camera), &self.wanted, image);
+            let (view, _) = take_in(index, camera, &self.wanted, image);
             (!view.tags.is_empty()).then_some(view)
         });
         views.collect()
@@ -215,7 +215,7 @@ impl RigSession {
                     let poses = object.iter().map(|o| o.camera_from_object);
                     (view.capture_ns, poses.collect())
                 });
-            Trajectory::of(own.collect())
+            Trajectory::from_sightings(own.collect())
         };
         (0..self.rig.cameras().len()).map(of).collect()
     }

@@ -101,8 +101,8 @@ fn median(moves: Vec<(f64, f64)>) -> (f64, f64) {
     (middle(mm), middle(deg))
 }
 
-/// Finds a camera that moved a little: separate poses for the two halves of its images explain them clearly better, and the two
-/// differ significantly. The reference is assumed not to move. Returns the adjustment with the move.
+/// Finds a camera that moved a little: separate poses for the two halves of its images explain them clearly better, and
+/// the two differ significantly. The reference is assumed not to move. Returns the adjustment with the move.
 pub(super) fn moved(
     rig: &Rig,
     found: &AdjustmentResult,

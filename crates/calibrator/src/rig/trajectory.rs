@@ -28,7 +28,7 @@ const LONGEST_GAP_NS: u64 = 250_000_000;
 
 impl Trajectory {
     /// A trajectory from poses in any order.
-    pub(crate) fn of(mut sightings: Vec<(u64, Vec<Pose>)>) -> Self {
+    pub(crate) fn from_sightings(mut sightings: Vec<(u64, Vec<Pose>)>) -> Self {
         sightings.retain(|(_, poses)| !poses.is_empty());
         sightings.sort_by_key(|(time, _)| *time);
         Self { sightings }
@@ -40,7 +40,8 @@ impl Trajectory {
             .map(|(time, poses)| (*time, poses.as_slice()))
     }
 
-    /// The possible poses at a time: of the image at that time or, if requested, interpolated between adjacent images. Empty in a gap.
+    /// The possible poses at a time: of the image at that time or, if requested, interpolated between adjacent images.
+    /// Empty in a gap.
     pub(crate) fn at(&self, time_ns: u64, moments: Moments) -> Vec<Pose> {
         let after = self.sightings.partition_point(|(time, _)| *time < time_ns);
         let near = [after.checked_sub(1), Some(after)];
@@ -57,7 +58,8 @@ impl Trajectory {
             (Some(a), Some(b))
                 if moments == Moments::Interpolated && b.0 - a.0 <= LONGEST_GAP_NS =>
             {
-                between(a, b, time_ns)
+                let share = (time_ns - a.0) as f64 / (b.0 - a.0).max(1) as f64;
+                interpolated(&a.1, &b.1, share)
             }
             _ => Vec::new(),
         }
@@ -82,13 +84,13 @@ impl Trajectory {
     }
 }
 
-fn between(a: &(u64, Vec<Pose>), b: &(u64, Vec<Pose>), time_ns: u64) -> Vec<Pose> {
-    let part = (time_ns - a.0) as f64 / (b.0 - a.0).max(1) as f64;
-    let pairs =
-        a.1.iter()
-            .flat_map(|start| b.1.iter().map(move |end| (start, end)));
+/// Every pose of the one image with every one of the other, at a share of the way between them.
+fn interpolated(starts: &[Pose], ends: &[Pose], share: f64) -> Vec<Pose> {
+    let pairs = starts
+        .iter()
+        .flat_map(|start| ends.iter().map(move |end| (start, end)));
     pairs
-        .map(|(start, end)| start * se3::exp(&(se3::log(&(start.inverse() * end)) * part)))
+        .map(|(start, end)| start * se3::exp(&(se3::log(&(start.inverse() * end)) * share)))
         .collect()
 }
 
@@ -122,7 +124,7 @@ mod tests {
 
     #[test]
     fn poses_are_interpolated_over_short_gaps_only() {
-        let path = Trajectory::of(vec![
+        let path = Trajectory::from_sightings(vec![
             (0, at(0.0)),
             (100_000_000, at(1.0)),
             (900_000_000, at(2.0)),

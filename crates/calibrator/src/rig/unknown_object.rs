@@ -1,8 +1,8 @@
 //! A carried object with unknown tag poses: its tags are placed before the cameras.
 //!
 //! Where images connect all tags, each image is used separately, since the camera poses are unknown. A two-sided board
-//! has tags that no image connects: then the side that is seen most places the cameras, and these, seeing one side each at the
-//! same time, place the other.
+//! has tags that no image connects: then the side that is seen most places the cameras, and these, seeing one side each
+//! at the same time, place the other.
 
 use super::{Origin, RigError, RigPlan, RigSession};
 use crate::learn::{Gauge, LearnError, LearnPlan, LearnSession, LearnedObject};
@@ -17,7 +17,8 @@ impl RigSession {
         }
         let joined = self.joined_across(&learned.object);
         Ok(joined.unwrap_or_else(|| {
-            let hint = "or let two cameras see a side each at the same time, and each of them the same side at other times";
+            let hint = "or let two cameras see a side each at the same time, and each of them \
+                the same side at other times";
             let unsolved = learned.report.unsolved.iter();
             let words = unsolved.map(|unsolved| format!("{unsolved}; {hint}"));
             (learned.object, words.collect())

@@ -1,5 +1,5 @@
-//! A first estimate of the delay between images and a robot's poses, from angles: by how much the hand turns between two times is the same
-//! in every frame.
+//! A first estimate of the delay between images and a robot's poses, from angles: by how much the hand turns between
+//! two times is the same in every frame.
 
 use super::poses::RobotPoses;
 use sextant_geometry::Pose;
@@ -17,8 +17,8 @@ const MOST_TURNS: usize = 300;
 /// A delay counts that leaves less than this share of the median disagreement.
 const CLEAR: f64 = 0.5;
 
-/// The delay by which the robot's turns agree best with those of the images (`capture_ns` and any pose that turns with the hand, in the
-/// order of time); zero where that is not clear.
+/// The delay by which the robot's turns agree best with those of the images (`capture_ns` and any pose that turns with
+/// the hand, in the order of time); zero where that is not clear.
 pub(super) fn delay_s(poses: &RobotPoses, images: &[(u64, Pose)]) -> f64 {
     let turns: Vec<(u64, u64, f64)> = turns(images).collect();
     let every = turns.len().div_ceil(MOST_TURNS).max(1);

@@ -1,5 +1,6 @@
-//! What the motions of a hand leave undetermined: without two axes of rotation, shifts of the base and of what the hand carries cannot be
-//! told apart (R. Tsai, R. Lenz, A new technique for fully autonomous and efficient 3D robotics hand/eye calibration, 1989, section III).
+//! What the motions of a hand leave undetermined: without two axes of rotation, shifts of the base and of what the hand
+//! carries cannot be separated (R. Tsai, R. Lenz, A new technique for fully autonomous and efficient 3D robotics
+//! hand/eye calibration, 1989, section III).
 
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 use sextant_adjustment::Hand;

@@ -1,4 +1,5 @@
-//! Cross-validation: the images of some poses are left out, the robot is solved from the others, and its poses predict what these images show.
+//! Cross-validation: the images of some poses are left out, the robot is solved from the others, and its poses predict
+//! what these images show.
 
 use super::RobotSession;
 use super::report::HeldOut;
@@ -23,7 +24,7 @@ impl RobotSession {
         let folds = FOLDS.min(n);
         let errors = (0..folds).filter_map(|k| fold(solution, k * n / folds..(k + 1) * n / folds));
         let errors: Vec<[f64; 3]> = errors.flatten().collect();
-        HeldOut::of(&errors)
+        HeldOut::from_errors(&errors)
     }
 }
 
@@ -46,9 +47,11 @@ fn fold(solution: &RobotSolution, out: Range<usize>) -> Option<Vec<[f64; 3]>> {
         let hand = whole.arm.as_ref()?.hands[instant]?;
         error(
             solution,
-            (&found.adjustment, arm),
+            &found.adjustment,
+            arm,
             &tags,
-            (instant, &hand.base_from_hand),
+            instant,
+            &hand.base_from_hand,
         )
     });
     Some(errors.collect())
@@ -57,9 +60,11 @@ fn fold(solution: &RobotSolution, out: Range<usize>) -> Option<Vec<[f64; 3]>> {
 /// Error of the prediction of what the best image of an instant shows; `None` where no tag of it is used.
 fn error(
     solution: &RobotSolution,
-    (found, arm): (&Adjustment, &Arm),
+    found: &Adjustment,
+    arm: &Arm,
     tags: &[TagPlacement],
-    (instant, base_from_hand): (usize, &sextant_geometry::Pose),
+    instant: usize,
+    base_from_hand: &sextant_geometry::Pose,
 ) -> Option<[f64; 3]> {
     let images = solution.adjusted.adjustment.images.iter();
     let own = images.filter(|image| image.instant == instant);

@@ -18,7 +18,8 @@ pub enum RobotPoses {
 }
 
 impl RobotPoses {
-    /// The hand at an image, `delay_s` later by the robot's clock: of exactly that time, or between two poses that are at most 0.2 s apart.
+    /// The hand at an image, `delay_s` later by the robot's clock: of exactly that time, or between two poses that are
+    /// at most 0.2 s apart.
     pub(super) fn hand(&self, number: usize, capture_ns: u64, delay_s: f64) -> Option<Hand> {
         match self {
             Self::ByImage(poses) => poses.get(&(number as u64)).map(standing),

@@ -11,7 +11,8 @@ use sextant_geometry::{Pose, PoseParts, so3};
 /// A calibrated robot.
 #[derive(Clone, Debug)]
 pub struct CalibratedRobot {
-    /// Maps points of the world into the robot's base. Where the hand carries the camera, the world is the frame of the object that lies still.
+    /// Maps points of the world into the robot's base. Where the hand carries the camera, the world is the frame of the
+    /// object that lies still.
     pub base_from_world: Pose,
     /// Its covariance (x, y, z, rx, ry, rz) along the base's axes, m and rad; a step of FRAMES.md.
     pub base_covariance: Matrix6<f64>,
@@ -36,8 +37,8 @@ pub struct RobotReport {
     pub base_from_world: PoseParts,
     /// Maps points of what the hand carries into the hand.
     pub hand_from_carried: PoseParts,
-    /// Root mean square over the axes of the base's standard deviation at the middle of the poses or, where the hand carries the camera, of
-    /// the tags that it sees; millimetres and degrees.
+    /// Root mean square over the axes of the base's standard deviation at the middle of the poses or, where the hand
+    /// carries the camera, of the tags that it sees; millimetres and degrees.
     pub base_sigma_mm: f64,
     /// See [`Self::base_sigma_mm`].
     pub base_sigma_deg: f64,
@@ -82,7 +83,7 @@ pub struct HeldOut {
 
 impl HeldOut {
     /// From distances (m), angles (rad) and corners (px).
-    pub(super) fn of(errors: &[[f64; 3]]) -> Option<Self> {
+    pub(super) fn from_errors(errors: &[[f64; 3]]) -> Option<Self> {
         let n = errors.len();
         let of = |part: usize| {
             let mut values: Vec<f64> = errors.iter().map(|error| error[part]).collect();
@@ -141,8 +142,8 @@ impl RobotSession {
     }
 }
 
-/// The covariance of the base as that of the middle of the poses, or of the tags that lie still, in the base: the site's origin may be far
-/// away, and turns of the base move it.
+/// The covariance of the base as that of the middle of the poses, or of the tags that lie still, in the base: the
+/// site's origin may be far away, and turns of the base move it.
 fn at_middle(base: &Matrix6<f64>, solution: &RobotSolution, arm: &Arm) -> Matrix6<f64> {
     let bundle = &solution.adjusted.solution.bundle;
     let positions: Vec<Vector3<f64>> = match arm.mount {

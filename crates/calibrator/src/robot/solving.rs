@@ -78,7 +78,7 @@ impl RobotSession {
             if arm.is_none_or(|arm| !arm.seeks_delay) {
                 break;
             }
-            let again = interpolated_anew(adjusted.adjustment, (&views, &numbers), poses);
+            let again = interpolated_anew(adjusted.adjustment, &views, &numbers, poses);
             adjusted = again.solve(&views, &BundleOptions::default())?;
         }
         self.finish(RobotSolution {
@@ -166,7 +166,10 @@ impl RobotSession {
                 let times = self.images.iter().map(|image| image.capture_ns);
                 let (from, to) = (times.clone().min(), times.max());
                 format!(
-                    "images are from {} to {} ns and the robot's poses from {first} to {last} ns, and an image counts between two poses that are at most 0.2 s apart or at exactly the time of one; where the hand stands still for each image, write the image's number (column `image`, from 0) in place of the time",
+                    "images are from {} to {} ns and the robot's poses from {first} to {last} \
+                     ns, and an image counts between two poses that are at most 0.2 s apart or \
+                     at exactly the time of one; where the hand stands still for each image, \
+                     write the image's number (column `image`, from 0) in place of the time",
                     from.unwrap_or_default(),
                     to.unwrap_or_default()
                 )
@@ -196,24 +199,28 @@ impl RobotSession {
         }
     }
 
-    /// The start of the adjustment, with an instant for each pose of the robot.
-    fn adjustment(&self, matches: &[Match], first: &Transforms, delay_s: f64) -> Adjustment {
-        let mut arm = Arm {
-            mount: self.plan.mount,
-            base_from_site: first.base_from_site,
-            hand_from_carried: first.hand_from_carried,
-            delay_s,
-            seeks_delay: false,
-            hands: Vec::new(),
-            sigma: FIRST_SIGMA,
-            reach_m: REACH_M,
-        };
+    /// The arm before the adjustment, without instants. Its delay is sought where enough of the hands move.
+    fn first_arm(&self, matches: &[Match], first: &Transforms, delay_s: f64) -> Arm {
         let is_moving = |hand: &Hand| {
             let [v, w] = [0, 3].map(|at| hand.twist.fixed_rows::<3>(at).norm());
             v > MOVING[0] || w > MOVING[1]
         };
         let moving = matches.iter().filter(|m| is_moving(&m.hand));
-        arm.seeks_delay = moving.count() >= LEAST_MOVING;
+        Arm {
+            mount: self.plan.mount,
+            base_from_site: first.base_from_site,
+            hand_from_carried: first.hand_from_carried,
+            delay_s,
+            seeks_delay: moving.count() >= LEAST_MOVING,
+            hands: Vec::new(),
+            sigma: FIRST_SIGMA,
+            reach_m: REACH_M,
+        }
+    }
+
+    /// The start of the adjustment, with an instant for each pose of the robot.
+    fn adjustment(&self, matches: &[Match], first: &Transforms, delay_s: f64) -> Adjustment {
+        let mut arm = self.first_arm(matches, first, delay_s);
         let (mut instants, mut images) = (Vec::new(), Vec::new());
         let mut last_key = None;
         let placements = self.placements();
@@ -311,7 +318,8 @@ impl RobotSession {
 /// An adjustment with the hands at the delay that it found, by its views and their numbers.
 fn interpolated_anew(
     mut adjustment: Adjustment,
-    (views, numbers): (&[ImageView], &[usize]),
+    views: &[ImageView],
+    numbers: &[usize],
     poses: &RobotPoses,
 ) -> Adjustment {
     if let Some(arm) = &mut adjustment.arm {

@@ -1,9 +1,10 @@
 //! A start from poses alone: base and hand from pairs of a robot's pose and what an image shows.
 //!
-//! For a given attitude of the carried frame on the hand, the base's attitude is a mean of rotations and both positions solve linear
-//! equations, so that starts from the rotations of a cube, refined by [`minimise`], need no motion of any kind: what the motions leave
-//! undetermined keeps the value of least norm. The classical closed forms (M. Shah, Solving the robot-world/hand-eye calibration problem
-//! using the Kronecker product, 2013) fail where all rotations have one axis, and on a single wrong pose.
+//! For a given attitude of the carried frame on the hand, the base's attitude is a mean of rotations and both positions
+//! solve linear equations, so that starts from the rotations of a cube, refined by [`minimise`], need no motion of any
+//! kind: what the motions leave undetermined keeps the value of least norm. The classical closed forms (M. Shah,
+//! Solving the robot-world/hand-eye calibration problem using the Kronecker product, 2013) fail where all rotations
+//! have one axis, and on a single wrong pose.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Rotation3, SMatrix, SVector, Vector3, Vector6};
 use sextant_adjustment::HandError;
@@ -104,7 +105,8 @@ impl PairProblem<'_> {
     }
 }
 
-/// The rotation nearest to a sum of rotations (M. Moakher, Means and averaging in the group of rotations, 2002, section 3.1).
+/// The rotation nearest to a sum of rotations (M. Moakher, Means and averaging in the group of rotations, 2002, section
+/// 3.1).
 fn nearest_rotation(sum: &Matrix3<f64>) -> Option<Rotation3<f64>> {
     let svd = sum.svd(true, true);
     let (u, v_t) = (svd.u?, svd.v_t?);

@@ -112,7 +112,8 @@ fn frames(members: &Members, placed: &[TagPlacement]) -> Vec<usize> {
     (0..members.n_bodies).filter_map(of_body).collect()
 }
 
-/// At most [`MOST_IMAGES`] of each body in each camera, from all over the recording: of each stretch of time the one with most tags.
+/// At most [`MOST_IMAGES`] of each body in each camera, from all over the recording: of each stretch of time the one
+/// with most tags.
 fn selected(rig: &Rig, members: &Members, seen: &BodyViews) -> Vec<usize> {
     let mut selected = Vec::new();
     for body in 0..members.n_bodies {

@@ -1,13 +1,14 @@
 //! A first focal length of a camera from its single tags.
 //!
-//! Z. Zhang, A flexible new technique for camera calibration, PAMI 2000, section 3.1, with square pixels, the principal point in the middle of
-//! the image and no skew: the two constraints of each tag's homography are then linear in 1/f^2. A single tag says little, thousands enough
-//! for the start of an adjustment.
+//! Z. Zhang, A flexible new technique for camera calibration, PAMI 2000, section 3.1, with square pixels, the principal
+//! point in the middle of the image and no skew: the two constraints of each tag's homography are then linear in 1/f^2.
+//! A single tag says little, thousands enough for the start of an adjustment.
 
 use nalgebra::{Matrix3, Point2};
 use sextant_geometry::{Homography, tag_corners_in_tag};
 
-/// Focal lengths as shares of the image width that an ordinary lens has: horizontal fields of view from 120 to 14 degrees.
+/// Focal lengths as shares of the image width that an ordinary lens has: horizontal fields of view from 120 to 14
+/// degrees.
 const ORDINARY: std::ops::Range<f64> = 0.29..4.0;
 /// Where single tags say nothing: 58 degrees.
 const USUAL: f64 = 0.9;

@@ -5,10 +5,10 @@ use super::solution::SiteSolution;
 use crate::verdict::{Finding, Grade, Verdict};
 
 /// Standard deviations below which a camera is well placed (millimetres, degrees); five times as much is usable.
-const WELL_PLACED_CAMERA: (f64, f64) = (1.0, 0.035);
+const WELL_PLACED_CAMERA: [f64; 2] = [1.0, 0.035];
 const OF_USE: f64 = 5.0;
 /// The same of a tag on its object; three times as much is usable.
-const WELL_PLACED_TAG: (f64, f64) = (0.3, 0.23);
+const WELL_PLACED_TAG: [f64; 2] = [0.3, 0.23];
 const TAG_OF_USE: f64 = 3.0;
 /// Relative standard deviation of a good and of a usable focal length.
 const FOCAL: (f64, f64) = (0.002, 0.01);
@@ -18,8 +18,8 @@ const FEW_IMAGES: usize = 40;
 const FEW_SHARED: usize = 5;
 
 /// How far deviations exceed those of something well placed.
-fn excess(sigma_mm: f64, sigma_deg: f64, well_placed: (f64, f64)) -> f64 {
-    (sigma_mm / well_placed.0).max(sigma_deg / well_placed.1)
+fn excess(sigma_mm: f64, sigma_deg: f64, well_placed: [f64; 2]) -> f64 {
+    (sigma_mm / well_placed[0]).max(sigma_deg / well_placed[1])
 }
 
 impl SiteSolution {
@@ -31,7 +31,8 @@ impl SiteSolution {
                 judge_camera(camera, verdict);
             } else {
                 let cause = format!(
-                    "camera {} shares no view with the others: carry an object where it and one of them see it at the same time",
+                    "camera {} shares no view with the others: carry an object where it and one \
+                     of them see it at the same time",
                     camera.camera
                 );
                 report.unsolved.push(cause.clone());
@@ -108,7 +109,7 @@ fn judge_deviations(cameras: &[SiteCameraReport], verdict: &mut Verdict) {
         });
         let cameras: Vec<String> = vague.map(|camera| camera.camera.clone()).collect();
         if !cameras.is_empty() {
-            let (mm, deg) = (WELL_PLACED_CAMERA.0 * above, WELL_PLACED_CAMERA.1 * above);
+            let (mm, deg) = (WELL_PLACED_CAMERA[0] * above, WELL_PLACED_CAMERA[1] * above);
             verdict.add(grade, Finding::UncertainCameras { cameras, mm, deg });
         }
     }
@@ -122,7 +123,7 @@ fn judge_tags(object: &SiteObjectReport, verdict: &mut Verdict) {
         _ => return,
     };
     let tags = vec![format!("tags of {}", object.object)];
-    let (mm, deg) = (WELL_PLACED_TAG.0 * factor, WELL_PLACED_TAG.1 * factor);
+    let (mm, deg) = (WELL_PLACED_TAG[0] * factor, WELL_PLACED_TAG[1] * factor);
     verdict.add(grade, Finding::UncertainTags { tags, mm, deg });
 }
 

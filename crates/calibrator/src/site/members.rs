@@ -25,7 +25,7 @@ pub(super) struct BodyViews {
 }
 
 impl Members {
-    pub fn of(plan: &SitePlan, mut groups: TagGroups) -> Self {
+    pub fn from_groups(plan: &SitePlan, mut groups: TagGroups) -> Self {
         // A thing with a single tag is an object where there is no other.
         if groups.bodies.is_empty() {
             groups.bodies = groups.loose.drain(..).map(|tag| vec![tag]).collect();
@@ -80,7 +80,7 @@ impl SiteSession {
             let Some(camera) = cameras.position(|camera| camera.id == image.camera) else {
                 continue;
             };
-            let (view, _) = take_in((camera, &rig.cameras()[camera]), &members.wanted, image);
+            let (view, _) = take_in(camera, &rig.cameras()[camera], &members.wanted, image);
             let bodies = (0..members.n_bodies).map(Some).chain([None]);
             for body in bodies {
                 let own = view.tags.iter();

@@ -23,8 +23,8 @@ pub struct SiteCameraReport {
     pub placed: bool,
     /// Number of its images that show a tag of an object.
     pub images: usize,
-    /// One standard deviation of its position relative to the reference camera (root mean square of the axes), millimetres, the common
-    /// scale apart.
+    /// One standard deviation of its position relative to the reference camera (root mean square of the axes),
+    /// millimetres, the common scale apart.
     pub sigma_mm: f64,
     /// Of its attitude, degrees.
     pub sigma_deg: f64,
@@ -107,8 +107,8 @@ const CORNER: f64 = 0.25;
 
 impl SiteSession {
     pub(super) fn finish(&self, found: SiteSolution) -> Result<CalibratedSite, SiteError> {
-        let world = WorldFrame::of(&self.plan, &found)?;
-        let scale = Scale::of(&self.plan.distances, &found)?;
+        let world = WorldFrame::choose(&self.plan, &found)?;
+        let scale = Scale::from_distances(&self.plan.distances, &found)?;
         let wrong = |error: &dyn std::fmt::Display| SiteError::Result(error.to_string());
         let cameras: Vec<SiteCameraReport> = (0..found.rig.cameras().len())
             .map(|at| found.camera(at))
@@ -260,7 +260,8 @@ impl SiteSolution {
         covered.iter().filter(|is| **is).count() as f64 / 4.0
     }
 
-    /// The object of a body, in the frame of its tags' centroid, with its report; `None` if none of its tags was placed.
+    /// The object of a body, in the frame of its tags' centroid, with its report; `None` if none of its tags was
+    /// placed.
     fn object(
         &self,
         body: usize,

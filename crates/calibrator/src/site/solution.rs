@@ -33,8 +33,8 @@ pub(super) struct StillTag {
 }
 
 impl SiteSolution {
-    /// Mean logarithm of the adjusted sizes by the given ones. Images tell only their ratios; the motion model would have all of them
-    /// smaller.
+    /// Mean logarithm of the adjusted sizes by the given ones. Images tell only their ratios; the motion model would
+    /// have all of them smaller.
     pub(super) fn common_size_error(&self) -> f64 {
         let tags = &self.adjusted.solution.bundle.tags;
         let free = tags.iter().zip(&self.members.wanted);
@@ -44,8 +44,8 @@ impl SiteSolution {
         errors.iter().sum::<f64>() / errors.len().max(1) as f64
     }
 
-    /// Covariance of the tags' poses on their bodies, six rows each, the common scale apart; zero for tags that define a frame or stand
-    /// still.
+    /// Covariance of the tags' poses on their bodies, six rows each, the common scale apart; zero for tags that define
+    /// a frame or stand still.
     pub(super) fn covariance_at_known_scale(&self) -> DMatrix<f64> {
         let covariance: KeptCovariance = self.adjusted.solution.covariance.at_known_scale();
         whole_covariance(self.members.wanted.len(), &covariance)

@@ -22,13 +22,14 @@ use sextant_geometry::{Intrinsics, Lens, Pose};
 use sextant_site_model::{Camera, Prior, Rig};
 use std::collections::BTreeSet;
 
-/// Rounds of lenses and constellations from each image by itself: the poses of single tags that they begin with depend on the lens.
+/// Rounds of lenses and constellations from each image by itself: the poses of single tags that they begin with depend
+/// on the lens.
 const ROUNDS: usize = 2;
 /// Images of a static tag in a camera that are used: the errors of more are the same.
 const MOST_STILL: usize = 12;
 
-/// Images of bodies that are used of free-running cameras, where each costs more, since its motion is sought, too. Of more, only every
-/// second stretch of this length is used, or every third.
+/// Images of bodies that are used of free-running cameras, where each costs more, since its motion is sought, too. Of
+/// more, only every second stretch of this length is used, or every third.
 const MOST_FREE_RUNNING: usize = 8000;
 const STRETCH_NS: u64 = 500_000_000;
 
@@ -47,13 +48,13 @@ impl SiteSession {
     /// If no two cameras can be placed or no object learned, with reason and remedy.
     pub fn solve(&self) -> Result<CalibratedSite, SiteError> {
         let rig = self.first_rig()?;
-        let groups = TagGroups::of(&rig, self.images.iter(), &self.plan.families);
+        let groups = TagGroups::from_images(&rig, self.images.iter(), &self.plan.families);
         let members = self.members(groups)?;
         let (rig, known) = self.known_from_single_images(rig, &members)?;
         let seen = self.body_views(&rig, &members).thinned(rig.cameras().len());
-        let sightings = sightings(&rig, &members, (&seen, &known));
+        let sightings = sightings(&rig, &members, &seen, &known);
         let placement = placement(&rig, &members, &seen, &sightings)?;
-        let first = adjustment(&rig, (&members, &known), (&seen, &sightings), &placement);
+        let first = adjustment(&rig, &members, &known, &seen, &sightings, &placement);
         let (adjusted, clocks) = adjusted(first, &sightings, placement.synchronised)?;
         self.finish(SiteSolution {
             rig,
@@ -114,16 +115,12 @@ impl SiteSession {
                 still => SiteError::NothingMoves(listed(still)),
             });
         }
-        Ok(Members::of(&self.plan, groups))
+        Ok(Members::from_groups(&self.plan, groups))
     }
 }
 
 /// Where each body may be in each image.
-fn sightings(
-    rig: &Rig,
-    members: &Members,
-    (seen, known): (&BodyViews, &Constellations),
-) -> Sightings {
+fn sightings(rig: &Rig, members: &Members, seen: &BodyViews, known: &Constellations) -> Sightings {
     let object = seen.views.iter().zip(&seen.body_of);
     let object = object.map(|(view, body)| match body {
         Some(_) => views_of_object(&rig.cameras()[view.camera].lens, view, &known.placed),
@@ -165,7 +162,7 @@ fn placement(
             let is_body = body.is_none_or(|body| seen.body_of[at] == Some(body));
             is_body && seen.views[at].camera == camera
         });
-        Trajectory::of(views.map(sighting).collect())
+        Trajectory::from_sightings(views.map(sighting).collect())
     };
     let of_all: Vec<Trajectory> = (0..n).map(|camera| trajectory(None, camera)).collect();
     let bodies = (0..members.n_bodies).map(|body| {
@@ -211,13 +208,8 @@ fn largest_island(pairs: &PoseGraph) -> Vec<usize> {
     groups.max_by_key(Vec::len).unwrap_or_default()
 }
 
-fn adjustment(
-    rig: &Rig,
-    (members, known): (&Members, &Constellations),
-    (seen, sightings): (&BodyViews, &Sightings),
-    placement: &Placement,
-) -> Adjustment {
-    let mut priors = Priors::bounded();
+/// The cameras, free but for the reference, with those parameters of the lenses free that nothing is known of.
+fn bundle_cameras(rig: &Rig, placement: &Placement, priors: &mut Priors) -> Vec<BundleCamera> {
     let cameras = rig.cameras().iter().zip(&placement.poses).enumerate();
     let cameras = cameras.map(|(at, (camera, pose))| BundleCamera {
         pose: if pose.is_some() && at != placement.reference {
@@ -234,6 +226,19 @@ fn adjustment(
             priors.free_unknown_lens(&mut cameras, at, camera.resolution);
         }
     }
+    cameras
+}
+
+fn adjustment(
+    rig: &Rig,
+    members: &Members,
+    known: &Constellations,
+    seen: &BodyViews,
+    sightings: &Sightings,
+    placement: &Placement,
+) -> Adjustment {
+    let mut priors = Priors::bounded();
+    let cameras = bundle_cameras(rig, placement, &mut priors);
     let every = if placement.synchronised {
         1
     } else {
@@ -247,17 +252,9 @@ fn adjustment(
     let all: Vec<usize> = (0..seen.views.len()).filter(|&at| is_placed(at)).collect();
     let (mut instants, mut images) = floor_in(&all, sightings, &cameras);
     let mut tags = bundle_tags(members, &known.placed);
-    let is_seen_twice = |tag: usize| {
-        let own = all.iter().map(|&at| &seen.views[at]);
-        let own = own.filter(|view| view.tags.iter().any(|seen| seen.tag == tag));
-        own.map(|view| view.camera)
-            .collect::<BTreeSet<usize>>()
-            .len()
-            > 1
-    };
     for tag in 0..tags.len() {
         let is_still = members.body_of[tag].is_none();
-        if known.placed[tag].is_some() || (is_still && is_seen_twice(tag)) {
+        if known.placed[tag].is_some() || (is_still && is_seen_twice(seen, &all, tag)) {
             priors.free_size(&mut tags, tag, Prior::Default);
         }
     }
@@ -288,6 +285,13 @@ fn adjustment(
     }
 }
 
+/// Whether a tag is in views of two cameras.
+fn is_seen_twice(seen: &BodyViews, views: &[usize], tag: usize) -> bool {
+    let views = views.iter().map(|&at| &seen.views[at]);
+    let views = views.filter(|view| view.tags.iter().any(|seen| seen.tag == tag));
+    views.map(|view| view.camera).collect::<BTreeSet<_>>().len() > 1
+}
+
 fn adjusted(
     first: Adjustment,
     sightings: &Sightings,
@@ -306,7 +310,8 @@ fn adjusted(
 }
 
 impl BodyViews {
-    /// Without most images of the tags that stand still: at most [`MOST_STILL`] of each camera, from all over the recording.
+    /// Without most images of the tags that stand still: at most [`MOST_STILL`] of each camera, from all over the
+    /// recording.
     pub(super) fn thinned(mut self, n_cameras: usize) -> Self {
         let mut kept: BTreeSet<usize> = BTreeSet::new();
         for camera in 0..n_cameras {

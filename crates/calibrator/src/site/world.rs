@@ -1,7 +1,7 @@
 //! World frame and scale of a solved site.
 //!
-//! All lengths share one scale, that of the printed sizes, which no image shows to be wrong. A measured distance corrects it: a scalar Kalman
-//! update of the logarithm of the scale with the prior of a printer.
+//! All lengths share one scale, that of the printed sizes, which no image shows to be wrong. A measured distance
+//! corrects it: a scalar Kalman update of the logarithm of the scale with the prior of a printer.
 
 use super::members::Members;
 use super::solution::{SiteSolution, StillTag};
@@ -31,7 +31,7 @@ pub(super) struct Scale {
 
 impl WorldFrame {
     /// That of the requested static tag, else of the one that most cameras see, else of the reference camera.
-    pub fn of(plan: &SitePlan, found: &SiteSolution) -> Result<Self, SiteError> {
+    pub fn choose(plan: &SitePlan, found: &SiteSolution) -> Result<Self, SiteError> {
         let still = &found.still_tags();
         let id = |still: &StillTag| found.members.wanted[still.tag].tag;
         let chosen = match plan.world {
@@ -71,7 +71,10 @@ fn why_not(tag: TagId, members: &Members) -> &'static str {
 
 impl Scale {
     /// By the measured distances; without any, that of the given sizes.
-    pub fn of(distances: &[MeasuredDistance], found: &SiteSolution) -> Result<Self, SiteError> {
+    pub fn from_distances(
+        distances: &[MeasuredDistance],
+        found: &SiteSolution,
+    ) -> Result<Self, SiteError> {
         let covariance = found.covariance_at_known_scale();
         let (mut logarithm, mut variance) = (0.0_f64, SIZE_SIGMA * SIZE_SIGMA);
         let common = found.common_size_error();

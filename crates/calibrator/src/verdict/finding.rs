@@ -1,9 +1,9 @@
-//! Findings of a calibration, as data; `Display` makes the sentence with the remedy.
+//! Findings of a calibration, as data, and the table of their sentences.
 
 use super::listed;
+use super::sentences::sentences;
 use serde::{Serialize, Serializer};
 use sextant_site_model::{CameraId, TagId};
-use std::fmt;
 
 /// What limits a result, or was allowed for.
 #[derive(Clone, Debug, PartialEq)]
@@ -239,200 +239,161 @@ pub enum ScaleSource {
     Spacing,
 }
 
-impl fmt::Display for Finding {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::UncertainLens { mean_px, worst_px } => write!(
-                f,
-                "the lens is uncertain by {mean_px:.2} px on average over the image and by {worst_px:.1} px in the worst part; add images"
-            ),
-            Self::NoRays { share } => write!(
-                f,
-                "the lens model does not cover {:.0} % of the image; add images there or try kannala-brandt",
-                100.0 * share
-            ),
-            Self::Uncovered { covered } => write!(
-                f,
-                "the board covered only {:.0} % of the image; show it near the edges, too",
-                100.0 * covered
-            ),
-            Self::SystematicResiduals { px } => write!(
-                f,
-                "corners are off by {px:.2} px in parts of the image: the board is not flat, or the lens needs another model"
-            ),
-            Self::BoardOutliers { share } => write!(
-                f,
-                "{:.0} % of the tags were not where the board file says and were left out",
-                100.0 * share
-            ),
-            Self::WeakCamera { camera, motion } => motion.describe(camera, f),
-            Self::WeakTag { tag, part } => write!(
-                f,
-                "the {} of {tag} is hardly determined: show it nearer, tilted and with its neighbours",
-                match part {
-                    PosePart::Position => "position",
-                    PosePart::Attitude => "attitude",
-                }
-            ),
-            Self::UncertainCameras { cameras, mm, deg } => write!(
-                f,
-                "{} known to no better than {mm:.0} mm or {deg:.2} degrees: carry the object longer and nearer through the views shared with other cameras",
-                listed(cameras)
-            ),
-            Self::UncertainTags { tags, mm, deg } => write!(
-                f,
-                "{} known to no better than {mm:.1} mm or {deg:.1} degrees: show the object nearer and from more sides",
-                listed(tags)
-            ),
-            Self::ClockOffset {
-                camera,
-                ms,
-                sigma_ms,
-            } => write!(
-                f,
-                "the clock of {camera} is {:.1} ms (one sigma {sigma_ms:.1}) {} those of the others, which was corrected",
-                ms.abs(),
-                if *ms > 0.0 { "ahead of" } else { "behind" }
-            ),
-            Self::RarelyFits { tag, fits, seen } => write!(
-                f,
-                "{tag} fits in only {fits} of {seen} images: it has moved, is bent, or exists twice"
-            ),
-            Self::FewImages { tag, fits } => write!(f, "only {fits} images of {tag} fit"),
-            Self::Elsewhere {
-                tag,
-                elsewhere,
-                seen,
-            } => write!(
-                f,
-                "{elsewhere} of {seen} images place {tag} elsewhere: is it loose, or does it exist twice?"
-            ),
-            Self::Duplicated { tag, images } => write!(
-                f,
-                "{images} images show {tag} twice and were not used for it"
-            ),
-            Self::SizesDiffer { tags, ratio, scale } => write!(
-                f,
-                "{} {} {:.1} % {} than given, according to {}, which was corrected: measure the black squares{}",
-                listed(tags),
-                if tags.len() == 1 { "is" } else { "are" },
-                100.0 * (ratio - 1.0).abs(),
-                if *ratio > 1.0 { "larger" } else { "smaller" },
-                match scale {
-                    ScaleSource::Object => "the carried object",
-                    ScaleSource::OtherTags => "the other tags",
-                    ScaleSource::Spacing => "their spacing",
-                },
-                match scale {
-                    ScaleSource::Spacing => " and the spacing",
-                    ScaleSource::Object | ScaleSource::OtherTags => "",
-                }
-            ),
-            Self::SwappedNames([a, b]) => write!(
-                f,
-                "{a} is where {b} was before, and the other way round: are their names swapped?"
-            ),
-            Self::ContradictingCameras => f.write_str(
-                "cameras that saw the object at the same time contradict each other, so their images were not combined: one has moved since the rig was calibrated, its clock is off, or names are swapped",
-            ),
-            Self::LooseTags(tags) => write!(
-                f,
-                "{} moved too, but no image shows them with the object: if they are part of it, show them together with its other tags",
-                listed(tags)
-            ),
-            Self::UnassignedTags(tags) => write!(
-                f,
-                "{} moved, but no image shows them with another tag that moves as they do: show them together with the other tags of their object",
-                listed(tags)
-            ),
-            Self::UnsharedObject(object) => write!(
-                f,
-                "no two cameras saw {object} at the same time, so that it does not help to place them: carry it where their views overlap"
-            ),
-            Self::FewSightings { camera, images } => write!(
-                f,
-                "{camera} saw objects in only {images} images: carry them longer before it"
-            ),
-            Self::UncertainFocal { camera, percent } => write!(
-                f,
-                "the focal length of {camera} is known to no better than {percent:.1} %: show it objects nearer and tilted"
-            ),
-            Self::UncoveredCorners { camera, missing } => write!(
-                f,
-                "no tag reached {missing} of the 4 corners of the image of {camera}, so that its distortion is uncertain there: carry objects along the edge of its view"
-            ),
-            Self::Unplaced(cause) => f.write_str(cause),
-            Self::Thinned { stored, received } => write!(
-                f,
-                "{stored} of {received} images were used, in stretches of half a second spread over the whole time: more only cost time"
-            ),
-            Self::OtherSize {
-                camera,
-                images,
-                size: [width, height],
-                expected: [expected_width, expected_height],
-            } => write!(
-                f,
-                "{images} images of {camera} were left out, since they have {width} x {height} pixels and not {expected_width} x {expected_height}: set the camera back, or calibrate its lens for images of that size"
-            ),
-            Self::ImagesNotStored { stored, not_stored } => write!(
-                f,
-                "the last {not_stored} images were left out, since {stored} are the most: record less often or for a shorter time"
-            ),
-            Self::UncertainRobot => f.write_str(
-                "base and hand are uncertain: add poses, with the object near and all over the image, the hand turned by 30 degrees or more about each axis",
-            ),
-            Self::FewRobotPoses(poses) => {
-                write!(f, "only {poses} poses of the robot; use 15 or more")
-            }
-            Self::RobotOutliers(images) => write!(
-                f,
-                "{} of the robot at image {} contradict{} the others: did the hand stand still, and is each pose that of its image?",
-                if images.len() == 1 { "the pose" } else { "the poses" },
-                listed(images),
-                if images.len() == 1 { "s" } else { "" }
-            ),
-            Self::RobotDisagrees { mm, deg } => write!(
-                f,
-                "robot and images disagree by {mm:.1} mm and {deg:.2} degrees: check the tool that the robot's poses are of, its own calibration, the lens and the size of the tags"
-            ),
-            Self::RobotClock { ms, sigma_ms } => write!(
-                f,
-                "the clock of the robot is {:.1} ms (one sigma {sigma_ms:.1}) {} that of the images, which was corrected",
-                ms.abs(),
-                if *ms > 0.0 { "ahead of" } else { "behind" }
-            ),
-            Self::LensDiffers { camera, percent } => write!(
-                f,
-                "by the robot's poses the focal length of {camera} is {percent:+.1} % that of the rig file, which was corrected here only: calibrate its lens (`sextant calibrate lens`)"
-            ),
-        }
-    }
-}
+sentences! { Finding {
+    Self::UncertainLens { mean_px, worst_px } =>
+        "the lens is uncertain by {mean_px:.2} px on average over the image and by {worst_px:.1} px in the worst part",
+        "; add images";
+    Self::NoRays { share } =>
+        "the lens model does not cover {percent:.0} % of the image",
+        "; add images there or try kannala-brandt",
+        percent = 100.0 * share;
+    Self::Uncovered { covered } =>
+        "the board covered only {percent:.0} % of the image",
+        "; show it near the edges, too",
+        percent = 100.0 * covered;
+    Self::SystematicResiduals { px } =>
+        "corners are off by {px:.2} px in parts of the image",
+        ": the board is not flat, or the lens needs another model";
+    Self::BoardOutliers { share } =>
+        "{percent:.0} % of the tags were not where the board file says and were left out",
+        "",
+        percent = 100.0 * share;
+    Self::WeakCamera { camera, motion: WeakMotion::Clock } =>
+        "the clock of {camera} is not observable",
+        ": move the object faster and in changing directions";
+    Self::WeakCamera { camera, motion: WeakMotion::Roll } =>
+        "the rotation of {camera} about its optical axis is not observable",
+        ": carry the object off that axis";
+    Self::WeakCamera { camera, motion: WeakMotion::Tilt } =>
+        "the tilt of {camera} is not observable",
+        ": show it the object in more parts of its image";
+    Self::WeakCamera { camera, motion: WeakMotion::Along } =>
+        "the position of {camera} along its optical axis is not observable",
+        ": bring the object nearer, and tilt it";
+    Self::WeakCamera { camera, motion: WeakMotion::Across } =>
+        "the position of {camera} across its optical axis is not observable",
+        ": show it the object in more places, tilted";
+    Self::WeakTag { tag, part: PosePart::Position } =>
+        "the position of {tag} is hardly determined",
+        ": show it nearer, tilted and with its neighbours";
+    Self::WeakTag { tag, part: PosePart::Attitude } =>
+        "the attitude of {tag} is hardly determined",
+        ": show it nearer, tilted and with its neighbours";
+    Self::UncertainCameras { cameras, mm, deg } =>
+        "{names} known to no better than {mm:.0} mm or {deg:.2} degrees",
+        ": carry the object longer and nearer through the views shared with other cameras",
+        names = listed(cameras);
+    Self::UncertainTags { tags, mm, deg } =>
+        "{names} known to no better than {mm:.1} mm or {deg:.1} degrees",
+        ": show the object nearer and from more sides",
+        names = listed(tags);
+    Self::ClockOffset { camera, ms, sigma_ms } =>
+        "the clock of {camera} is {off_ms:.1} ms (one sigma {sigma_ms:.1}) {side} those of the others, which was \
+         corrected",
+        "",
+        off_ms = ms.abs(),
+        side = if *ms > 0.0 { "ahead of" } else { "behind" };
+    Self::RarelyFits { tag, fits, seen } =>
+        "{tag} fits in only {fits} of {seen} images",
+        ": it has moved, is bent, or exists twice";
+    Self::FewImages { tag, fits } =>
+        "only {fits} images of {tag} fit",
+        "";
+    Self::Elsewhere { tag, elsewhere, seen } =>
+        "{elsewhere} of {seen} images place {tag} elsewhere",
+        ": is it loose, or does it exist twice?";
+    Self::Duplicated { tag, images } =>
+        "{images} images show {tag} twice and were not used for it",
+        "";
+    Self::SizesDiffer { tags, ratio, scale } =>
+        "{names} {are} {percent:.1} % {how} than given, according to {source}, which was corrected",
+        ": measure the black squares{others}",
+        names = listed(tags),
+        are = if tags.len() == 1 { "is" } else { "are" },
+        percent = 100.0 * (ratio - 1.0).abs(),
+        how = if *ratio > 1.0 { "larger" } else { "smaller" },
+        source = scale.words(),
+        others = if *scale == ScaleSource::Spacing { " and the spacing" } else { "" };
+    Self::SwappedNames([a, b]) =>
+        "{a} is where {b} was before, and the other way round",
+        ": are their names swapped?";
+    Self::ContradictingCameras =>
+        "cameras that saw the object at the same time contradict each other, so their images were not combined",
+        ": one has moved since the rig was calibrated, its clock is off, or names are swapped";
+    Self::LooseTags(tags) =>
+        "{names} moved too, but no image shows them with the object",
+        ": if they are part of it, show them together with its other tags",
+        names = listed(tags);
+    Self::UnassignedTags(tags) =>
+        "{names} moved, but no image shows them with another tag that moves as they do",
+        ": show them together with the other tags of their object",
+        names = listed(tags);
+    Self::UnsharedObject(object) =>
+        "no two cameras saw {object} at the same time, so that it does not help to place them",
+        ": carry it where their views overlap";
+    Self::FewSightings { camera, images } =>
+        "{camera} saw objects in only {images} images",
+        ": carry them longer before it";
+    Self::UncertainFocal { camera, percent } =>
+        "the focal length of {camera} is known to no better than {percent:.1} %",
+        ": show it objects nearer and tilted";
+    Self::UncoveredCorners { camera, missing } =>
+        "no tag reached {missing} of the 4 corners of the image of {camera}, so that its distortion is uncertain there",
+        ": carry objects along the edge of its view";
+    Self::Unplaced(cause) =>
+        "{cause}",
+        "";
+    Self::Thinned { stored, received } =>
+        "{stored} of {received} images were used, in stretches of half a second spread over the whole time",
+        ": more only cost time";
+    Self::OtherSize {
+        camera,
+        images,
+        size: [width, height],
+        expected: [expected_width, expected_height],
+    } =>
+        "{images} images of {camera} were left out, since they have {width} x {height} pixels and not \
+         {expected_width} x {expected_height}",
+        ": set the camera back, or calibrate its lens for images of that size";
+    Self::ImagesNotStored { stored, not_stored } =>
+        "the last {not_stored} images were left out, since {stored} are the most",
+        ": record less often or for a shorter time";
+    Self::UncertainRobot =>
+        "base and hand are uncertain",
+        ": add poses, with the object near and all over the image, the hand turned by 30 degrees or more about each \
+         axis";
+    Self::FewRobotPoses(poses) =>
+        "only {poses} poses of the robot",
+        "; use 15 or more";
+    Self::RobotOutliers(images) if images.len() == 1 =>
+        "the pose of the robot at image {numbers} contradicts the others",
+        ": did the hand stand still, and is each pose that of its image?",
+        numbers = listed(images);
+    Self::RobotOutliers(images) =>
+        "the poses of the robot at image {numbers} contradict the others",
+        ": did the hand stand still, and is each pose that of its image?",
+        numbers = listed(images);
+    Self::RobotDisagrees { mm, deg } =>
+        "robot and images disagree by {mm:.1} mm and {deg:.2} degrees",
+        ": check the tool that the robot's poses are of, its own calibration, the lens and the size of the tags";
+    Self::RobotClock { ms, sigma_ms } =>
+        "the clock of the robot is {off_ms:.1} ms (one sigma {sigma_ms:.1}) {side} that of the images, which was \
+         corrected",
+        "",
+        off_ms = ms.abs(),
+        side = if *ms > 0.0 { "ahead of" } else { "behind" };
+    Self::LensDiffers { camera, percent } =>
+        "by the robot's poses the focal length of {camera} is {percent:+.1} % that of the rig file, which was \
+         corrected here only",
+        ": calibrate its lens (`sextant calibrate lens`)";
+}}
 
-impl WeakMotion {
-    fn describe(self, camera: &CameraId, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl ScaleSource {
+    fn words(self) -> &'static str {
         match self {
-            Self::Clock => write!(
-                f,
-                "the clock of {camera} is not observable: move the object faster and in changing directions"
-            ),
-            Self::Roll => write!(
-                f,
-                "the rotation of {camera} about its optical axis is not observable: carry the object off that axis"
-            ),
-            Self::Tilt => write!(
-                f,
-                "the tilt of {camera} is not observable: show it the object in more parts of its image"
-            ),
-            Self::Along => write!(
-                f,
-                "the position of {camera} along its optical axis is not observable: bring the object nearer, and tilt it"
-            ),
-            Self::Across => write!(
-                f,
-                "the position of {camera} across its optical axis is not observable: show it the object in more places, tilted"
-            ),
+            Self::Object => "the carried object",
+            Self::OtherTags => "the other tags",
+            Self::Spacing => "their spacing",
         }
     }
 }

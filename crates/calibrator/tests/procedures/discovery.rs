@@ -54,7 +54,7 @@ fn images(model: &ObjectModel, n: u32, room: &Room, seed: u64) -> Vec<ImageObser
         let seconds = 0.1 * f64::from(at);
         let pose = turned(if room.turns { seconds } else { 1.0 });
         let mut see = |model: &ObjectModel, pose: &Pose| {
-            image(camera, (model, pose), seconds, SHARP, &mut noise)
+            image(camera, model, pose, seconds, SHARP, &mut noise)
         };
         let mut all = see(model, &pose);
         all.tags.extend(see(&wall(), &Pose::identity()).tags);
@@ -235,7 +235,8 @@ fn a_tag_that_is_carried_beside_is_not_glued_on() {
         let pose = Isometry3::new(place, Vector3::new(0.0, 0.0, 0.0));
         let seen = image(
             &rig.cameras()[0],
-            (&card, &pose),
+            &card,
+            &pose,
             0.1 * at as f64,
             SHARP,
             &mut noise,

@@ -22,7 +22,8 @@ fn turning(model: &ObjectModel, n: u32, seed: u64) -> Vec<ImageObservation> {
             let seconds = 0.1 * f64::from(at);
             image(
                 &rig.cameras()[0],
-                (model, &turned(seconds)),
+                model,
+                &turned(seconds),
                 seconds,
                 SHARP,
                 &mut noise,
@@ -215,7 +216,7 @@ fn two_cameras_join_tags_that_neither_sees_together() {
             ),
         );
         for camera in rig.cameras() {
-            session.handle(&image(camera, (&two, &sway), seconds, SHARP, &mut noise));
+            session.handle(&image(camera, &two, &sway, seconds, SHARP, &mut noise));
         }
     }
     let found = session.solve().unwrap();
@@ -267,7 +268,8 @@ fn views_from_the_front_only_are_solved_right() {
             let pose = Isometry3::new(place, Vector3::new(0.0, 0.0, 0.2 * way.sin()));
             session.handle(&image(
                 &rig.cameras()[0],
-                (&card(), &pose),
+                &card(),
+                &pose,
                 0.1 * f64::from(at),
                 SHARP,
                 &mut noise,

@@ -25,7 +25,8 @@ fn images(
     rig: &Rig,
     model: &ObjectModel,
     late_s: [f64; 2],
-    (lack, seed): (Lack, u64),
+    lack: Lack,
+    seed: u64,
 ) -> Vec<ImageObservation> {
     let mut noise = Random::new(seed);
     let mut images = Vec::new();
@@ -33,7 +34,7 @@ fn images(
         let seconds = 0.1 * f64::from(at);
         for (camera, late_s) in rig.cameras().iter().zip(late_s) {
             let pose = turned(seconds - late_s);
-            images.push(image(camera, (model, &pose), seconds, lack, &mut noise));
+            images.push(image(camera, model, &pose, seconds, lack, &mut noise));
         }
     }
     images
@@ -84,7 +85,7 @@ fn assert_used_apart(found: &LearnedObject) {
 
 #[test]
 fn two_sound_cameras_are_used_together() {
-    let found = learned(&pair(), &images(&pair(), &thing(), [0.0; 2], (SHARP, 1))).unwrap();
+    let found = learned(&pair(), &images(&pair(), &thing(), [0.0; 2], SHARP, 1)).unwrap();
     assert_right(&found);
     assert_eq!(
         found.report.verdict.grade,
@@ -102,8 +103,8 @@ fn a_camera_that_moved_half_way_does_no_harm() {
         ..camera
     });
     let moved = Rig::new(cameras.collect()).unwrap();
-    let mut all = images(&pair(), &thing(), [0.0; 2], (SHARP, 2));
-    let later = images(&moved, &thing(), [0.0; 2], (SHARP, 3));
+    let mut all = images(&pair(), &thing(), [0.0; 2], SHARP, 2);
+    let later = images(&moved, &thing(), [0.0; 2], SHARP, 3);
     for at in (all.len() / 2..all.len()).filter(|at| at % 2 == 1) {
         all[at] = later[at].clone();
     }
@@ -113,13 +114,13 @@ fn a_camera_that_moved_half_way_does_no_harm() {
 #[test]
 fn a_clock_that_is_off_does_no_harm() {
     assert_used_apart(
-        &learned(&pair(), &images(&pair(), &thing(), [0.0, 0.05], (SHARP, 4))).unwrap(),
+        &learned(&pair(), &images(&pair(), &thing(), [0.0, 0.05], SHARP, 4)).unwrap(),
     );
 }
 
 #[test]
 fn swapped_names_are_noticed() {
-    let mut all = images(&pair(), &thing(), [0.0; 2], (SHARP, 5));
+    let mut all = images(&pair(), &thing(), [0.0; 2], SHARP, 5);
     for image in &mut all {
         let other = usize::from(image.camera == camera_id(0));
         image.camera = camera_id(other);
@@ -145,12 +146,12 @@ fn thirty_per_cent_of_wrong_detections_do_no_harm() {
         wrong: 0.3,
         ..SHARP
     };
-    assert_right(&learned(&pair(), &images(&pair(), &thing(), [0.0; 2], (wrong, 6))).unwrap());
+    assert_right(&learned(&pair(), &images(&pair(), &thing(), [0.0; 2], wrong, 6)).unwrap());
 }
 
 #[test]
 fn a_number_that_is_there_twice_is_named() {
-    let mut all = images(&pair(), &thing(), [0.0; 2], (SHARP, 7));
+    let mut all = images(&pair(), &thing(), [0.0; 2], SHARP, 7);
     // Another tag 3 sits where tag 6 does.
     for tag_seen in all.iter_mut().flat_map(|image| image.tags.iter_mut()) {
         if tag_seen.tag == tag(6) {
@@ -184,7 +185,7 @@ fn a_number_that_is_there_twice_is_named() {
 
 #[test]
 fn another_resolution_is_named() {
-    let mut all = images(&pair(), &thing(), [0.0; 2], (SHARP, 8));
+    let mut all = images(&pair(), &thing(), [0.0; 2], SHARP, 8);
     for corner in all
         .iter_mut()
         .filter(|image| image.camera == camera_id(1))

@@ -41,7 +41,7 @@ pub fn errors(found: &Rig, truth: &Rig) -> (f64, f64) {
 #[test]
 fn synchronised_cameras_are_found() {
     let truth = rig();
-    let images = walk(&truth, &board(), (60, 0.12), SHARP, 1);
+    let images = walk(&truth, &board(), 60, 0.12, SHARP, 1);
     let found = plainly(&truth, &images).unwrap();
     let (mm, deg) = errors(&found.rig, &truth);
     assert!(mm < 0.5 && deg < 0.02, "{mm} {deg}");
@@ -60,7 +60,7 @@ fn synchronised_cameras_are_found() {
 #[test]
 fn the_rig_carries_the_deviations_that_the_report_states() {
     let truth = rig();
-    let images = walk(&truth, &board(), (24, 0.3), SHARP, 10);
+    let images = walk(&truth, &board(), 24, 0.3, SHARP, 10);
     let found = plainly(&truth, &images).unwrap();
     assert_eq!(found.rig.cameras()[0].pose_prior, Prior::Exact);
     for at in 1..4 {
@@ -75,7 +75,7 @@ fn the_rig_carries_the_deviations_that_the_report_states() {
 #[test]
 fn the_first_camera_keeps_its_pose() {
     let truth = rig();
-    let images = walk(&truth, &board(), (60, 0.12), SHARP, 2);
+    let images = walk(&truth, &board(), 60, 0.12, SHARP, 2);
     let found = calibrated(&truth, board(), Origin::FirstCamera, &images).unwrap();
     let pose = |rig: &Rig| rig.cameras()[0].world_from_camera;
     assert_eq!(pose(&found.rig), pose(&truth));
@@ -90,7 +90,7 @@ fn an_unknown_constellation_is_found_on_the_way() {
         .into_iter()
         .filter(|tag| tag.tag.id != 5); // it faces the floor
     let wand = ObjectModel::new("wand".parse().unwrap(), seen.collect()).unwrap();
-    let images = walk(&truth, &wand, (60, 0.12), SHARP, 3);
+    let images = walk(&truth, &wand, 60, 0.12, SHARP, 3);
     let unknown = changed(&wand, |tag| tag.object_from_tag = None);
     let found = calibrated(&blind(&truth), unknown, Origin::FirstCamera, &images).unwrap();
     let (mm, deg) = errors(&found.rig, &truth);
@@ -101,7 +101,7 @@ fn an_unknown_constellation_is_found_on_the_way() {
 fn two_sides_that_no_image_joins_are_joined_by_the_cameras() {
     let truth = rig();
     let unknown = changed(&board(), |tag| tag.object_from_tag = None);
-    let images = walk(&truth, &board(), (90, 0.12), SHARP, 50);
+    let images = walk(&truth, &board(), 90, 0.12, SHARP, 50);
     let found = calibrated(&blind(&truth), unknown, Origin::FirstCamera, &images).unwrap();
     let (mm, deg) = errors(&found.rig, &truth);
     assert!(mm < 3.0 && deg < 0.1, "{mm} {deg} {}", found.report.verdict);
@@ -111,7 +111,7 @@ fn two_sides_that_no_image_joins_are_joined_by_the_cameras() {
 fn two_sides_that_nothing_joins_are_named() {
     let truth = rig();
     let unknown = changed(&board(), |tag| tag.object_from_tag = None);
-    let mut images = walk(&truth, &board(), (90, 0.12), SHARP, 51);
+    let mut images = walk(&truth, &board(), 90, 0.12, SHARP, 51);
     for (at, pair) in images.chunks_mut(4).enumerate() {
         // First one side before all, then the other.
         for seen in pair {
@@ -131,7 +131,7 @@ fn two_sides_that_nothing_joins_are_named() {
 fn a_tag_on_the_floor_finds_out_a_board_that_was_enlarged_as_a_whole() {
     let truth = rig();
     let floor = object("floor", [(100, 0.2, Pose::identity())].into_iter());
-    let mut images = walk(&truth, &board(), (60, 0.12), SHARP, 52);
+    let mut images = walk(&truth, &board(), 60, 0.12, SHARP, 52);
     let enlarged = changed(&board(), |tag| {
         tag.size_m *= 1.02;
         tag.object_from_tag = tag.object_from_tag.map(|mut pose| {
@@ -154,7 +154,7 @@ fn a_tag_on_the_floor_finds_out_a_board_that_was_enlarged_as_a_whole() {
     let mut noise = Random::new(53);
     for (at, seen) in images.iter_mut().enumerate() {
         let camera = &truth.cameras()[at % 4];
-        let more = image(camera, (&floor, &Pose::identity()), 0.0, SHARP, &mut noise);
+        let more = image(camera, &floor, &Pose::identity(), 0.0, SHARP, &mut noise);
         seen.tags.extend(more.tags);
     }
     let origin = Origin::Tag(tag(100), 0.2);
@@ -176,7 +176,7 @@ fn thirty_per_cent_of_wrong_detections_do_no_harm() {
         wrong: 0.3,
         ..SHARP
     };
-    let images = walk(&truth, &board(), (60, 0.12), wrong, 4);
+    let images = walk(&truth, &board(), 60, 0.12, wrong, 4);
     let found = plainly(&truth, &images).unwrap();
     let (mm, deg) = errors(&found.rig, &truth);
     assert!(mm < 0.8 && deg < 0.03, "{mm} {deg}");
@@ -192,7 +192,14 @@ fn cameras_that_run_free_with_clocks_that_are_off_are_found() {
             let seconds = f64::from(at) / 30.0 + 0.0071 * index as f64;
             let late = [0.0, 0.05, -0.02, 0.0][index];
             let seen = (&board(), &carried(seconds));
-            images.push(image(camera, seen, seconds + late + 1.0, SHARP, &mut noise));
+            images.push(image(
+                camera,
+                seen.0,
+                seen.1,
+                seconds + late + 1.0,
+                SHARP,
+                &mut noise,
+            ));
         }
     }
     let found = plainly(&truth, &images).unwrap();
@@ -215,7 +222,14 @@ fn stamps_that_jitter_invent_no_clock_offsets() {
             let seconds = f64::from(at) / 15.0 + 0.0071 * index as f64;
             let late = 0.012 * noise.normal();
             let seen = (&board(), &carried(seconds));
-            images.push(image(camera, seen, seconds + late + 1.0, SHARP, &mut noise));
+            images.push(image(
+                camera,
+                seen.0,
+                seen.1,
+                seconds + late + 1.0,
+                SHARP,
+                &mut noise,
+            ));
         }
     }
     let found = plainly(&truth, &images).unwrap();
@@ -231,7 +245,7 @@ fn stamps_that_jitter_invent_no_clock_offsets() {
 #[test]
 fn a_clock_that_is_off_by_50_ms_is_found_and_allowed_for() {
     let truth = rig();
-    let mut images = walk(&truth, &board(), (100, 0.1), SHARP, 6);
+    let mut images = walk(&truth, &board(), 100, 0.1, SHARP, 6);
     for image in images.iter_mut().filter(|i| i.camera == camera_id(2)) {
         let true_s = (image.capture_ns - 1_000_000_000) as f64 * 1e-9;
         let late = carried(true_s - 0.05);
@@ -239,7 +253,8 @@ fn a_clock_that_is_off_by_50_ms_is_found_and_allowed_for() {
         let seen = (&board(), &late);
         *image = crate::scene::image(
             camera,
-            seen,
+            seen.0,
+            seen.1,
             true_s,
             SHARP,
             &mut Random::new(image.capture_ns),
@@ -262,7 +277,7 @@ fn a_clock_that_is_off_by_50_ms_is_found_and_allowed_for() {
 #[test]
 fn cameras_are_joined_through_others() {
     let truth = rig();
-    let mut images = walk(&truth, &board(), (120, 0.06), SHARP, 7);
+    let mut images = walk(&truth, &board(), 120, 0.06, SHARP, 7);
     // a and c never see the board at the same time.
     for pair in images.chunks_mut(4) {
         if pair[0].tags.len() > pair[2].tags.len() {
@@ -282,11 +297,11 @@ fn a_tag_on_the_floor_is_the_world() {
     let world_from_floor =
         Isometry3::new(Vector3::new(0.2, -0.1, 0.0), Vector3::new(0.0, 0.0, 0.8));
     let floor = object("floor", [(100, 0.2, Pose::identity())].into_iter());
-    let mut images = walk(&truth, &board(), (60, 0.12), SHARP, 8);
+    let mut images = walk(&truth, &board(), 60, 0.12, SHARP, 8);
     let mut noise = Random::new(9);
     for (at, seen) in images.iter_mut().enumerate() {
         let camera = &truth.cameras()[at % 4];
-        let more = image(camera, (&floor, &world_from_floor), 0.0, SHARP, &mut noise);
+        let more = image(camera, &floor, &world_from_floor, 0.0, SHARP, &mut noise);
         seen.tags.extend(more.tags);
     }
     let origin = Origin::Tag(tag(100), 0.2);
@@ -315,11 +330,11 @@ fn walk_by_gravity(truth: &Rig) -> Vec<ImageObservation> {
         (103, 0.2, hanging(0.0, 1.0)),
     ];
     let still = object("still", tags.into_iter());
-    let mut images = walk(truth, &board(), (40, 0.12), SHARP, 40);
+    let mut images = walk(truth, &board(), 40, 0.12, SHARP, 40);
     let mut noise = Random::new(41);
     for (at, seen) in images.iter_mut().enumerate() {
         let camera = &truth.cameras()[at % 4];
-        let more = image(camera, (&still, &Pose::identity()), 0.0, SHARP, &mut noise);
+        let more = image(camera, &still, &Pose::identity(), 0.0, SHARP, &mut noise);
         seen.tags.extend(more.tags);
     }
     images
@@ -369,7 +384,14 @@ fn two_cameras_that_see_the_board_from_the_front_only_are_found() {
         );
         for camera in truth.cameras() {
             let seen = (&board(), &Isometry3::new(place, Vector3::zeros()));
-            images.push(image(camera, seen, 0.1 * f64::from(at), SHARP, &mut noise));
+            images.push(image(
+                camera,
+                seen.0,
+                seen.1,
+                0.1 * f64::from(at),
+                SHARP,
+                &mut noise,
+            ));
         }
     }
     let found = plainly(&truth, &images).unwrap();
@@ -409,7 +431,7 @@ fn tags_glued_on_by_hand_cost_next_to_nothing() {
         tag
     });
     let glued = ObjectModel::new("board".parse().unwrap(), tags.collect()).unwrap();
-    let images = walk(&truth, &glued, (60, 0.12), SHARP, 61);
+    let images = walk(&truth, &glued, 60, 0.12, SHARP, 61);
     let exact = calibrated(&blind(&truth), glued, Origin::FirstCamera, &images).unwrap();
     let found = plainly(&truth, &images).unwrap();
     let (mm, deg) = errors(&found.rig, &truth);
@@ -424,7 +446,7 @@ fn tags_glued_on_by_hand_cost_next_to_nothing() {
 #[test]
 fn focal_lengths_of_another_day_are_put_right() {
     let truth = rig();
-    let images = walk(&truth, &board(), (60, 0.12), SHARP, 62);
+    let images = walk(&truth, &board(), 60, 0.12, SHARP, 62);
     let cameras = truth.cameras().iter().zip([1.01, 0.995, 1.004, 0.988]);
     let cameras = cameras.map(|(camera, off)| {
         let mut parameters = camera.lens.parameters();
@@ -450,7 +472,7 @@ fn focal_lengths_of_another_day_are_put_right() {
 #[test]
 fn a_camera_alone_among_others_keeps_its_pose_and_is_named() {
     let truth = rig();
-    let mut images = walk(&truth, &board(), (60, 0.12), SHARP, 63);
+    let mut images = walk(&truth, &board(), 60, 0.12, SHARP, 63);
     for seen in images.iter_mut().filter(|i| i.camera == camera_id(0)) {
         seen.tags.clear();
     }
@@ -473,7 +495,8 @@ fn part_within(seeds: std::ops::Range<u64>) -> f64 {
         let images = walk(
             &truth,
             &board(),
-            (24, 0.3),
+            24,
+            0.3,
             Lack {
                 sigma_px: 0.2,
                 wrong: 0.0,

@@ -27,8 +27,8 @@ fn with_a_move(step: Isometry3<f64>, seed: u64) -> Vec<ImageObservation> {
         ..camera.clone()
     });
     let after = Rig::new(cameras.collect()).unwrap();
-    let mut images = walk(&truth, &board(), (60, 0.12), SHARP, seed);
-    let moved = walk(&after, &board(), (60, 0.12), SHARP, seed);
+    let mut images = walk(&truth, &board(), 60, 0.12, SHARP, seed);
+    let moved = walk(&after, &board(), 60, 0.12, SHARP, seed);
     let half = images.len() / 2;
     images.truncate(half);
     images.extend_from_slice(&moved[half..]);
@@ -57,7 +57,7 @@ fn a_camera_that_moved_far_is_named() {
 
 #[test]
 fn islands_are_named() {
-    let mut images = walk(&rig(), &board(), (60, 0.12), SHARP, 13);
+    let mut images = walk(&rig(), &board(), 60, 0.12, SHARP, 13);
     for (at, seen) in images.iter_mut().enumerate() {
         let (instant, camera) = (at / 4, at % 4);
         if (instant < 30) == (camera < 2) {
@@ -89,7 +89,7 @@ fn swapped_names_are_found() {
         }
     };
     let truth = Rig::new(truth.cameras().iter().map(wide).collect()).unwrap();
-    let mut images = walk(&truth, &board(), (60, 0.12), SHARP, 14);
+    let mut images = walk(&truth, &board(), 60, 0.12, SHARP, 14);
     for image in &mut images {
         if image.camera == camera_id(0) {
             image.camera = camera_id(3);
@@ -107,7 +107,7 @@ fn swapped_names_are_found() {
 
 #[test]
 fn another_resolution_is_named() {
-    let mut images = walk(&rig(), &board(), (30, 0.12), SHARP, 15);
+    let mut images = walk(&rig(), &board(), 30, 0.12, SHARP, 15);
     for corner in images
         .iter_mut()
         .filter(|image| image.camera == camera_id(1))
@@ -125,7 +125,7 @@ fn another_resolution_is_named() {
 
 #[test]
 fn empty_images_are_named() {
-    let mut images = walk(&rig(), &board(), (10, 0.12), SHARP, 16);
+    let mut images = walk(&rig(), &board(), 10, 0.12, SHARP, 16);
     images.iter_mut().for_each(|image| image.tags.clear());
     let refused = refusal(&rig(), &images).to_string();
     assert!(
@@ -146,7 +146,7 @@ fn a_tag_that_is_there_twice_is_named() {
             }
         }
     };
-    let mut images = walk(&truth, &board(), (40, 0.12), SHARP, 17);
+    let mut images = walk(&truth, &board(), 40, 0.12, SHARP, 17);
     doubled(&mut images);
     let refused = refusal(&truth, &images);
     assert!(
@@ -154,7 +154,7 @@ fn a_tag_that_is_there_twice_is_named() {
         "{refused}"
     );
     // And on the other side, where both are never seen at once.
-    let mut images = walk(&truth, &board(), (40, 0.12), SHARP, 18);
+    let mut images = walk(&truth, &board(), 40, 0.12, SHARP, 18);
     for tag in images.iter_mut().flat_map(|image| image.tags.iter_mut()) {
         if tag.tag == tag_of(20) {
             tag.tag = tag_of(3);
@@ -179,7 +179,7 @@ fn tag_of(id: u32) -> sextant_site_model::TagId {
 #[test]
 fn sizes_that_disagree_with_the_spacing_are_named() {
     let truth = rig();
-    let images = walk(&truth, &board(), (40, 0.12), SHARP, 19);
+    let images = walk(&truth, &board(), 40, 0.12, SHARP, 19);
     let wrong = changed(&board(), |tag| tag.size_m *= 1.02);
     let found = calibrated(&blind(&truth), wrong, Origin::FirstCamera, &images).unwrap();
     let verdict = found.report.verdict;
@@ -196,7 +196,7 @@ fn sizes_that_disagree_with_the_spacing_are_named() {
 fn a_single_tag_far_away_is_not_called_good() {
     let truth = rig();
     let single = object("wand", [(0, 0.05, Isometry3::identity())].into_iter());
-    let images = walk(&truth, &single, (40, 0.12), SHARP, 20);
+    let images = walk(&truth, &single, 40, 0.12, SHARP, 20);
     match calibrated(&blind(&truth), single, Origin::FirstCamera, &images) {
         Ok(found) => assert_ne!(found.report.verdict.grade, Grade::Good),
         Err(refused) => assert!(
@@ -220,7 +220,7 @@ fn hints_lead_from_nothing_to_enough() {
             .hint
             .starts_with("Carry the object through what camera a sees")
     );
-    let images = walk(&truth, &board(), (200, 0.1), SHARP, 21);
+    let images = walk(&truth, &board(), 200, 0.1, SHARP, 21);
     let mut complete = 0.0;
     for image in &images {
         session.handle(image);
@@ -240,7 +240,7 @@ fn an_unknown_object_is_to_be_turned_until_every_tag_was_shown() {
         origin: Origin::FirstCamera,
     };
     let mut session = RigSession::new(blind(&truth), plan).unwrap();
-    for mut image in walk(&truth, &board(), (200, 0.1), SHARP, 21) {
+    for mut image in walk(&truth, &board(), 200, 0.1, SHARP, 21) {
         image.tags.retain(|seen| seen.tag != mute);
         session.handle(&image);
     }
@@ -254,7 +254,7 @@ fn an_unknown_object_is_to_be_turned_until_every_tag_was_shown() {
 #[test]
 fn a_camera_that_sees_tags_in_another_arrangement_places_nothing() {
     let truth = rig();
-    let mut images = walk(&truth, &board(), (60, 0.12), SHARP, 33);
+    let mut images = walk(&truth, &board(), 60, 0.12, SHARP, 33);
     for image in images.iter_mut().filter(|i| i.camera == camera_id(2)) {
         for seen in &mut image.tags {
             // As read from the back: columns in the other order.

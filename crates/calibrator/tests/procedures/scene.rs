@@ -158,7 +158,8 @@ pub const SHARP: Lack = Lack {
 /// What a camera sees of an object somewhere; the stamp is its clock's.
 pub fn image(
     camera: &Camera,
-    (model, world_from_object): (&ObjectModel, &Pose),
+    model: &ObjectModel,
+    world_from_object: &Pose,
     stamp_s: f64,
     lack: Lack,
     noise: &mut Random,
@@ -217,7 +218,8 @@ fn corners(camera: &Camera, camera_from_tag: &Pose, size_m: f64) -> Option<[Poin
 pub fn walk(
     rig: &Rig,
     model: &ObjectModel,
-    (n, step_s): (u32, f64),
+    n: u32,
+    step_s: f64,
     lack: Lack,
     seed: u64,
 ) -> Vec<ImageObservation> {
@@ -227,7 +229,7 @@ pub fn walk(
         let seconds = step_s * f64::from(at);
         let pose = carried(seconds);
         for camera in rig.cameras() {
-            images.push(image(camera, (model, &pose), seconds, lack, &mut noise));
+            images.push(image(camera, model, &pose, seconds, lack, &mut noise));
         }
     }
     images

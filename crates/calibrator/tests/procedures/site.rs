@@ -29,7 +29,7 @@ fn unknown_lenses_objects_and_cameras_are_found() {
     for seed in [40, 41] {
         let truth = site(SHORT, seed);
         let found = calibrated(&truth);
-        let errors = SiteErrors::of(&found, &truth);
+        let errors = SiteErrors::measure(&found, &truth);
         assert!(
             errors.camera_mm < 2.0 && errors.camera_deg < 0.1,
             "{errors:?}"
@@ -53,7 +53,7 @@ fn free_running_cameras_get_their_clocks() {
     };
     let truth = site(kind, 42);
     let found = calibrated(&truth);
-    let errors = SiteErrors::of(&found, &truth);
+    let errors = SiteErrors::measure(&found, &truth);
     assert!(!found.report.synchronised);
     assert!(
         errors.camera_mm < 3.0 && errors.camera_deg < 0.15,
@@ -104,7 +104,7 @@ fn static_tags_are_the_world_and_distances_the_scale() {
         found.report
     );
     assert!(found.report.scale_sigma < 0.001);
-    assert!(SiteErrors::of(&found, &truth).camera_mm < 3.0);
+    assert!(SiteErrors::measure(&found, &truth).camera_mm < 3.0);
 }
 
 #[test]

@@ -23,7 +23,7 @@ pub struct SiteErrors {
 }
 
 impl SiteErrors {
-    pub fn of(found: &CalibratedSite, truth: &SimulatedSite) -> Self {
+    pub fn measure(found: &CalibratedSite, truth: &SimulatedSite) -> Self {
         let mut errors = Self::default();
         let relative = |rig: &Rig, at: usize| {
             let pose = |at: usize| rig.cameras()[at].world_from_camera.unwrap();

@@ -1,4 +1,5 @@
-//! Sites of which nothing but sizes is known: two objects carried about before four cameras with different lenses, with imperfect corners.
+//! Sites of which nothing but sizes is known: two objects carried about before four cameras with different lenses, with
+//! imperfect corners.
 
 use crate::scene::{Random, looking, object, tag};
 use nalgebra::{Isometry3, Matrix2, Point2, Translation3, UnitQuaternion, Vector2, Vector3};
@@ -221,17 +222,11 @@ pub fn site(kind: SiteKind, seed: u64) -> SimulatedSite {
                 for own in object.tags() {
                     let pose = own.object_from_tag.unwrap();
                     let place = |t: f64| hand.at(t) * pose;
-                    tags.extend(seen(
-                        camera,
-                        (own.tag.id, &place),
-                        seconds,
-                        kind,
-                        &mut random,
-                    ));
+                    tags.extend(seen(camera, own.tag.id, &place, seconds, kind, &mut random));
                 }
             }
             for (id, pose) in &still {
-                tags.extend(seen(camera, (*id, &|_| *pose), seconds, kind, &mut random));
+                tags.extend(seen(camera, *id, &|_| *pose, seconds, kind, &mut random));
             }
             images.push(ImageObservation {
                 camera: camera.id.clone(),
@@ -256,7 +251,8 @@ pub fn site(kind: SiteKind, seed: u64) -> SimulatedSite {
 /// A tag in an image, row by row at its own time; `None` where it is not seen.
 fn seen(
     camera: &Camera,
-    (id, world_from_tag): (u32, &dyn Fn(f64) -> Pose),
+    id: u32,
+    world_from_tag: &dyn Fn(f64) -> Pose,
     seconds: f64,
     kind: SiteKind,
     random: &mut Random,

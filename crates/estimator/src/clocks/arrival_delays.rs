@@ -1,17 +1,18 @@
-//! Apparent ages of images on arrival. No image arrives before it was taken, and the quickest images of a camera arrive about as quickly as
-//! those of others, so that timestamps which are wrong by seconds show in the age.
+//! Apparent ages of images on arrival. No image arrives before it was taken, and the quickest images of a camera arrive
+//! about as quickly as those of others, so that timestamps which are wrong by seconds show in the age.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 /// Images of a camera of which the quickest counts: about a second of them.
 const REMEMBERED: usize = 32;
-/// Fewest images that are equally late, and the largest difference between them, ns: less than the time between images, so that delayed
-/// images which arrive at once do not count.
+/// Fewest images that are equally late, and the largest difference between them, ns: less than the time between images,
+/// so that delayed images which arrive at once do not count.
 const LASTING: usize = 3;
 const EQUALLY_NS: i64 = 15_000_000;
 
-/// Differences of clocks and of ways to this host together that are no reason to doubt a clock, ns: offsets within it show in the motion.
+/// Differences of clocks and of ways to this host together that are no reason to doubt a clock, ns: offsets within it
+/// show in the motion.
 const TOGETHER_NS: i64 = 1_000_000_000;
 
 /// The apparent ages of the cameras' last images on arrival.
@@ -29,7 +30,8 @@ pub(crate) struct Majority {
     pub cameras: BTreeSet<usize>,
     /// Whether this host's clock is one of them.
     pub has_host: bool,
-    /// Least apparent age of the images of these cameras on arrival, ns: beyond a second the host's clock is off by about that.
+    /// Least apparent age of the images of these cameras on arrival, ns: beyond a second the host's clock is off by
+    /// about that.
     pub age_ns: i64,
 }
 
@@ -66,8 +68,8 @@ impl ArrivalDelays {
         self.majority.as_ref()
     }
 
-    /// The largest set of cameras whose images seem to be of one age. This host's clock is one voter more; of equal sets the one with the
-    /// host counts, or that which is nearest to it.
+    /// The largest set of cameras whose images seem to be of one age. This host's clock is one voter more; of equal
+    /// sets the one with the host counts, or that which is nearest to it.
     fn find_majority(&self, together_ns: i64) -> Option<Majority> {
         let together_ns = TOGETHER_NS.max(together_ns);
         let cameras = self.cameras.iter();

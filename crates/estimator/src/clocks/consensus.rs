@@ -4,7 +4,8 @@ use std::cmp::Reverse;
 
 use sextant_site_report::ClockOffset;
 
-/// Largest difference of clocks that agree, s: where both are verified, and otherwise, where a filter estimates the rest.
+/// Largest difference of clocks that agree, s: where both are verified, and otherwise, where a filter estimates the
+/// rest.
 const TOGETHER_S: (f64, f64) = (0.003, 0.03);
 
 /// Offset of a camera's clock against that of a common other camera.
@@ -27,8 +28,8 @@ impl ClockReading {
     }
 }
 
-/// The clocks that are wrong, against one that most agree with: of equals the first verified one whose images arrive when most others, and
-/// this host, expect them.
+/// The clocks that are wrong, against one that most agree with: of equals the first verified one whose images arrive
+/// when most others, and this host, expect them.
 pub(crate) fn wrong(
     readings: &[ClockReading],
     is_timely: impl Fn(usize) -> bool,

@@ -1,8 +1,8 @@
 //! Offset between two cameras' clocks, from the motion that each of them sees alone.
 //!
-//! With poses a(t) and b(t) of the same body by the timestamps of either camera, the offset o of b's clock against a's minimises sum |b(t) -
-//! a(t - o)|² in the metric of both covariances. It holds for any offset, not only for small ones. A camera that is not where the rig says
-//! differs at every offset.
+//! With poses a(t) and b(t) of the same body by the timestamps of either camera, the offset o of b's clock against a's
+//! minimises sum |b(t) - a(t - o)|² in the metric of both covariances. It holds for any offset, not only for small
+//! ones. A camera that is not where the rig says differs at every offset.
 
 use std::collections::VecDeque;
 
@@ -195,7 +195,7 @@ impl Comparison<'_> {
             .flat_map(|pair| pair.b.iter().map(move |b| (pair, b)));
         samples
             .step_by(every)
-            .filter_map(move |(pair, b)| PosePair::of(pair.a, b, offset_s))
+            .filter_map(move |(pair, b)| PosePair::at_offset(pair.a, b, offset_s))
     }
 
     fn cost(&self, offset_s: f64, most: usize) -> Option<Cost> {
@@ -225,14 +225,14 @@ impl Comparison<'_> {
         Some(best)
     }
 
-    /// Standard deviation of the offset by the motion of the compared poses, s; `None` where there is none. Leaves the fastest poses out:
-    /// the step of a body at rest, or of its track, happens at one moment only.
+    /// Standard deviation of the offset by the motion of the compared poses, s; `None` where there is none. Leaves the
+    /// fastest poses out: the step of a body at rest, or of its track, happens at one moment only.
     fn sigma_s(&self, offset_s: f64) -> Option<f64> {
-        let told = self.meetings(offset_s, FINE).filter_map(|one| one.told());
-        let mut told: Vec<f64> = told.collect();
-        told.sort_by(f64::total_cmp);
-        told.truncate(told.len() - told.len().div_ceil(FASTEST));
-        let information = told.iter().sum::<f64>() / SHARED;
+        let each = self.meetings(offset_s, FINE);
+        let mut each: Vec<f64> = each.filter_map(|one| one.information()).collect();
+        each.sort_by(f64::total_cmp);
+        each.truncate(each.len() - each.len().div_ceil(FASTEST));
+        let information = each.iter().sum::<f64>() / SHARED;
         (information > 0.0).then(|| information.sqrt().recip())
     }
 
@@ -261,7 +261,8 @@ impl Comparison<'_> {
         }
     }
 
-    /// The cost at the same stamps once b has been moved as a whole: least squares over (dt, dr) of the world about its origin.
+    /// The cost at the same stamps once b has been moved as a whole: least squares over (dt, dr) of the world about its
+    /// origin.
     fn cost_if_moved(&self) -> Option<Cost> {
         let meetings = self.meetings(0.0, FINE);
         let all: Vec<Difference> = meetings.filter_map(|one| one.difference()).collect();
@@ -311,7 +312,7 @@ struct PosePair<'a> {
 }
 
 impl<'a> PosePair<'a> {
-    fn of(a: &'a VecDeque<Sample>, b: &'a Sample, offset_s: f64) -> Option<Self> {
+    fn at_offset(a: &'a VecDeque<Sample>, b: &'a Sample, offset_s: f64) -> Option<Self> {
         let at_s = |sample: &Sample| seconds(sample.stamp_ns, b.stamp_ns) - offset_s;
         // Seconds from a's sample to the moment; falls along a.
         let next = a.partition_point(|sample| at_s(sample) > 0.0);
@@ -344,7 +345,7 @@ impl<'a> PosePair<'a> {
     }
 
     /// Information about the offset, 1/s².
-    fn told(&self) -> Option<f64> {
+    fn information(&self) -> Option<f64> {
         let (from, to) = (self.before, self.after);
         let moved = se3::difference(&to.world_from_body, &from.world_from_body);
         let rate = moved / seconds(from.stamp_ns, to.stamp_ns);
@@ -360,8 +361,8 @@ impl<'a> PosePair<'a> {
         })
     }
 
-    /// The squared distance, at most [`MOST`]. The place alone, or the attitude alone, with its variances as if along one
-    /// axis, bounds it from below: nearly everywhere on the grid that is enough.
+    /// The squared distance, at most [`MOST`]. The place alone, or the attitude alone, with its variances as if along
+    /// one axis, bounds it from below: nearly everywhere on the grid that is enough.
     fn square(&self) -> Option<f64> {
         let place = |sample: &Sample| sample.world_from_body.translation.vector;
         let at = place(self.before).lerp(&place(self.after), self.share);

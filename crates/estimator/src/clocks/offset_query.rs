@@ -8,7 +8,7 @@ use crate::clocks::consensus::ClockReading;
 use crate::clocks::motion_matching::{MotionMatch, MotionPair};
 use crate::clocks::single_camera_track::{Body, SingleCameraTrack};
 use crate::clocks::{consensus, motion_matching, single_camera_track};
-use crate::site::{AssociatedImage, ClockPrior, Site};
+use crate::site::{AssociatedImage, ClockPrior, ModelledSite};
 use sextant_site_report::ClockOffset;
 
 /// Time between two comparisons, ns.
@@ -28,7 +28,8 @@ pub(crate) struct OffsetQuery {
     pub since_ns: u64,
     sweep_ns: u64,
     candidates: BTreeSet<usize>,
-    /// Cameras whose clocks are right, or not to blame as far as can be seen; and those of them whose clocks have been read.
+    /// Cameras whose clocks are right, or not to blame as far as can be seen; and those of them whose clocks have been
+    /// read.
     cleared: BTreeSet<usize>,
     read: BTreeSet<usize>,
     /// Cameras that are followed, with whether their clock is verified.
@@ -82,8 +83,8 @@ impl OffsetQuery {
         self.candidates.is_subset(&self.cleared)
     }
 
-    /// Whether there is nothing left to find out: an offset longer than what has been seen may yet explain what nothing else
-    /// does.
+    /// Whether there is nothing left to find out: an offset longer than what has been seen may yet explain what nothing
+    /// else does.
     pub fn is_over(&self) -> bool {
         self.candidates.is_subset(&self.read)
     }
@@ -97,7 +98,7 @@ impl OffsetQuery {
         &mut self,
         camera_index: usize,
         associated: &AssociatedImage,
-        site: &Site,
+        site: &ModelledSite,
         options: &FusionOptions,
     ) {
         let missing = self

@@ -1,17 +1,19 @@
 //! Search for clock offsets that a filter cannot estimate: tenths of a second, seconds, years.
 //!
-//! A camera that contradicts the others, or whose images arrive too late or too early, may have a wrong clock. The search then compares the
-//! motion that the camera sees of a body with that of other cameras at any offset ([`motion_matching`](crate::clocks::motion_matching)). An
-//! offset that is found is subtracted from the timestamps of the camera; a filter estimates the rest.
+//! A camera that contradicts the others, or whose images arrive too late or too early, may have a wrong clock. The
+//! search then compares the motion that the camera sees of a body with that of other cameras at any offset
+//! ([`motion_matching`](crate::clocks::motion_matching)). An offset that is found is subtracted from the timestamps of
+//! the camera; a filter estimates the rest.
 //!
-//! Bounded: a search ends after some seconds and is not repeated for the same cameras for a while; each image compares one pair of cameras.
+//! Bounded: a search ends after some seconds and is not repeated for the same cameras for a while; each image compares
+//! one pair of cameras.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::FusionOptions;
 use crate::clocks::arrival_delays::ArrivalDelays;
 use crate::clocks::offset_query::OffsetQuery;
-use crate::site::{AssociatedImage, Site};
+use crate::site::{AssociatedImage, ModelledSite};
 use sextant_site_model::ImageObservation;
 use sextant_site_report::ClockOffset;
 
@@ -71,7 +73,8 @@ struct Rest {
 }
 
 impl OffsetSearch {
-    /// Subtracts the offset that was found from the timestamp of an image, and replaces the clock error that its camera reports.
+    /// Subtracts the offset that was found from the timestamp of an image, and replaces the clock error that its camera
+    /// reports.
     pub fn correct(&self, camera_index: usize, image: &mut ImageObservation) {
         if let Some(found) = self.found.get(&camera_index) {
             let off_ns = (found.offset_s * 1e9).round() as i64;
@@ -91,9 +94,9 @@ impl OffsetSearch {
         }
     }
 
-    /// The clocks that may be off if one camera contradicts: its own, or all others if it is the reference and not one of several verified
-    /// clocks that agree.
-    pub fn unverified_by(&self, camera_index: usize, site: &Site) -> Vec<usize> {
+    /// The clocks that may be off if one camera contradicts: its own, or all others if it is the reference and not one
+    /// of several verified clocks that agree.
+    pub fn unverified_by(&self, camera_index: usize, site: &ModelledSite) -> Vec<usize> {
         let is_reference = camera_index == site.reference();
         if !is_reference || (self.verified.len() > 2 && self.verified.contains(&camera_index)) {
             return vec![camera_index];
@@ -107,9 +110,9 @@ impl OffsetSearch {
         self.found.iter().map(|(camera, found)| (*camera, *found))
     }
 
-    /// Records the arrival of an image, its timestamp corrected. Where images of a camera arrive before they were taken, and others do not,
-    /// a search begins at once: until it ends all images of the others would be late. Where they arrive later than those of the others it
-    /// begins once: the camera may just be slow.
+    /// Records the arrival of an image, its timestamp corrected. Where images of a camera arrive before they were
+    /// taken, and others do not, a search begins at once: until it ends all images of the others would be late. Where
+    /// they arrive later than those of the others it begins once: the camera may just be slow.
     pub fn record(
         &mut self,
         camera_index: usize,
@@ -143,9 +146,10 @@ impl OffsetSearch {
         self.latencies.cameras()
     }
 
-    /// Whether images of a camera are kept from the tracks: most clocks, this host's among them, tell another time, or its timestamps are
-    /// being searched and seem to be ahead. While a single camera contradicts the host, others are waited for.
-    pub fn is_set_aside(&self, camera_index: usize, now_ns: u64, site: &Site) -> bool {
+    /// Whether images of a camera are kept from the tracks: most clocks, this host's among them, tell another time, or
+    /// its timestamps are being searched and seem to be ahead. While a single camera contradicts the host, others are
+    /// waited for.
+    pub fn is_set_aside(&self, camera_index: usize, now_ns: u64, site: &ModelledSite) -> bool {
         let Some(majority) = self.latencies.majority() else {
             return false;
         };
@@ -166,7 +170,8 @@ impl OffsetSearch {
         self.host_offset_ns
     }
 
-    /// Once it is off, it agrees again only where it is clearly right, so that ages about the limit don't make it waver.
+    /// Once it is off, it agrees again only where it is clearly right, so that ages about the limit don't make it
+    /// waver.
     fn update_host_offset(&mut self) {
         let Some(majority) = self.latencies.majority() else {
             return;
@@ -179,8 +184,9 @@ impl OffsetSearch {
         };
     }
 
-    /// Whether images of a camera are dropped where they are late: its timestamps are being searched and seem to be behind.
-    pub fn is_behind(&self, camera_index: usize, site: &Site) -> bool {
+    /// Whether images of a camera are dropped where they are late: its timestamps are being searched and seem to be
+    /// behind.
+    pub fn is_behind(&self, camera_index: usize, site: &ModelledSite) -> bool {
         let lead_ns = self.latencies.lead_ns(camera_index);
         self.is_open_about(camera_index)
             && lead_ns.is_some_and(|lead_ns| lead_ns < -TELLING_NS)
@@ -193,7 +199,7 @@ impl OffsetSearch {
     }
 
     /// Whether the timestamps may be wrong: of two cameras the reference is right.
-    fn may_lie(&self, camera_index: usize, site: &Site) -> bool {
+    fn may_lie(&self, camera_index: usize, site: &ModelledSite) -> bool {
         self.cameras() > 2 || site.reference() != camera_index
     }
 
@@ -230,7 +236,8 @@ impl OffsetSearch {
         self.search(now_ns, candidates.into_iter());
     }
 
-    /// Cameras whose clocks have been off for a while by the filters, by index. What is off but briefly is a filter led astray.
+    /// Cameras whose clocks have been off for a while by the filters, by index. What is off but briefly is a filter led
+    /// astray.
     pub fn steadily_off(&self, now_ns: u64) -> impl Iterator<Item = usize> {
         let long = self.off_since_ns.iter();
         long.filter(move |(_, since_ns)| age_s(**since_ns, now_ns) >= STEADY_S)
@@ -273,7 +280,7 @@ impl OffsetSearch {
         &mut self,
         camera_index: usize,
         associated: &AssociatedImage,
-        site: &Site,
+        site: &ModelledSite,
         options: &FusionOptions,
     ) {
         if let Some(query) = &mut self.query {

@@ -9,7 +9,7 @@ use sextant_geometry::Pose;
 
 use crate::FusionOptions;
 use crate::measurement::corners::TagView;
-use crate::site::{ClockPrior, ObjectImage, Site};
+use crate::site::{ClockPrior, ModelledSite, ObjectImage};
 use crate::tracker::track::Track;
 use sextant_site_model::ObjectId;
 use sextant_site_report::State;
@@ -48,7 +48,7 @@ impl SingleCameraTrack {
         &mut self,
         object: &ObjectId,
         image: &ObjectImage,
-        site: &Site,
+        site: &ModelledSite,
         options: &FusionOptions,
     ) {
         if image.capture_ns <= self.track.time_ns {

@@ -1,7 +1,8 @@
 //! Cameras whose pictures stand still.
 //!
-//! No two pictures of a camera are equal: noise moves every corner by some hundredths of a pixel. Corners that are equal to the last digit,
-//! image by image, are those of one picture that a driver or a program delivers again and again.
+//! No two pictures of a camera are equal: noise moves every corner by some hundredths of a pixel. Corners that are
+//! equal to the last digit, image by image, are those of one picture that a driver or a program delivers again and
+//! again.
 
 use std::collections::BTreeMap;
 
@@ -51,8 +52,8 @@ impl FrozenCameras {
         }
     }
 
-    /// Whether the pictures of a camera stand still while another's do not: then they show what is no more. Where all stand still, somebody
-    /// shows a picture.
+    /// Whether the pictures of a camera stand still while another's do not: then they show what is no more. Where all
+    /// stand still, somebody shows a picture.
     pub fn is_left_behind(&self, camera_index: usize, now_ns: u64) -> bool {
         let is_frozen = |index: usize| self.cameras.get(&index).is_some_and(LastPicture::is_frozen);
         let is_there = |last: &LastPicture| last.last_ns.saturating_add(GONE_NS) >= now_ns;

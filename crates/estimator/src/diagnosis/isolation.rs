@@ -1,8 +1,9 @@
 //! Which fault explains what a window of images contradicts: the one that all alternatives fall far behind.
 //!
-//! Every camera and every tag of a window is tried with one parameter (clock offset, size) and with six (pose). A fault is named if its
-//! likelihood ratio is high, if it explains much of the contradiction, and if no fault of another source explains nearly as much. Two
-//! cameras that explain the same contradict each other. Then the fault is taken as known, and the rest is tested for a further one.
+//! Every camera and every tag of a window is tried with one parameter (clock offset, size) and with six (pose). A fault
+//! is named if its likelihood ratio is high, if it explains much of the contradiction, and if no fault of another
+//! source explains nearly as much. Two cameras that explain the same contradict each other. Then the fault is taken as
+//! known, and the rest is tested for a further one.
 
 use std::collections::BTreeMap;
 
@@ -15,12 +16,13 @@ use crate::diagnosis::fault_model::lens::LensFault;
 use crate::diagnosis::likelihood_ratio::{Gain, LikelihoodRatio};
 use crate::diagnosis::window::WindowEquations;
 use crate::self_calibration::parameters::{CLASSES, CLOCK, LENS, SIZE, Source};
-use crate::site::Site;
+use crate::site::ModelledSite;
 use sextant_site_model::PoseSigma;
 
 /// Most faults at a time.
 const MOST_FAULTS: usize = 4;
-/// Logarithm of the likelihood that a parameter gains by fitting noise, by Schwarz's criterion for some hundred coordinates.
+/// Logarithm of the likelihood that a parameter gains by fitting noise, by Schwarz's criterion for some hundred
+/// coordinates.
 const PER_PARAMETER: f64 = 2.5;
 /// Cameras that must be in the window for the reference clock to be tested: of two it is right by definition.
 const CAMERAS_FOR_REFERENCE: usize = 3;
@@ -84,7 +86,7 @@ impl Isolation {
         &mut self,
         now_ns: u64,
         equations: &WindowEquations,
-        site: &Site,
+        site: &ModelledSite,
         options: &DiagnosisOptions,
     ) -> Vec<usize> {
         let mut test = Test {
@@ -208,7 +210,7 @@ fn chosen(candidates: Vec<Candidate>, reference: usize) -> Option<(Candidate, Op
 }
 
 /// Inverse variances of the errors as far as they are known.
-fn known_precision(equations: &WindowEquations, site: &Site) -> DVector<f64> {
+fn known_precision(equations: &WindowEquations, site: &ModelledSite) -> DVector<f64> {
     let mut layout = equations.layout.clone();
     let own = |sigma: Option<PoseSigma>, usual: PoseSigma| {
         let own = sigma.unwrap_or(PoseSigma::NONE).times(OPTIMISM);

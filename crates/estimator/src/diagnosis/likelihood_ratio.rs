@@ -1,10 +1,12 @@
-//! Likelihood ratios of faults: how much better a window is explained if some errors may be larger than they are known to be.
+//! Likelihood ratios of faults: how much better a window is explained if some errors may be larger than they are known
+//! to be.
 //!
-//! With the information N and the gradient g of the errors, the precision L of what is known of them, A = N + L and x = -A^-1 g, the half
-//! square that the errors explain is -g' x / 2. A fault adds V p to the errors, the columns of V telling which errors a parameter moves,
-//! with a prior of its own, of precision S. Its score is V' L x, its information V' (L - L A^-1 L) V, and with the prior the explained half
-//! square grows by score' (information + S)^-1 score / 2: the logarithm of the generalised likelihood ratio (Basseville, Nikiforov 1993,
-//! Detection of abrupt changes, sec. 7.2.4).
+//! With the information N and the gradient g of the errors, the precision L of what is known of them, A = N + L and x =
+//! -A^-1 g, the half square that the errors explain is -g' x / 2. A fault adds V p to the errors, the columns of V
+//! telling which errors a parameter moves, with a prior of its own, of precision S. Its score is V' L x, its
+//! information V' (L - L A^-1 L) V, and with the prior the explained half square grows by score' (information + S)^-1
+//! score / 2: the logarithm of the generalised likelihood ratio (Basseville, Nikiforov 1993, Detection of abrupt
+//! changes, sec. 7.2.4).
 
 use nalgebra::{DMatrix, DVector};
 
@@ -44,8 +46,8 @@ impl LikelihoodRatio {
         })
     }
 
-    /// What a fault explains more whose parameters move the errors at these places, each with a prior standard deviation; `None` where numbers
-    /// end.
+    /// What a fault explains more whose parameters move the errors at these places, each with a prior standard
+    /// deviation; `None` where numbers end.
     pub fn gain(&self, moved: &[Vec<usize>], sigmas: &[f64]) -> Option<Gain> {
         let score_at = |at: usize| self.precision[at] * self.errors[at];
         let score = moved

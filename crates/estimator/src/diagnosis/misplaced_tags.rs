@@ -1,6 +1,7 @@
 //! Tags that are seen where their objects can't have them: stuck on something else, or printed twice.
 //!
-//! A camera that was moved sees all its tags in the wrong place; of a sound camera's views only those of a misplaced tag are rejected.
+//! A camera that was moved sees all its tags in the wrong place; of a sound camera's views only those of a misplaced
+//! tag are rejected.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -17,7 +18,8 @@ pub(crate) enum SeenOn {
     Nowhere,
 }
 
-/// Views far from the tag's place, fading, from which on a tag is named as misplaced, and below which it is not any more.
+/// Views far from the tag's place, fading, from which on a tag is named as misplaced, and below which it is not any
+/// more.
 const RAISED: f64 = 5.0;
 const CLEARED: f64 = 1.0;
 /// Agreeing views that a sound camera has, fading, and share of its views of other tags that may be rejected.

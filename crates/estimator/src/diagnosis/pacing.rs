@@ -1,8 +1,10 @@
-//! Which instants are tested: each object's now and then, and of all objects together as many as the window holds, spread over its time.
+//! Which instants are tested: each object's now and then, and of all objects together as many as the window holds,
+//! spread over its time.
 
 use std::collections::BTreeMap;
 
-/// Time for which instants that were not tested are made up for, ns: an image of usual cameras shows many objects at once.
+/// Time for which instants that were not tested are made up for, ns: an image of usual cameras shows many objects at
+/// once.
 const BURST_NS: u64 = 50_000_000;
 
 /// When instants were last tested.
@@ -17,8 +19,8 @@ pub(crate) struct Pacing {
 }
 
 impl Pacing {
-    /// Whether an instant of an object is tested: `interval_ns` after its last one, or later where so many objects take turns that
-    /// `spacing_ns` between any two instants would not be kept.
+    /// Whether an instant of an object is tested: `interval_ns` after its last one, or later where so many objects take
+    /// turns that `spacing_ns` between any two instants would not be kept.
     pub fn take(&mut self, object: usize, time_ns: u64, interval_ns: u64, spacing_ns: u64) -> bool {
         self.newest_ns = self.newest_ns.max(time_ns);
         let share_ns = self.tested_ns.len() as u64 * spacing_ns;
@@ -42,7 +44,8 @@ mod tests {
 
     const MS: u64 = 1_000_000;
 
-    /// How often each object is tested in ten seconds, and the longest time without any test, ns. All objects are in each image.
+    /// How often each object is tested in ten seconds, and the longest time without any test, ns. All objects are in
+    /// each image.
     fn tested(n_objects: usize, interval_ns: u64, spacing_ns: u64) -> (Vec<usize>, u64) {
         let mut pacing = Pacing::default();
         let mut counts = vec![0; n_objects];

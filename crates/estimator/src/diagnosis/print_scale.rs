@@ -1,9 +1,9 @@
 //! Objects whose tags have all been printed at another scale than their file says.
 //!
-//! In an image of several tags their sizes and their distances contradict each other then: with the sizes of the file the object is too near,
-//! with its places too far. A common factor of all sizes is estimated beside the pose by each image alone, so that neither cameras nor tracks
-//! matter. Self-calibration can't tell it from tags that are all off their places; but that each is off by just as much as a printer's scale
-//! would have it is no accident.
+//! In an image of several tags their sizes and their distances contradict each other then: with the sizes of the file
+//! the object is too near, with its places too far. A common factor of all sizes is estimated beside the pose by each
+//! image alone, so that neither cameras nor tracks matter. Self-calibration can't tell it from tags that are all off
+//! their places; but that each is off by just as much as a printer's scale would have it is no accident.
 
 use std::collections::VecDeque;
 
@@ -13,7 +13,7 @@ use sextant_geometry::{Pose, se3};
 use crate::measurement::corners::{CalibratedCamera, TagView, WeightedView};
 use crate::measurement::planar_poses::{branches, largest};
 use crate::measurement::rolling_shutter::LinkMotion;
-use crate::site::{ObjectImage, Site};
+use crate::site::{ModelledSite, ObjectImage};
 
 /// Images that decide.
 const IMAGES: usize = 12;
@@ -45,7 +45,7 @@ pub(crate) struct PrintScale {
 
 impl PrintScale {
     /// Takes an image in; the size of the tags over that in force where images agree that it is another.
-    pub fn take(&mut self, image: &ObjectImage, site: &Site) -> Option<f64> {
+    pub fn take(&mut self, image: &ObjectImage, site: &ModelledSite) -> Option<f64> {
         let is_due =
             self.looked_at < IMAGES || image.capture_ns >= self.last_ns.saturating_add(SPACING_NS);
         let has_one_link = image
@@ -102,7 +102,8 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
     sorted[sorted.len() / 2]
 }
 
-/// Logarithm of the common factor of all sizes that explains an image best; zero where none explains what the file's sizes do not.
+/// Logarithm of the common factor of all sizes that explains an image best; zero where none explains what the file's
+/// sizes do not.
 fn log_scale(views: &[TagView], camera_index: usize, camera: &CalibratedCamera) -> Option<f64> {
     let best = |start: f64, is_free: bool| {
         let starts = scaled(views, start);
@@ -140,7 +141,8 @@ fn apart(weighted: &[WeightedView<'_>]) -> Option<f64> {
     (!ratios.is_empty()).then(|| median(ratios.into_iter()))
 }
 
-/// The scale next to a start, or that of the start where it is not free, and the cost; `None` where the tags can't be seen so.
+/// The scale next to a start, or that of the start where it is not free, and the cost; `None` where the tags can't be
+/// seen so.
 fn fit(
     (views, camera_index, camera): (&[TagView], usize, &CalibratedCamera),
     mut pose: Pose,

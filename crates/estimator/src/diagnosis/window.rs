@@ -1,4 +1,5 @@
-//! The last keyframes of a site, each linearised at the models in force, and what they say jointly of the site's errors.
+//! The last keyframes of a site, each linearised at the models in force, and what they say jointly of the site's
+//! errors.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::ops::Range;
@@ -31,7 +32,8 @@ pub(crate) struct WindowEquations {
     pub misfit: f64,
     /// From each camera to the body that it saw last, world axes, m.
     pub arms: BTreeMap<usize, Vector3<f64>>,
-    /// Standard deviation of each camera's clock offset where it is estimated, s; 0 where the clock is taken to be right.
+    /// Standard deviation of each camera's clock offset where it is estimated, s; 0 where the clock is taken to be
+    /// right.
     pub clock_sigmas_s: BTreeMap<usize, f64>,
     /// As [`LinearisedKeyframe::distortions_per_px`].
     pub distortions_per_px: BTreeMap<usize, f64>,
@@ -58,7 +60,8 @@ impl Window {
             .retain(|one| !one.layout.cameras.contains_key(&camera));
     }
 
-    /// Logarithm of the likelihood ratio of the strongest source, all others being exact: an upper bound of what a test can find.
+    /// Logarithm of the likelihood ratio of the strongest source, all others being exact: an upper bound of what a test
+    /// can find.
     pub fn strongest_pull(&self) -> f64 {
         self.pulls().values().copied().fold(0.0, f64::max)
     }

@@ -1,8 +1,8 @@
 //! Clock offsets as part of the state: how far the timestamps of a camera lie after the reference clock.
 //!
-//! An image stamped s by a camera whose clock is ahead by o shows the object at s - o, which is the pose at s moved by -o times the twist:
-//! motion makes the offset observable (Furgale, Rehder, Siegwart 2013, Unified temporal and spatial calibration; here linear over the few
-//! milliseconds that clocks differ).
+//! An image stamped s by a camera whose clock is ahead by o shows the object at s - o, which is the pose at s moved by
+//! -o times the twist: motion makes the offset observable (Furgale, Rehder, Siegwart 2013, Unified temporal and spatial
+//! calibration; here linear over the few milliseconds that clocks differ).
 
 use nalgebra::SVector;
 
@@ -45,10 +45,10 @@ impl ClockStates {
         }
     }
 
-    /// Notes the camera of the next update. A camera whose clock is right makes the offset of each other observable once; updates without it
-    /// show only differences, since all offsets and the time of the pose may change together. A filter would believe to observe that, too,
-    /// since it is linearised about one twist now and about another later (Huang, Mourikis, Roumeliotis 2010, Observability-based rules for
-    /// designing consistent EKF SLAM, sec. 3).
+    /// Notes the camera of the next update. A camera whose clock is right makes the offset of each other observable
+    /// once; updates without it show only differences, since all offsets and the time of the pose may change together.
+    /// A filter would believe to observe that, too, since it is linearised about one twist now and about another later
+    /// (Huang, Mourikis, Roumeliotis 2010, Observability-based rules for designing consistent EKF SLAM, sec. 3).
     pub fn record(&mut self, camera_index: usize) {
         self.adrift.fill(0.0);
         match self.slot(camera_index) {
@@ -72,8 +72,8 @@ impl ClockStates {
         by - self.adrift * (self.adrift.tr_mul(by) / self.adrift.sum().max(1.0))
     }
 
-    /// Reduces the covariance by an update. With the gain K less the share in common M it is P - K S Kᵀ + M K S Kᵀ Mᵀ; the covariance with
-    /// the state does not change.
+    /// Reduces the covariance by an update. With the gain K less the share in common M it is P - K S Kᵀ + M K S Kᵀ Mᵀ;
+    /// the covariance with the state does not change.
     pub fn update_covariance(&mut self, told: &Own) {
         let in_common = self.in_common(&(told * self.adrift)) / self.adrift.sum().max(1.0);
         let kept = self.adrift * self.adrift.transpose() * in_common;

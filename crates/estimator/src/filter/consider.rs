@@ -1,10 +1,10 @@
-//! Consider states: errors of camera poses, lenses and tag poses, which no number of images averages away (Schmidt 1966, Application of
-//! state-space methods to navigation problems).
+//! Consider states: errors of camera poses, lenses and tag poses, which no number of images averages away (Schmidt
+//! 1966, Application of state-space methods to navigation problems).
 //!
-//! They are not estimated here. The sensitivity S = d state / d e of the state to an error e is propagated: S' = F S in a prediction, and
-//! in an update S is reduced by G (L H S + K), with gain G, information L of all corners and K = J^T W dr/de of the corners that the source
-//! displaces. The published covariance is P + S C Sᵀ over all sources, P being inflated as Fisher's information of the last views requires
-//! ([`ObjectState::covariance_inflation`]).
+//! They are not estimated here. The sensitivity S = d state / d e of the state to an error e is propagated: S' = F S in
+//! a prediction, and in an update S is reduced by G (L H S + K), with gain G, information L of all corners and K = J^T
+//! W dr/de of the corners that the source displaces. The published covariance is P + S C Sᵀ over all sources, P being
+//! inflated as Fisher's information of the last views requires ([`ObjectState::covariance_inflation`]).
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector6};
 
@@ -34,8 +34,8 @@ pub(crate) struct ConsiderState {
     /// Of each number of the error.
     pub(crate) variance: Vector6<f64>,
     pub(crate) sensitivity: MotionSensitivity,
-    /// `None` for a rigid object. Joints, and clocks while they are uncertain, are so closely correlated with the pose that it would diverge
-    /// without them.
+    /// `None` for a rigid object. Joints, and clocks while they are uncertain, are so closely correlated with the pose
+    /// that it would diverge without them.
     pub(crate) of_joints: Option<Box<JointSensitivity>>,
     pub(crate) of_clocks: Option<Box<ClockSensitivity>>,
 }
@@ -65,7 +65,8 @@ impl ConsiderStates {
         }
     }
 
-    /// Changes the reference link; `by_motion` and `by_joints` are the derivatives of its state by that of the former one and of the joints.
+    /// Changes the reference link; `by_motion` and `by_joints` are the derivatives of its state by that of the former
+    /// one and of the joints.
     pub fn rooted(&mut self, by_motion: &Covariance, by_joints: &JointCross) {
         for source in &mut self.sources {
             source.sensitivity = by_motion * source.sensitivity;

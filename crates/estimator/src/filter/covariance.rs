@@ -71,8 +71,8 @@ pub(crate) fn white_acceleration(dt: f64, process_noise_psd: ProcessNoisePsd) ->
     noise
 }
 
-/// Whether a variance along some axis exceeds a limit. The trace bounds the largest eigenvalue from above and the diagonal
-/// from below, so that eigenvalues are hardly ever needed.
+/// Whether a variance along some axis exceeds a limit. The trace bounds the largest eigenvalue from above and the
+/// diagonal from below, so that eigenvalues are hardly ever needed.
 pub(crate) fn is_wider_than(covariance: &Matrix3<f64>, limit: f64) -> bool {
     covariance.trace() > limit
         && (covariance.diagonal().max() > limit || covariance.symmetric_eigenvalues().max() > limit)

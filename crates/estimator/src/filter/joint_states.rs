@@ -1,7 +1,8 @@
 //! Joints as part of the state: value and speed of each, correlated with the motion and the clocks.
 //!
-//! Prediction with constant speed and white acceleration, as for the base. The variance of a value is at most that of a uniform distribution
-//! between its limits (over the circle, where a hinge has none), so that a joint without views does not wander off.
+//! Prediction with constant speed and white acceleration, as for the base. The variance of a value is at most that of a
+//! uniform distribution between its limits (over the circle, where a hinge has none), so that a joint without views
+//! does not wander off.
 
 use std::sync::Arc;
 
@@ -81,7 +82,8 @@ impl JointStates {
         self.own[(slot, slot)].max(0.0).sqrt()
     }
 
-    /// Takes an innovation of a value in, as [`PsdEstimate::learn_one`]; `spread` is [`crate::filter::process_noise::ProcessNoise::spread`].
+    /// Takes an innovation of a value in, as [`PsdEstimate::learn_one`]; `spread` is
+    /// [`crate::filter::process_noise::ProcessNoise::spread`].
     pub fn learn(&mut self, slot: usize, seen: (f64, f64, f64), spread: f64) {
         let noise = self.density(slot) * spread;
         self.learned[slot].learn_one(seen, noise);
@@ -97,7 +99,8 @@ impl JointStates {
         self.speeds += step.fixed_rows::<MOST_JOINTS>(MOST_JOINTS);
     }
 
-    /// F = [I dt; 0 I] on the values, and the white acceleration, whose densities are the usual ones times `persistence`; the motion's part of `cross` is carried before.
+    /// F = [I dt; 0 I] on the values, and the white acceleration, whose densities are the usual ones times
+    /// `persistence`; the motion's part of `cross` is carried before.
     pub fn advance(&mut self, dt: f64, persistence: f64) {
         self.values += self.speeds * dt;
         let ahead = |matrix: &mut JointOwn| {
@@ -133,7 +136,8 @@ impl JointStates {
         noise
     }
 
-    /// Against all expectation: a blow between two images `dt` seconds apart, that counts as if it had lasted for `acting_s`.
+    /// Against all expectation: a blow between two images `dt` seconds apart, that counts as if it had lasted for
+    /// `acting_s`.
     pub fn jolt(&mut self, (dt, acting_s): (f64, f64), options: &FusionOptions) {
         for slot in 0..self.moving {
             let acceleration = match self.chain.moving().nth(slot).map(|joint| joint.kind) {
@@ -151,8 +155,8 @@ impl JointStates {
         }
     }
 
-    /// Brings values and speeds within the limits of the joints. For what is published: the filter would count the limits anew with
-    /// each image.
+    /// Brings values and speeds within the limits of the joints. For what is published: the filter would count the
+    /// limits anew with each image.
     pub fn keep_within_limits(&mut self) {
         for (slot, joint) in self.chain.moving().enumerate() {
             if let Some([lowest, highest]) = joint.limits {

@@ -1,8 +1,8 @@
 //! The configuration that agrees best with a prior and the corners of simultaneous images.
 //!
-//! Minimises |difference(configuration, prior)|²_P + sum over corners of rho(r) by Gauss-Newton with Levenberg-Marquardt damping;
-//! at the minimum the normal matrix is the inverse covariance (Bell, Cathey 1993, The iterated Kalman filter update as a
-//! Gauss-Newton method; information form).
+//! Minimises |difference(configuration, prior)|²_P + sum over corners of rho(r) by Gauss-Newton with
+//! Levenberg-Marquardt damping; at the minimum the normal matrix is the inverse covariance (Bell, Cathey 1993, The
+//! iterated Kalman filter update as a Gauss-Newton method; information form).
 
 use nalgebra::{Cholesky, Const, SMatrix, SVector};
 use sextant_geometry::so3;
@@ -128,8 +128,8 @@ impl<const D: usize> Point<D> {
         step.dot(&(self.all.information * step)).sqrt()
     }
 
-    /// The step with the weights that the views will have after it. Where the prediction was off by more than the corners'
-    /// noise their weights rise by the way, and would only be known by looking at all corners again.
+    /// The step with the weights that the views will have after it. Where the prediction was off by more than the
+    /// corners' noise their weights rise by the way, and would only be known by looking at all corners again.
     fn reweighed(
         &self,
         first: SVector<f64, D>,

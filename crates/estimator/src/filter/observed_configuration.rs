@@ -18,7 +18,8 @@ use sextant_site_model::MOST_JOINTS;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ObservationTime {
     pub camera_index: usize,
-    /// Mean distance of the rows that show the object from the capture time, s: acceleration within it makes the observation uncertain.
+    /// Mean distance of the rows that show the object from the capture time, s: acceleration within it makes the
+    /// observation uncertain.
     pub apart_s: f64,
 }
 

@@ -1,15 +1,17 @@
 //! Power spectral density of the white acceleration of a body, estimated from the innovations.
 //!
-//! Maximum likelihood by scoring on the logarithm of the density. With the innovation d of covariance S and D = dS/d ln q the slope is (d
-//! S⁻¹ D S⁻¹ d - tr S⁻¹ D) / 2 and the information tr (S⁻¹ D)² / 2 (Harvey 1989, Forecasting, eqs. 3.4.5, 3.4.69). D is the share of the
-//! predicted covariance that the density brings about. Where the prediction hardly matters, the information is small.
+//! Maximum likelihood by scoring on the logarithm of the density. With the innovation d of covariance S and D = dS/d ln
+//! q the slope is (d S⁻¹ D S⁻¹ d - tr S⁻¹ D) / 2 and the information tr (S⁻¹ D)² / 2 (Harvey 1989, Forecasting, eqs.
+//! 3.4.5, 3.4.69). D is the share of the predicted covariance that the density brings about. Where the prediction
+//! hardly matters, the information is small.
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
-/// Share of the predicted variance that changes with the density: between 1/4 where images rule and 1 where motion does.
+/// Share of the predicted variance that changes with the density: between 1/4 where images rule and 1 where motion
+/// does.
 const SHARE: f64 = 0.4;
-/// Time for which an acceleration persists, s. No acceleration is white: over a shorter step the change of speed goes with the step and its
-/// variance with the square, as with a density proportional to the step.
+/// Time for which an acceleration persists, s. No acceleration is white: over a shorter step the change of speed goes
+/// with the step and its variance with the square, as with a density proportional to the step.
 const PERSISTS_S: f64 = 0.15;
 /// Steps over which the usual one is averaged.
 const USUAL_OF: f64 = 20.0;
@@ -17,15 +19,16 @@ const USUAL_OF: f64 = 20.0;
 const FAITH: f64 = 0.5;
 /// Updates that are remembered.
 const MEMORY: f64 = 40.0;
-/// Share of the earlier innovations that counts with the next: what goes on in one direction is an acceleration that persists, of which a single
-/// innovation shows little. With white innovations the sum has mean zero.
+/// Share of the earlier innovations that counts with the next: what goes on in one direction is an acceleration that
+/// persists, of which a single innovation shows little. With white innovations the sum has mean zero.
 const PERSISTENCE: f64 = 0.5;
-/// How much innovations of opposite directions count, in roots of the information: they come from cameras that disagree.
+/// How much innovations of opposite directions count, in roots of the information: they come from cameras that
+/// disagree.
 const MOST_OPPOSED: f64 = 0.8;
 /// Largest step of one update, in standard deviations: a jolt is no change of the density.
 const MOST_SIGMAS: f64 = 3.0;
-/// Bounds of the logarithm about the default: from a body at rest to one shaken by hand. What is livelier is no motion but
-/// images that contradict each other.
+/// Bounds of the logarithm about the default: from a body at rest to one shaken by hand. What is livelier is no motion
+/// but images that contradict each other.
 const BOUNDS: (f64, f64) = (-7.0, 4.5);
 
 /// Share of a predicted variance that goes with the density; the rest was uncertain before.
@@ -146,10 +149,11 @@ impl ProcessNoise {
 }
 
 impl PsdEstimate {
-    /// Takes the three axes from `first` on in; `noise` is the variance along each that the density can have brought about.
+    /// Takes the three axes from `first` on in; `noise` is the variance along each that the density can have brought
+    /// about.
     ///
-    /// Of the predicted covariance that of these axes alone counts, the others being known: what hangs together with others is
-    /// none of this density's doing.
+    /// Of the predicted covariance that of these axes alone counts, the others being known: what hangs together with
+    /// others is none of this density's doing.
     fn learn<const D: usize>(&mut self, innovation: &Innovation<D>, first: usize, noise: f64) {
         let block =
             |matrix: &SMatrix<f64, D, D>| matrix.fixed_view::<3, 3>(first, first).into_owned();
@@ -167,7 +171,8 @@ impl PsdEstimate {
         self.score(slope, information);
     }
 
-    /// Updates with a single axis: innovation over its variance, inverse of that variance, and the predicted variance of the axis alone.
+    /// Updates with a single axis: innovation over its variance, inverse of that variance, and the predicted variance
+    /// of the axis alone.
     pub fn learn_one(&mut self, (pull, weight, alone): (f64, f64, f64), noise: f64) {
         let change = alone * share(alone, noise);
         let relative = weight * change;

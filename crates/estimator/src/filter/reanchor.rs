@@ -1,8 +1,9 @@
 //! Choice of the link whose pose is in the state: one that is known well, the base of the model where that is no worse.
 //!
-//! The pose of a link that is not seen depends on joints that may have any value. With such a pose in the state the unobservable directions
-//! would turn with every new estimate, and views would seem to observe them (Huang, Mourikis, Roumeliotis 2010, Observability-based rules
-//! for designing consistent EKF SLAM estimators, sec. 4). With a link that is seen they are the joints themselves, which no estimate turns.
+//! The pose of a link that is not seen depends on joints that may have any value. With such a pose in the state the
+//! unobservable directions would turn with every new estimate, and views would seem to observe them (Huang, Mourikis,
+//! Roumeliotis 2010, Observability-based rules for designing consistent EKF SLAM estimators, sec. 4). With a link that
+//! is seen they are the joints themselves, which no estimate turns.
 
 use nalgebra::{Matrix6, SMatrix, Vector6};
 use sextant_geometry::Pose;
@@ -82,8 +83,8 @@ impl ObjectState {
         (pose, self.link_jacobian(link) * self.rates::<SIZE>())
     }
 
-    /// The same knowledge with another link's pose and twist in the state. To first order, and without what errors of the
-    /// configuration change in the twist: they are small where there is a choice.
+    /// The same knowledge with another link's pose and twist in the state. To first order, and without what errors of
+    /// the configuration change in the twist: they are small where there is a choice.
     fn rooted(mut self, root: usize) -> Self {
         let (pose, twist) = self.link(root);
         let jacobian = self.link_jacobian(root);

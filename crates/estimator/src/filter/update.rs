@@ -1,10 +1,14 @@
-//! From the configuration that the corners show to the whole state: they see base and joints only, the rest follows by its
-//! correlation.
+//! From the configuration that the corners show to the whole state: they see base and joints only, the rest follows by
+//! its correlation.
 //!
-//! The seen configuration is a linear function of the state. With S its prior covariance, M its covariance with the state,
-//! L = J^T W J the information of the corners and C the Cholesky factor of S:
-//! P⁺ = P - Mᵀ C⁻ᵀ (I - B⁻¹) C⁻¹ M with B = I + Cᵀ L C. B's eigenvalues are at least one, so the form holds for vague and
-//! for sharp priors alike.
+//! The seen configuration is a linear function of the state. With S its prior covariance, M its covariance with the
+//! state, L = J^T W J the information of the corners and C the Cholesky factor of S:
+//!
+//! ```text
+//! P⁺ = P - Mᵀ C⁻ᵀ (I - B⁻¹) C⁻¹ M with B = I + Cᵀ L C
+//! ```
+//!
+//! B's eigenvalues are at least one, so the form holds for vague and for sharp priors alike.
 
 use nalgebra::{Cholesky, Const, SMatrix, Vector3};
 use sextant_geometry::{se3, so3};

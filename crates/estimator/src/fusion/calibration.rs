@@ -23,8 +23,9 @@ impl RigFusion {
 
     /// Offers the instants before a time, and applies the corrections where there are any.
     ///
-    /// The first images of an object are offered at once, since what they contradict is most likely an error of the files. Later ones wait
-    /// in quarantine until diagnosis has seen them, and are discarded if a fault is suspected by then.
+    /// The first images of an object are offered at once, since what they contradict is most likely an error of the
+    /// files. Later ones wait in quarantine until diagnosis has seen them, and are discarded if a fault is suspected by
+    /// then.
     pub(crate) fn self_calibrate(&mut self, before_ns: u64) {
         if self.site.is_exact() {
             return;
@@ -59,7 +60,8 @@ impl RigFusion {
         self.diagnosis.is_alert(&self.options) && !self.self_calibration.is_young()
     }
 
-    /// Applies the adjustment that is due. While a fault is suspected it may have been learned, and what is known of the fault must stay.
+    /// Applies the adjustment that is due. While a fault is suspected it may have been learned, and what is known of
+    /// the fault must stay.
     pub(crate) fn take_adjusted(&mut self) {
         if self.is_suspect() {
             self.self_calibration.discard_adjustment();
@@ -75,7 +77,8 @@ impl RigFusion {
         }
     }
 
-    /// Up to when instants of an object are offered: all of them while it is new, later those that are about to leave the fixed lag.
+    /// Up to when instants of an object are offered: all of them while it is new, later those that are about to leave
+    /// the fixed lag.
     fn offered_before(&self, object: usize, before_ns: u64) -> u64 {
         if self.is_new(object, before_ns) {
             return before_ns;
@@ -165,8 +168,8 @@ const STRETCH_NS: u64 = 110_000_000;
 /// Most images of each camera in it.
 const MOST_IMAGES: usize = 3;
 
-/// The last stretch of time until an image, which no other camera took at once: the track in its middle, and the images camera by camera.
-/// `None` where others did, or where no other camera shows the object.
+/// The last stretch of time until an image, which no other camera took at once: the track in its middle, and the images
+/// camera by camera. `None` where others did, or where no other camera shows the object.
 fn stretch<'a>(
     timeline: &'a Timeline,
     last: &'a ObjectImage,

@@ -10,14 +10,16 @@ use crate::tracker::timeline::Timeline;
 use sextant_site_model::{CameraId, ImageObservation};
 use sextant_site_report::ClockOffset;
 
-/// Offset estimated by a filter from which on it is subtracted from the timestamps instead, s, so that poses have the time of the
-/// reference clock, and since the filter assumes uniform motion within it.
+/// Offset estimated by a filter from which on it is subtracted from the timestamps instead, s, so that poses have the
+/// time of the reference clock, and since the filter assumes uniform motion within it.
 const FAR_S: f64 = 0.004;
-/// Standard deviation that such an offset needs, s, and how many of its own it exceeds; and offset beyond which a filter may have been led astray, s.
+/// Standard deviation that such an offset needs, s, and how many of its own it exceeds; and offset beyond which a
+/// filter may have been led astray, s.
 const KNOWN_S: f64 = 0.003;
 const SIGNIFICANT: f64 = 4.0;
 const ASTRAY_S: f64 = 0.06;
-/// Change of this host's offset to the cameras' clocks from which on earlier times can't be compared with later ones, ns.
+/// Change of this host's offset to the cameras' clocks from which on earlier times can't be compared with later ones,
+/// ns.
 const MOST_HOST_CHANGE_NS: u64 = 500_000_000;
 /// Time between two evaluations of the estimated offsets, ns.
 const PERIOD_NS: u64 = 100_000_000;
@@ -43,8 +45,8 @@ fn disagreement(estimates: &[ClockOffset]) -> f64 {
 }
 
 impl RigFusion {
-    /// Offset of a camera's clock as the filter of an object estimates it, s; zero unless [`is_far`]. Until it is subtracted from the
-    /// timestamps, it is subtracted from the times of published poses.
+    /// Offset of a camera's clock as the filter of an object estimates it, s; zero unless [`is_far`]. Until it is
+    /// subtracted from the timestamps, it is subtracted from the times of published poses.
     pub(crate) fn ahead_s(&self, object: usize, camera_index: usize) -> f64 {
         let mut offsets = self.timelines[object].clock_offsets();
         let own = offsets.find(|(camera, _)| *camera == camera_index);
@@ -144,8 +146,8 @@ impl RigFusion {
         }
     }
 
-    /// Evaluates the estimated offsets now and then. Offsets that have grown beyond the range of a filter are subtracted from the
-    /// timestamps.
+    /// Evaluates the estimated offsets now and then. Offsets that have grown beyond the range of a filter are
+    /// subtracted from the timestamps.
     pub(crate) fn move_far_offsets(&mut self) {
         let now_ns = self.now_ns;
         if now_ns < self.next_offsets_ns {
@@ -179,8 +181,8 @@ impl RigFusion {
         }
     }
 
-    /// Offsets that the filters estimate for the corrected timestamps, by camera index: the most precise estimate of all objects, its sigma
-    /// widened by what they disagree by.
+    /// Offsets that the filters estimate for the corrected timestamps, by camera index: the most precise estimate of
+    /// all objects, its sigma widened by what they disagree by.
     fn estimated_offsets(&self) -> BTreeMap<usize, ClockOffset> {
         let mut by_camera: BTreeMap<usize, Vec<ClockOffset>> = BTreeMap::new();
         for (camera, found) in self.timelines.iter().flat_map(Timeline::clock_offsets) {

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::clocks::offset_search::OffsetSearch;
 use crate::diagnosis::{Diagnosis, MovedCamera};
-use crate::site::Site;
+use crate::site::ModelledSite;
 use sextant_site_model::{CameraId, ObjectModel};
 use sextant_site_report::{ClockOffset, Fault};
 
@@ -18,9 +18,10 @@ pub(crate) fn is_off(clock: &ClockOffset) -> bool {
     clock.offset_s.abs() > OFF_S.max(SURE * clock.sigma_s)
 }
 
-/// All faults: cameras, tags, clocks, duplicates, each in order of name. A moved camera is not named while its clock may be the cause.
+/// All faults: cameras, tags, clocks, duplicates, each in order of name. A moved camera is not named while its clock
+/// may be the cause.
 pub(crate) fn all(
-    site: &Site,
+    site: &ModelledSite,
     diagnosis: &Diagnosis,
     clocks: &BTreeMap<CameraId, ClockOffset>,
     search: &OffsetSearch,
@@ -72,7 +73,7 @@ pub(crate) fn all(
 
 /// Clocks that are steadily off, then cameras whose images are rejected for their age.
 fn of_clocks(
-    site: &Site,
+    site: &ModelledSite,
     diagnosis: &Diagnosis,
     clocks: &BTreeMap<CameraId, ClockOffset>,
     search: &OffsetSearch,
@@ -80,8 +81,8 @@ fn of_clocks(
 ) -> Vec<Fault> {
     let is_sure = !search.is_young(now_ns);
     let camera = |index: usize| site.camera_id(index);
-    // Poses allow for offsets: a camera that contradicts all the same has another fault, and a camera that is moved spoils the offsets of
-    // all others.
+    // Poses allow for offsets: a camera that contradicts all the same has another fault, and a camera that is moved
+    // spoils the offsets of all others.
     let contradicting: BTreeSet<usize> = diagnosis.contradicting_cameras().collect();
     let is_spoilt = diagnosis.moved_cameras().next().is_some();
     let steadily_off = search.steadily_off(now_ns);
@@ -116,7 +117,7 @@ fn of_clocks(
 
 /// Cameras whose pictures stand still, then those with other lenses.
 pub(crate) fn of_cameras(
-    site: &Site,
+    site: &ModelledSite,
     frozen: impl Iterator<Item = (usize, f64)>,
     diagnosis: &Diagnosis,
 ) -> Vec<Fault> {
@@ -136,7 +137,7 @@ pub(crate) fn of_cameras(
 
 /// Cameras whose images are of another size than the rig says.
 pub(crate) fn of_sizes<'a>(
-    site: &Site,
+    site: &ModelledSite,
     sizes: impl Iterator<Item = (&'a CameraId, [u32; 2])>,
 ) -> Vec<Fault> {
     let faults = sizes.filter_map(|(camera, size)| {
@@ -161,7 +162,7 @@ pub(crate) fn camera_of_images(fault: &Fault) -> Option<&CameraId> {
 
 /// What keeps an object from being tracked, whatever camera or tag it is due to.
 pub(crate) fn of_objects(
-    site: &Site,
+    site: &ModelledSite,
     objects: &[ObjectModel],
     refused_share: impl Fn(usize) -> Option<f64>,
 ) -> Vec<Fault> {

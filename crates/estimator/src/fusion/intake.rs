@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::site::{AssociatedImage, Site};
+use crate::site::{AssociatedImage, ModelledSite};
 use crate::{CameraStatistics, FusionOptions, Statistics};
 use sextant_site_model::{CameraId, ImageObservation};
 
@@ -20,8 +20,8 @@ pub(crate) struct ImageIntake {
     stepped_ns: u64,
 }
 
-/// Least time between two images of a camera, ns: no camera of a site is as fast as 500 images a second. It bounds how many images
-/// a window holds, whatever their stamps say.
+/// Least time between two images of a camera, ns: no camera of a site is as fast as 500 images a second. It bounds how
+/// many images a window holds, whatever their stamps say.
 const LEAST_INTERVAL_NS: u64 = 2_000_000;
 /// Most capture times remembered of a camera, however long the window.
 const MOST_RECENT: usize = 4096;
@@ -29,7 +29,7 @@ const MOST_RECENT: usize = 4096;
 const GONE_NS: u64 = 2_000_000_000;
 
 impl ImageIntake {
-    pub fn new(site: &Site) -> Self {
+    pub fn new(site: &ModelledSite) -> Self {
         let mut intake = Self {
             statistics: Statistics::default(),
             recent_ns: BTreeMap::new(),
@@ -45,7 +45,7 @@ impl ImageIntake {
         &self.statistics
     }
 
-    pub fn rig_changed(&mut self, site: &Site) {
+    pub fn rig_changed(&mut self, site: &ModelledSite) {
         for camera in site.cameras() {
             self.statistics
                 .cameras
@@ -62,7 +62,7 @@ impl ImageIntake {
     }
 
     /// Notes that an image arrived at `now_ns`, whatever becomes of it.
-    pub fn note_arrival(&mut self, now_ns: u64, camera: &CameraId, site: &Site) {
+    pub fn note_arrival(&mut self, now_ns: u64, camera: &CameraId, site: &ModelledSite) {
         if site.camera(camera).is_some() {
             self.arrived_ns.insert(camera.clone(), now_ns);
         }
@@ -82,7 +82,7 @@ impl ImageIntake {
     }
 
     /// Whether an image is of another size than the rig says, whose corners the lens can't place. Counts such images.
-    pub fn is_of_other_size(&mut self, image: &ImageObservation, site: &Site) -> bool {
+    pub fn is_of_other_size(&mut self, image: &ImageObservation, site: &ModelledSite) -> bool {
         let Some((_, camera)) = site.camera(&image.camera) else {
             return false;
         };
@@ -120,8 +120,8 @@ impl ImageIntake {
         }
     }
 
-    /// Whether an image was under way when the clock was set. For a window after that, timestamps that do not lie between the step and the
-    /// present are by the former clock. Counts such images.
+    /// Whether an image was under way when the clock was set. For a window after that, timestamps that do not lie
+    /// between the step and the present are by the former clock. Counts such images.
     pub fn is_from_before_step(
         &mut self,
         now_ns: u64,
@@ -142,7 +142,7 @@ impl ImageIntake {
         &mut self,
         now_ns: u64,
         image: &ImageObservation,
-        site: &Site,
+        site: &ModelledSite,
         options: &FusionOptions,
     ) -> Option<AssociatedImage> {
         let Some((index, camera)) = site.camera(&image.camera) else {

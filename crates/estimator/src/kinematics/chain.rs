@@ -1,11 +1,11 @@
-//! Where the links of an object are: its configuration (pose of a link, its root, and values of the joints) and how links
-//! move with it.
+//! Where the links of an object are: its configuration (pose of a link, its root, and values of the joints) and how
+//! links move with it.
 //!
-//! world_from_link = world_from_root * product over the joints on the way of parent_from_joint * motion(value), inverted
-//! where the way leads from child to parent. A step (dt, dr) of the root and dq of a joint whose axis lies along a through c
-//! (world) moves a link at p by dp = dt + dr x (p - p_root) + sum of a x (p - c) dq (revolute) or a dq (prismatic), and turns
-//! it by dr + sum of a dq (revolute): the geometric Jacobian (Siciliano et al. 2009, Robotics, eqs. 3.26-3.30), with the
-//! other sign on the way from child to parent.
+//! world_from_link = world_from_root * product over the joints on the way of parent_from_joint * motion(value),
+//! inverted where the way leads from child to parent. A step (dt, dr) of the root and dq of a joint whose axis lies
+//! along a through c (world) moves a link at p by dp = dt + dr x (p - p_root) + sum of a x (p - c) dq (revolute) or a
+//! dq (prismatic), and turns it by dr + sum of a dq (revolute): the geometric Jacobian (Siciliano et al. 2009,
+//! Robotics, eqs. 3.26-3.30), with the other sign on the way from child to parent.
 
 use std::sync::Arc;
 
@@ -110,7 +110,7 @@ impl KinematicChain {
         for step in &self.ways[at.root][link] {
             let next = pose * self.motion(step, at);
             if let Some(slot) = step.slot {
-                let column = self.column(step, (&pose, &next), &place);
+                let column = self.column(step, &pose, &next, &place);
                 jacobian
                     .fixed_view_mut::<6, 1>(0, 6 + slot)
                     .copy_from(&column);
@@ -121,12 +121,7 @@ impl KinematicChain {
     }
 
     /// How a link at `place` moves with a joint on the way to it, between two links at these poses.
-    fn column(
-        &self,
-        step: &Step,
-        (from, to): (&Pose, &Pose),
-        place: &Vector3<f64>,
-    ) -> Vector6<f64> {
+    fn column(&self, step: &Step, from: &Pose, to: &Pose, place: &Vector3<f64>) -> Vector6<f64> {
         let joint = &self.articulation.joints()[step.joint];
         let (world_from_parent, sign) = match step.direction {
             Direction::ToChild => (from, 1.0),

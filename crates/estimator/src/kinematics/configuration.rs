@@ -1,7 +1,8 @@
 //! Configuration: pose of the reference link, joint values and their rates.
 //!
-//! Matrices over a configuration have the size D: 6 for the pose and a place for each joint. Unused places have variance one and are
-//! uncorrelated. Where shutters roll, the rates follow in as many places again: 12 for a rigid object, 28 for one with joints.
+//! Matrices over a configuration have the size D: 6 for the pose and a place for each joint. Unused places have
+//! variance one and are uncorrelated. Where shutters roll, the rates follow in as many places again: 12 for a rigid
+//! object, 28 for one with joints.
 
 use nalgebra::{SVector, Vector6};
 use sextant_geometry::{Pose, se3};

@@ -25,7 +25,8 @@ pub(crate) enum BiasSource {
 pub(crate) struct BiasGradient<const D: usize> {
     pub source: BiasSource,
     pub variance: Vector6<f64>,
-    /// J^T W dr/de about the observed configuration; zero for the rates, which the few milliseconds of an image hardly affect.
+    /// J^T W dr/de about the observed configuration; zero for the rates, which the few milliseconds of an image hardly
+    /// affect.
     pub pull: SMatrix<f64, D, 6>,
 }
 

@@ -28,8 +28,8 @@ pub(crate) struct CornerNoise {
 }
 
 impl CornerNoise {
-    /// As reported, with correlations only where they form a covariance; the default noise where nothing usable is reported. The floor and
-    /// what errors of the models displace are added. `None` where the corners enclose no area.
+    /// As reported, with correlations only where they form a covariance; the default noise where nothing usable is
+    /// reported. The floor and what errors of the models displace are added. `None` where the corners enclose no area.
     pub fn of(
         seen: &TagCorners,
         displacement: &Displacement,
@@ -66,8 +66,8 @@ impl CornerNoise {
 /// Variances by which errors of models displace the corners of a view against other views.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Displacement {
-    /// Of each corner by itself along either axis, px²: images of other cameras are of other moments, and a filter that took the difference of two
-    /// cameras for exact would take it for motion.
+    /// Of each corner by itself along either axis, px²: images of other cameras are of other moments, and a filter that
+    /// took the difference of two cameras for exact would take it for motion.
     pub apart: f64,
     /// Variance of the shift of all corners along either axis, px².
     pub shift: f64,

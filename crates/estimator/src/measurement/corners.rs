@@ -53,7 +53,8 @@ impl CalibratedCamera {
         }
     }
 
-    /// How a pixel moves with a pixel more of focal length (first column) and of distortion (second), as [`LensSigma`] has them.
+    /// How a pixel moves with a pixel more of focal length (first column) and of distortion (second), as [`LensSigma`]
+    /// has them.
     pub fn displaced_by_lens(&self, pixel: &Point2<f64>) -> Matrix2<f64> {
         let numbers = self.lens.intrinsics();
         let out = pixel - Point2::new(numbers.cx, numbers.cy);
@@ -330,9 +331,9 @@ impl WeightedView<'_> {
         linear.square_px += residual.norm_squared();
     }
 
-    /// Score of the share of the distortion bias: twice the slope of the log-likelihood and the information. With whitened bias d, residuals
-    /// e, Jacobian J and covariance P of the fit the covariance of the residuals is I - J P J', and a larger share by a adds -a (I - J P J')
-    /// d to them.
+    /// Score of the share of the distortion bias: twice the slope of the log-likelihood and the information. With
+    /// whitened bias d, residuals e, Jacobian J and covariance P of the fit the covariance of the residuals is I - J P
+    /// J', and a larger share by a adds -a (I - J P J') d to them.
     pub fn distortion_score(
         &self,
         link: &LinkMotion,
@@ -370,8 +371,8 @@ impl WeightedView<'_> {
         Some(())
     }
 
-    /// Whitened rows by the pose, the focal length (px), the first coefficient of the distortion and the logarithm of the tag's size; the
-    /// residual comes last. `None` where the tag cannot be seen from there.
+    /// Whitened rows by the pose, the focal length (px), the first coefficient of the distortion and the logarithm of
+    /// the tag's size; the residual comes last. `None` where the tag cannot be seen from there.
     pub fn calibration_rows(&self, link: &LinkMotion) -> Option<Rows<10>> {
         let mut rows = [[0.0; 10]; 8];
         let centre = self.view.object_from_tag.translation.vector;

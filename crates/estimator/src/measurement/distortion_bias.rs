@@ -1,10 +1,11 @@
 //! Tags seen through a lens that bends lines.
 //!
-//! Detectors take a tag for flat in a flat image: they fit one homography to the whole pattern, or straight lines to its
-//! edges. Through a lens with distortion the pattern is bent, and its best homography misses the true corners by a share of
-//! the bow: small, but the same in every image, so that no averaging takes it away. Lens and corners tell the bow, so the
-//! miss can be computed: a homography is fitted to the bent square, and where its corners lie is what such a detector says.
-//! Others give the very points, or something between; how much of the miss a camera's corners have is learned while running.
+//! Detectors take a tag for flat in a flat image: they fit one homography to the whole pattern, or straight lines to
+//! its edges. Through a lens with distortion the pattern is bent, and its best homography misses the true corners by a
+//! share of the bow: small, but the same in every image, so that no averaging takes it away. Lens and corners tell the
+//! bow, so the miss can be computed: a homography is fitted to the bent square, and where its corners lie is what such
+//! a detector says. Others give the very points, or something between; how much of the miss a camera's corners have is
+//! learned while running.
 
 use nalgebra::{Cholesky, Point2, SMatrix, SVector, Vector2};
 use sextant_geometry::{Homography, Lens};
@@ -25,7 +26,8 @@ const MOST_MODULES: usize = 16;
 /// A small change of a homography, as the displacement that it brings about in the tag's plane.
 type Change = SVector<f64, 8>;
 
-/// Bias of each corner that is found by a homography, px; `None` where the lens bends no lines, and for boards' saddle points.
+/// Bias of each corner that is found by a homography, px; `None` where the lens bends no lines, and for boards' saddle
+/// points.
 pub(crate) fn distortion_bias(
     lens: &Lens,
     tag: TagId,
@@ -54,8 +56,8 @@ pub(crate) fn distortion_bias(
     Some(distortion_bias)
 }
 
-/// The change of a homography that follows the bow best, by least squares over the edges between the modules of the tag, which show
-/// how far they have gone across.
+/// The change of a homography that follows the bow best, by least squares over the edges between the modules of the
+/// tag, which show how far they have gone across.
 fn fitted(
     tag: TagId,
     distortion_bias: impl Fn(&Point2<f64>) -> Option<Vector2<f64>>,

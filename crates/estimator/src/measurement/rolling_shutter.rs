@@ -1,10 +1,10 @@
 //! Shutters that roll: every row of an image has its own time.
 //!
-//! A corner in row v was taken (v - (rows - 1) / 2) line delays after the capture time, which is that of the middle row: the
-//! middle of the whole exposure. The object went on by its twist meanwhile, T' = T after exp(twist tau) as predictions have
-//! it, so that the corner tells about the twist as well (Oth, Furgale, Kneip, Siegwart 2013, Rolling shutter camera
-//! calibration, sec. 3, with a constant twist over the few milliseconds of an image). With dt' = dt + tau dv and
-//! dr' = E dr + tau J_l(w tau) dw the derivatives follow by the chain rule.
+//! A corner in row v was taken (v - (rows - 1) / 2) line delays after the capture time, which is that of the middle
+//! row: the middle of the whole exposure. The object went on by its twist meanwhile, T' = T after exp(twist tau) as
+//! predictions have it, so that the corner tells about the twist as well (Oth, Furgale, Kneip, Siegwart 2013, Rolling
+//! shutter camera calibration, sec. 3, with a constant twist over the few milliseconds of an image). With dt' = dt +
+//! tau dv and dr' = E dr + tau J_l(w tau) dw the derivatives follow by the chain rule.
 
 use nalgebra::{Matrix3, Matrix6, Point2, RowVector3, Vector6};
 use sextant_geometry::{Pose, so3};
@@ -21,8 +21,8 @@ pub(crate) struct RollingShutter {
 }
 
 impl RollingShutter {
-    /// Seconds from the capture time to the time of each corner's row. That of the corner as it was found, for it misses the
-    /// true one by a part of a row.
+    /// Seconds from the capture time to the time of each corner's row. That of the corner as it was found, for it
+    /// misses the true one by a part of a row.
     pub fn after_s(&self, corners: &[Point2<f64>; 4]) -> [f64; 4] {
         corners.map(|corner| (corner.y - self.middle_row) * self.line_delay_s)
     }

@@ -17,13 +17,14 @@ pub(crate) enum NoiseSource {
 
 /// Degrees of freedom of the scale of a reported noise.
 const STATED: f64 = 12.0;
-/// The covariance of a fit to such views by Fisher's information (Lange, Little, Taylor 1989, eq. 10), against the inverse of the
-/// cost's curvature: at a fit weights are larger than they should be on average, as the residuals of few corners are small there.
+/// The covariance of a fit to such views by Fisher's information (Lange, Little, Taylor 1989, eq. 10), against the
+/// inverse of the cost's curvature: at a fit weights are larger than they should be on average, as the residuals of few
+/// corners are small there.
 pub(crate) const OF_FISHER: f64 = (STATED + 10.0) / (STATED + 8.0);
 
 impl NoiseSource {
-    /// Degrees of freedom of the scale of the noise from view to view. A detector knows the effects of blur, light and contrast but for a
-    /// rest; without a reported noise the scale varies by a factor of three.
+    /// Degrees of freedom of the scale of the noise from view to view. A detector knows the effects of blur, light and
+    /// contrast but for a rest; without a reported noise the scale varies by a factor of three.
     fn freedom(self) -> f64 {
         match self {
             Self::Detector => STATED,
@@ -43,8 +44,8 @@ impl NoiseSource {
         (freedom + 8.0) * (1.0 + square / freedom).ln()
     }
 
-    /// Factor on the information for an unknown scale. Fisher's information is smaller from the beginning where no noise is reported; where
-    /// it is, [`OF_FISHER`] accounts for it when covariances are published.
+    /// Factor on the information for an unknown scale. Fisher's information is smaller from the beginning where no
+    /// noise is reported; where it is, [`OF_FISHER`] accounts for it when covariances are published.
     fn certain(self) -> f64 {
         let freedom = self.freedom();
         match self {
@@ -77,8 +78,8 @@ impl ViewEquations {
     /// Of whitened rows.
     ///
     /// Where the noise differs from view to view: with a variance of inverse gamma distribution about the usual one the
-    /// residuals of a view are distributed as Student's t (Lange, Little, Taylor 1989, eq. 2), and a view off by much counts
-    /// little.
+    /// residuals of a view are distributed as Student's t (Lange, Little, Taylor 1989, eq. 2), and a view off by much
+    /// counts little.
     #[inline(always)]
     pub(crate) fn of(rows: &PoseRows, by_twist: Option<&Rows<6>>, source: NoiseSource) -> Self {
         let products = products(rows);
@@ -110,8 +111,8 @@ impl ViewEquations {
         self.square
     }
 
-    /// The weight that the view will have after a small step of its pose and its twist, against its weight here: as far as
-    /// residuals are linear.
+    /// The weight that the view will have after a small step of its pose and its twist, against its weight here: as far
+    /// as residuals are linear.
     pub(crate) fn weight_after(
         &self,
         step: &Vector6<f64>,
@@ -149,8 +150,8 @@ fn products(rows: &PoseRows) -> [[f64; 8]; 7] {
 /// Squared Mahalanobis length beyond which a corner loses weight: 98.9 % of the corners of a Gaussian lie within.
 pub(crate) const ROBUST_LIMIT: f64 = 9.0;
 
-/// Weight and twice the cost of a corner at the squared Mahalanobis length `d2`: quadratic within the limit, logarithmic
-/// beyond (Gaussian core with Cauchy tails), so that one wrong corner pulls ever less.
+/// Weight and twice the cost of a corner at the squared Mahalanobis length `d2`: quadratic within the limit,
+/// logarithmic beyond (Gaussian core with Cauchy tails), so that one wrong corner pulls ever less.
 pub(crate) fn robust(d2: f64) -> (f64, f64) {
     if d2 <= ROBUST_LIMIT {
         (1.0, d2)

@@ -2,7 +2,8 @@
 
 use nalgebra::SMatrix;
 
-/// x and y of each corner, or what follows from them: eight rows, with a number for each of N quantities that they depend on.
+/// x and y of each corner, or what follows from them: eight rows, with a number for each of N quantities that they
+/// depend on.
 pub(crate) type Rows<const N: usize> = [[f64; N]; 8];
 /// Derivatives by (dt, dr), then the residual; the last place is free.
 pub(crate) type PoseRows = Rows<8>;
@@ -52,7 +53,8 @@ pub(crate) fn product<const A: usize, const B: usize>(
     SMatrix::from_fn(of)
 }
 
-/// Upper triangle V with V Vᵀ the matrix: Cholesky's factor from the last row on. `None` where it is not positive definite.
+/// Upper triangle V with V Vᵀ the matrix: Cholesky's factor from the last row on. `None` where it is not positive
+/// definite.
 fn root(matrix: &Rows<8>) -> Option<Rows<8>> {
     let mut root = [[0.0; 8]; 8];
     for column in (0..8).rev() {

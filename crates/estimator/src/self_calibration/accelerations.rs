@@ -1,6 +1,6 @@
-//! How strongly objects accelerate, learned from the keyframes whose motion is sought with the pose, as [`variance_components`] learn the scales
-//! of the site's errors. A prior that is much wider than what objects do would explain by motion what cameras contradict in one another, and
-//! files that are off would pass for exact.
+//! How strongly objects accelerate, learned from the keyframes whose motion is sought with the pose, as
+//! [`variance_components`] learn the scales of the site's errors. A prior that is much wider than what objects do would
+//! explain by motion what cameras contradict in one another, and files that are off would pass for exact.
 //!
 //! [`variance_components`]: crate::self_calibration::variance_components
 

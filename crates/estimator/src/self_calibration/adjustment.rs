@@ -1,4 +1,5 @@
-//! The adjustment: Gauss-Newton over the errors of the site and the pose of each keyframe, the poses eliminated (Schur complement).
+//! The adjustment: Gauss-Newton over the errors of the site and the pose of each keyframe, the poses eliminated (Schur
+//! complement).
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -25,7 +26,7 @@ use crate::self_calibration::parameters::{
     CLASSES, CLOCK, Class, LENS, OF_CAMERA, OF_TAG, ParameterLayout, SIZE, Source,
 };
 use crate::self_calibration::variance_components::Scales;
-use crate::site::Site;
+use crate::site::ModelledSite;
 use crate::site::corrections::{CameraCorrection, Corrections, ObjectFrame, TagCorrection};
 use sextant_site_model::{LensSigma, PoseSigma};
 
@@ -44,7 +45,8 @@ const MEDIAN: f64 = 7.34;
 /// Information that keeps the pose of a keyframe definite, 1/m^2 and 1/rad^2.
 const LEAST_INFORMATION: f64 = 1e-6;
 
-/// Step lengths of the backtracking line search, as shares of the Gauss-Newton step (Nocedal and Wright, Numerical Optimization, chapter 3).
+/// Step lengths of the backtracking line search, as shares of the Gauss-Newton step (Nocedal and Wright, Numerical
+/// Optimization, chapter 3).
 const STEP_LENGTHS: [f64; 5] = [1.0, 0.5, 0.25, 0.1, 0.03];
 
 /// Steps by which a keyframe's pose is brought to its views, and tags of which it may begin.
@@ -88,7 +90,7 @@ pub(crate) struct LinearisedKeyframe {
 #[derive(Clone, Copy)]
 struct CostContext<'a> {
     layout: &'a ParameterLayout,
-    site: &'a Site,
+    site: &'a ModelledSite,
     weighting: Weighting,
 }
 
@@ -97,7 +99,7 @@ type Squares = Vec<f64>;
 
 impl Adjustment {
     /// Adjusts all keyframes; `None` where numbers end.
-    pub fn run(&mut self, keyframes: &mut Keyframes, site: &Site) -> Option<Corrections> {
+    pub fn run(&mut self, keyframes: &mut Keyframes, site: &ModelledSite) -> Option<Corrections> {
         let layout = ParameterLayout::of_files(keyframes, site);
         let mut errors = self.gather(&layout);
         let mut last: Option<Solution> = None;
@@ -163,8 +165,8 @@ impl Adjustment {
         })
     }
 
-    /// Goes the step of a solution, or as much of it as lowers the cost (backtracking): where images say little of an error, its slopes hold for a
-    /// short way only. Whether it went the whole step.
+    /// Goes the step of a solution, or as much of it as lowers the cost (backtracking): where images say little of an
+    /// error, its slopes hold for a short way only. Whether it went the whole step.
     fn advance(
         &self,
         keyframes: &mut Keyframes,
@@ -215,9 +217,9 @@ impl Adjustment {
         of_errors + keyframes.iter().map(of_keyframe).sum::<f64>()
     }
 
-    /// Brings a keyframe's pose to where it explains its views best by the models in force, whichever of the tracker's pose and those of
-    /// single tags that is nearest to.
-    pub fn align(&self, keyframe: &mut Keyframe, site: &Site) {
+    /// Brings a keyframe's pose to where it explains its views best by the models in force, whichever of the tracker's
+    /// pose and those of single tags that is nearest to.
+    pub fn align(&self, keyframe: &mut Keyframe, site: &ModelledSite) {
         let cameras = cameras_in_force(keyframe, site);
         for one in &mut keyframe.views {
             if let Some(place) = site.placement(&one.view.tag) {
@@ -244,7 +246,7 @@ impl Adjustment {
     }
 
     /// What a keyframe says of the site's errors against the models in force, its own pose eliminated.
-    pub fn linearised(&self, mut keyframe: Keyframe, site: &Site) -> LinearisedKeyframe {
+    pub fn linearised(&self, mut keyframe: Keyframe, site: &ModelledSite) -> LinearisedKeyframe {
         let cameras = cameras_in_force(&keyframe, site);
         self.minimise(&mut keyframe, &cameras);
         let tags = keyframe.views.iter();
@@ -282,7 +284,8 @@ impl Adjustment {
         }
     }
 
-    /// The square of each view's residuals at the pose that explains the keyframe best, px^2; `None` of views that cannot be explained.
+    /// The square of each view's residuals at the pose that explains the keyframe best, px^2; `None` of views that
+    /// cannot be explained.
     pub fn squares_px(
         &self,
         mut keyframe: Keyframe,
@@ -364,7 +367,7 @@ impl Adjustment {
         &self,
         layout: &ParameterLayout,
         errors: &DVector<f64>,
-        site: &Site,
+        site: &ModelledSite,
     ) -> BTreeMap<usize, CalibratedCamera> {
         let cameras = layout.cameras.iter().filter_map(|(camera, first)| {
             let correction =
@@ -404,7 +407,7 @@ impl Adjustment {
         keyframes: &mut Keyframes,
         layout: &ParameterLayout,
         errors: &DVector<f64>,
-        site: &Site,
+        site: &ModelledSite,
     ) {
         for one in keyframes
             .iter_mut()
@@ -482,7 +485,8 @@ impl Adjustment {
         weighted.faces(&pose).then_some((weighted, moving))
     }
 
-    /// Learns the noise of each camera from what its images leave by themselves, whatever is wrong with the other cameras.
+    /// Learns the noise of each camera from what its images leave by themselves, whatever is wrong with the other
+    /// cameras.
     fn learn_noise(&mut self, keyframes: &Keyframes, cameras: &BTreeMap<usize, CalibratedCamera>) {
         let mut sums: BTreeMap<usize, (f64, f64)> = BTreeMap::new();
         for keyframe in keyframes.iter() {
@@ -569,7 +573,7 @@ impl Adjustment {
         layout: &ParameterLayout,
         errors: &DVector<f64>,
         solution: Solution,
-        site: &Site,
+        site: &ModelledSite,
     ) -> Option<Corrections> {
         let precision = layout.precision(&self.scales.0);
         let gauge = Gauge::of(layout, &precision, site);
@@ -640,7 +644,7 @@ fn own_priors(keyframe: &Keyframe, accelerations: &Accelerations) -> (DMatrix<f6
 }
 
 /// Nothing is wrong with the files, as far as images show it: not the lens of a camera that no other one checks.
-fn exact(layout: &ParameterLayout, site: &Site) -> Corrections {
+fn exact(layout: &ParameterLayout, site: &ModelledSite) -> Corrections {
     let camera = |camera: &usize| {
         let lens_sigma = if site.has_one_camera() {
             site.file_camera(*camera)?.lens_sigma
@@ -663,7 +667,7 @@ fn exact(layout: &ParameterLayout, site: &Site) -> Corrections {
 }
 
 /// The cameras of a keyframe as trackers work with them.
-fn cameras_in_force(keyframe: &Keyframe, site: &Site) -> BTreeMap<usize, CalibratedCamera> {
+fn cameras_in_force(keyframe: &Keyframe, site: &ModelledSite) -> BTreeMap<usize, CalibratedCamera> {
     let posed = |camera: usize| Some((camera, site.cameras().get(camera)?.posed.clone()?));
     keyframe.cameras().into_iter().filter_map(posed).collect()
 }
@@ -687,7 +691,8 @@ fn starts(keyframe: &Keyframe, cameras: &BTreeMap<usize, CalibratedCamera>) -> V
     std::iter::once(keyframe.pose).chain(branches).collect()
 }
 
-/// By how much all views exceed their noise: a start far off is approached with as much noise, so that no view is an outlier yet.
+/// By how much all views exceed their noise: a start far off is approached with as much noise, so that no view is an
+/// outlier yet.
 fn excess(squares: &Squares) -> f64 {
     let mut all: Vec<f64> = squares.clone();
     all.sort_by(f64::total_cmp);

@@ -1,5 +1,6 @@
-//! Block-arrow matrices, the form of the normal equations: a keyframe shows one body, so that tags of different bodies are coupled through
-//! cameras only. Bodies are eliminated one by one (Schur complement), which makes all operations linear in their number.
+//! Block-arrow matrices, the form of the normal equations: a keyframe shows one body, so that tags of different bodies
+//! are coupled through cameras only. Bodies are eliminated one by one (Schur complement), which makes all operations
+//! linear in their number.
 
 use std::ops::Range;
 use std::rc::Rc;
@@ -38,7 +39,8 @@ impl Arrow {
         }
     }
 
-    /// A block of the cameras, of one body, or of a body (rows) with the cameras (columns); first place and size of each side.
+    /// A block of the cameras, of one body, or of a body (rows) with the cameras (columns); first place and size of
+    /// each side.
     pub fn block_mut(
         &mut self,
         (row, n_rows): (usize, usize),
@@ -110,7 +112,8 @@ impl Arrow {
         ArrowFactor::of(self.cameras.clone(), bodies.collect::<Option<_>>()?)
     }
 
-    /// Factor of this matrix with a change of its diagonal, by the factor without: bodies that do not change are not eliminated again.
+    /// Factor of this matrix with a change of its diagonal, by the factor without: bodies that do not change are not
+    /// eliminated again.
     pub fn factor_changed(&self, former: &ArrowFactor, by: &DVector<f64>) -> Option<ArrowFactor> {
         let bodies = self.bodies.iter().zip(&former.bodies);
         let bodies = bodies.map(|(body, eliminated)| {
@@ -144,7 +147,8 @@ impl BodyBlocks {
     }
 }
 
-/// Cholesky factor of an [`Arrow`]: with D = L L' of a body's own block and B its coupling, W = L^-1 B and S = A - sum W' W.
+/// Cholesky factor of an [`Arrow`]: with D = L L' of a body's own block and B its coupling, W = L^-1 B and S = A - sum
+/// W' W.
 pub(crate) struct ArrowFactor {
     bodies: Vec<Rc<EliminatedBody>>,
     /// Of S.
@@ -219,7 +223,8 @@ impl ArrowFactor {
     }
 }
 
-/// Inverse of an [`Arrow`], which is none: with K the bodies' gains, it is the block diagonal of their own parts plus U S^-1 U', U = (I, -K).
+/// Inverse of an [`Arrow`], which is none: with K the bodies' gains, it is the block diagonal of their own parts plus U
+/// S^-1 U', U = (I, -K).
 pub(crate) struct ArrowInverse {
     /// S^-1: the block of the cameras.
     pub cameras: DMatrix<f64>,

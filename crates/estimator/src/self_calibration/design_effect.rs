@@ -1,6 +1,6 @@
-//! Number of views that count as one. Errors of detector, lens and print are much the same in all views of a tag by a camera, so that views
-//! say less than as many independent ones: by the design effect 1 + (m - 1) r of clusters of m views whose errors correlate by r (L. Kish,
-//! Survey Sampling, 1965, sec. 5.4).
+//! Number of views that count as one. Errors of detector, lens and print are much the same in all views of a tag by a
+//! camera, so that views say less than as many independent ones: by the design effect 1 + (m - 1) r of clusters of m
+//! views whose errors correlate by r (L. Kish, Survey Sampling, 1965, sec. 5.4).
 
 use std::collections::BTreeSet;
 
@@ -26,9 +26,9 @@ impl Default for DesignEffect {
 }
 
 impl DesignEffect {
-    /// Learns from the squares that the views leave, in units of each camera's noise as its images show it one by one and divided by the
-    /// effect so far. What the views leave jointly beyond that is common to the views of a tag by a camera. `determined` is the number of
-    /// the site's errors that the views determine.
+    /// Learns from the squares that the views leave, in units of each camera's noise as its images show it one by one
+    /// and divided by the effect so far. What the views leave jointly beyond that is common to the views of a tag by a
+    /// camera. `determined` is the number of the site's errors that the views determine.
     pub fn learn(&mut self, keyframes: &Keyframes, determined: f64, left: f64) {
         let views = || keyframes.iter().flat_map(|keyframe| &keyframe.views);
         let pairs = views().map(|one| (one.camera_index, one.view.tag));

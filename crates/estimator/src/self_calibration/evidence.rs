@@ -1,5 +1,5 @@
-//! Evidence for errors of the files: Laplace's approximation with the information and the errors at the minimum, for other prior precisions
-//! than those they were found with.
+//! Evidence for errors of the files: Laplace's approximation with the information and the errors at the minimum, for
+//! other prior precisions than those they were found with.
 
 use nalgebra::DVector;
 
@@ -61,7 +61,8 @@ impl<'a> Evidence<'a> {
         precision
     }
 
-    /// Whether the files are exact: the evidence for errors as found is not decisive, and that against errors as large as their priors is.
+    /// Whether the files are exact: the evidence for errors as found is not decisive, and that against errors as large
+    /// as their priors is.
     pub fn excludes_all(&self) -> bool {
         let usual = self.layout.precision(&[1.0; CLASSES.len()]);
         let found = self.odds(self.precision).is_none_or(is_decisive);
@@ -80,8 +81,8 @@ impl<'a> Evidence<'a> {
         is_decisive(nothing - usual) && !is_decisive(found - nothing)
     }
 
-    /// Whether the files leave hardly more than the errors as found do, which leave `left`: what remains is not theirs, and correcting
-    /// them would follow it.
+    /// Whether the files leave hardly more than the errors as found do, which leave `left`: what remains is not theirs,
+    /// and correcting them would follow it.
     pub fn suffices(&self, left: f64) -> bool {
         // The gradients of the squares and of the prior cancel at the minimum.
         let prior = self.precision.dot(&self.errors.component_mul(self.errors));

@@ -1,9 +1,11 @@
-//! Gauge freedom: motions of the whole site, of an object's frame in its tags, and the common scale, which no image determines.
+//! Gauge freedom: motions of the whole site, of an object's frame in its tags, and the common scale, which no image
+//! determines.
 //!
-//! Each such motion changes the errors of cameras and tags along a column of the gauge basis and no residual. With the prior precision L,
-//! the part of a covariance C that is relative to the rest is P C P', P = I - G (G' L G)^-1 G' L (Teunissen 1985, Zero order design:
-//! generalized inverses, adjustment, the datum problem and S-transformations, eq. 3.10).
-//! Frames of different objects share no tag. They are taken out body by body, and the motions of the whole site after them.
+//! Each such motion changes the errors of cameras and tags along a column of the gauge basis and no residual. With the
+//! prior precision L, the part of a covariance C that is relative to the rest is P C P', P = I - G (G' L G)^-1 G' L
+//! (Teunissen 1985, Zero order design: generalized inverses, adjustment, the datum problem and S-transformations, eq.
+//! 3.10). Frames of different objects share no tag. They are taken out body by body, and the motions of the whole site
+//! after them.
 
 use nalgebra::{DMatrix, DVector, DVectorView, Matrix3, Matrix6, Vector3};
 use sextant_geometry::so3;
@@ -11,7 +13,7 @@ use sextant_geometry::so3;
 use crate::self_calibration::arrow::{Arrow, ArrowInverse, BodyBlocks, InverseBlocks};
 use crate::self_calibration::keyframes::Body;
 use crate::self_calibration::parameters::ParameterLayout;
-use crate::site::Site;
+use crate::site::ModelledSite;
 use sextant_site_model::TagId;
 
 /// A basis of the motions that no image shows.
@@ -40,7 +42,7 @@ const OF_WORLD: usize = 6;
 const OF_SITE: usize = OF_WORLD + 1;
 
 impl Gauge {
-    pub fn of(layout: &ParameterLayout, precision: &DVector<f64>, site: &Site) -> Self {
+    pub fn of(layout: &ParameterLayout, precision: &DVector<f64>, site: &ModelledSite) -> Self {
         let centres: Vec<Vector3<f64>> = layout
             .cameras
             .keys()
@@ -131,8 +133,9 @@ impl Gauge {
             .try_inverse()
     }
 
-    /// Variance of the common scale by all priors. Tags of one object are of one printer, so that their number makes them no better.
-    pub fn scale_variance(&self, site: &Site) -> f64 {
+    /// Variance of the common scale by all priors. Tags of one object are of one printer, so that their number makes
+    /// them no better.
+    pub fn scale_variance(&self, site: &ModelledSite) -> f64 {
         let information = |basis: &DMatrix<f64>, precision: DVectorView<'_, f64>| {
             let slopes = basis.column(OF_WORLD);
             slopes.component_mul(&slopes).dot(&precision)
@@ -201,7 +204,7 @@ fn without_motions(
 }
 
 /// Where a tag's centre is on its object, m.
-fn place(site: &Site, tag: &TagId) -> Vector3<f64> {
+fn place(site: &ModelledSite, tag: &TagId) -> Vector3<f64> {
     let pose = site
         .placement(tag)
         .and_then(|place| place.file.object_from_tag);

@@ -1,15 +1,17 @@
-//! Keyframes held back from the adjustment: they judge whether corrections of the files explain images that had no part in them.
+//! Keyframes held back from the adjustment: they judge whether corrections of the files explain images that had no part
+//! in them.
 //!
-//! Each of them is explained once with the models of the files and once with the corrected ones, the best pose found anew each time. With
-//! g = ln(rms before / rms after) of a keyframe, corrections are better where the mean of g over the keyframes is at least [`LEAST_GAIN`]
-//! and at least [`SIGNIFICANT`] times its standard error (a paired t test; logarithms, so that no single bad image decides).
+//! Each of them is explained once with the models of the files and once with the corrected ones, the best pose found
+//! anew each time. With g = ln(rms before / rms after) of a keyframe, corrections are better where the mean of g over
+//! the keyframes is at least [`LEAST_GAIN`] and at least [`SIGNIFICANT`] times its standard error (a paired t test;
+//! logarithms, so that no single bad image decides).
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::measurement::corners::CalibratedCamera;
 use crate::self_calibration::adjustment::Adjustment;
 use crate::self_calibration::keyframes::{Keyframe, Keyframes};
-use crate::site::Site;
+use crate::site::ModelledSite;
 use crate::site::corrections::{CameraCorrection, Corrections};
 
 /// Keyframes of an object before any is held back: the first ones are needed more for the adjustment.
@@ -96,7 +98,7 @@ impl HeldBackKeyframes {
         &self,
         adjustment: &Adjustment,
         corrections: &Corrections,
-        site: &Site,
+        site: &ModelledSite,
     ) -> Option<HeldBack> {
         if self.keyframes.len() < LEAST {
             return None;
@@ -118,7 +120,11 @@ impl HeldBackKeyframes {
     }
 
     /// The cameras of the keyframes with corrections of the files' models, by index.
-    fn cameras(&self, corrections: &Corrections, site: &Site) -> BTreeMap<usize, CalibratedCamera> {
+    fn cameras(
+        &self,
+        corrections: &Corrections,
+        site: &ModelledSite,
+    ) -> BTreeMap<usize, CalibratedCamera> {
         let views = self.keyframes.iter().flat_map(|keyframe| &keyframe.views);
         let seen: BTreeSet<usize> = views.map(|one| one.camera_index).collect();
         let corrected = |camera: usize| {
@@ -173,7 +179,7 @@ fn rms_px(pairs: &[MotionPair], square: impl Fn(&MotionPair) -> f64) -> f64 {
 }
 
 /// A keyframe with corrections of the files' tags.
-fn corrected(keyframe: &Keyframe, corrections: &Corrections, site: &Site) -> Keyframe {
+fn corrected(keyframe: &Keyframe, corrections: &Corrections, site: &ModelledSite) -> Keyframe {
     let mut keyframe = keyframe.clone();
     for one in &mut keyframe.views {
         let correction = corrections.tags.get(&one.view.tag);

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Point3, Vector3};
 
 use crate::self_calibration::keyframes::Keyframe;
-use crate::site::Site;
+use crate::site::ModelledSite;
 use crate::site::corrections::Corrections;
 use sextant_site_report::Imperfection;
 
@@ -20,7 +20,7 @@ const FOCAL_OFF: f64 = 0.002;
 /// The worst of each kind: the pair of cameras, and of each object the tag; every camera whose focal length is off.
 pub(crate) fn imperfections(
     corrections: &Corrections,
-    site: &Site,
+    site: &ModelledSite,
     newest: Option<&Keyframe>,
 ) -> Vec<Imperfection> {
     let place = newest.map(|keyframe| keyframe.pose.translation.vector);
@@ -36,7 +36,11 @@ pub(crate) fn imperfections(
 }
 
 /// The two cameras that would see an object at a place farthest apart by the rig's file.
-fn cameras(corrections: &Corrections, site: &Site, place: &Vector3<f64>) -> Option<Imperfection> {
+fn cameras(
+    corrections: &Corrections,
+    site: &ModelledSite,
+    place: &Vector3<f64>,
+) -> Option<Imperfection> {
     let seen = corrections.cameras.iter().filter_map(|(camera, one)| {
         let file = &site.file_camera(*camera)?.world_from_camera;
         let in_camera = one.pose(file).inverse() * Point3::from(*place);
@@ -52,7 +56,7 @@ fn cameras(corrections: &Corrections, site: &Site, place: &Vector3<f64>) -> Opti
     (apart_m > APART_M).then_some(Imperfection::CamerasDisagree { a, b, apart_m })
 }
 
-fn tags(corrections: &Corrections, site: &Site) -> Vec<Imperfection> {
+fn tags(corrections: &Corrections, site: &ModelledSite) -> Vec<Imperfection> {
     let mut places: BTreeMap<_, (f64, Imperfection)> = BTreeMap::new();
     let mut sizes: BTreeMap<_, (f64, Imperfection)> = BTreeMap::new();
     for (tag, one) in &corrections.tags {

@@ -8,7 +8,7 @@ use crate::FusionOptions;
 use crate::measurement::corners::TagView;
 use crate::measurement::view_equations::NoiseSource;
 use crate::self_calibration::keyframes::{Keyframe, KeyframeView, Path, RelativeMotion};
-use crate::site::{ObjectImage, Site};
+use crate::site::{ModelledSite, ObjectImage};
 use crate::time::seconds;
 use crate::tracker::track::{MotionEstimate, Track};
 use sextant_site_model::TagId;
@@ -16,7 +16,8 @@ use sextant_site_model::TagId;
 /// Longest time between images that make one keyframe, ns: less than a period of most cameras.
 pub(crate) const TOGETHER_NS: u64 = 25_000_000;
 
-/// Standard deviation of the change of acceleration within a stretch of time, m/s³ and rad/s³: of what is carried by hand.
+/// Standard deviation of the change of acceleration within a stretch of time, m/s³ and rad/s³: of what is carried by
+/// hand.
 const JERK: [f64; 2] = [20.0, 100.0];
 /// The images of an object at an instant, the newest ones of other cameras among them, and the track that follows it.
 pub(crate) struct KeyframeBuilder<'a> {
@@ -24,7 +25,7 @@ pub(crate) struct KeyframeBuilder<'a> {
     pub track: &'a Track,
     /// The first gives the keyframes their time.
     pub images: &'a [&'a ObjectImage],
-    pub site: &'a Site,
+    pub site: &'a ModelledSite,
     pub options: &'a FusionOptions,
 }
 
@@ -52,8 +53,8 @@ impl KeyframeBuilder<'_> {
         keyframes
     }
 
-    /// For diagnosis, where clock offsets are parameters: images are tied at their times by the estimated clocks. Leaves out the views that
-    /// `is_usable` does not take.
+    /// For diagnosis, where clock offsets are parameters: images are tied at their times by the estimated clocks.
+    /// Leaves out the views that `is_usable` does not take.
     pub fn for_diagnosis(&self, is_usable: impl Fn(usize, TagId) -> bool) -> Vec<Keyframe> {
         let motion = |estimate: &MotionEstimate<'_>, image: &ObjectImage, view: &TagView| {
             let first = self.images[0];
@@ -68,8 +69,8 @@ impl KeyframeBuilder<'_> {
         self.keyframes(motion, is_usable)
     }
 
-    /// For self-calibration where no two cameras expose at once: the images of a stretch of time, whose first instant is that of the track.
-    /// The motion within it is sought with the pose.
+    /// For self-calibration where no two cameras expose at once: the images of a stretch of time, whose first instant
+    /// is that of the track. The motion within it is sought with the pose.
     pub fn of_stretch(&self) -> Vec<Keyframe> {
         let motion = |estimate: &MotionEstimate<'_>, image: &ObjectImage, _: &TagView| {
             let after_s = self.after_s(image) - self.clock_s(estimate, image);

@@ -17,8 +17,8 @@ const NEAR: (f64, f64) = (0.03, 0.12);
 /// The first keyframes of an object are taken whatever they show: they tell how exact the site's files are.
 pub(crate) const FIRST: usize = 4;
 
-/// One rigid body, an object or a link of it, at one instant in all images of it, or over a stretch of time so short that its motion has a
-/// uniform acceleration.
+/// One rigid body, an object or a link of it, at one instant in all images of it, or over a stretch of time so short
+/// that its motion has a uniform acceleration.
 #[derive(Debug, Clone)]
 pub(crate) struct Keyframe {
     /// Index of the object, and of its link; 0 where it is rigid.
@@ -59,15 +59,17 @@ pub(crate) struct KeyframeView {
     pub distortion_share: f64,
     /// Factor on the variance of the camera's corners as tracking has estimated it.
     pub noise_factor: f64,
-    /// Standard deviation of the camera's clock offset where it is estimated, s; 0 where the clock is taken to be right.
+    /// Standard deviation of the camera's clock offset where it is estimated, s; 0 where the clock is taken to be
+    /// right.
     pub clock_sigma_s: f64,
     /// Twist of the body, m/s and rad/s in world axes.
     pub twist: Vector6<f64>,
-    /// From the keyframe's time until the image, s, by the corrected timestamps, and by how much the camera's clock is ahead of the
-    /// reference as it is adjusted; without meaning where the keyframe has no path.
+    /// From the keyframe's time until the image, s, by the corrected timestamps, and by how much the camera's clock is
+    /// ahead of the reference as it is adjusted; without meaning where the keyframe has no path.
     pub after_s: f64,
     pub clock_s: f64,
-    /// Motion of the body from the keyframe's time until the image, or what its path leaves of it; `None` where both are taken at once.
+    /// Motion of the body from the keyframe's time until the image, or what its path leaves of it; `None` where both
+    /// are taken at once.
     pub motion: Option<RelativeMotion>,
 }
 
@@ -85,8 +87,8 @@ pub(crate) type Body = (usize, usize);
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Keyframes(Vec<Keyframe>);
 
-/// Standard deviations of a predicted motion, m and rad, up to which it ties images to one another: errors of a vague prediction would pass
-/// for errors of the cameras.
+/// Standard deviations of a predicted motion, m and rad, up to which it ties images to one another: errors of a vague
+/// prediction would pass for errors of the cameras.
 const MAX_MOTION_SIGMA: (f64, f64) = (0.0005, 0.01);
 
 impl RelativeMotion {
@@ -259,7 +261,8 @@ impl Keyframes {
         }
     }
 
-    /// The trackers have moved along with what was adjusted. So do the keyframes that were not, whose poses are the trackers'.
+    /// The trackers have moved along with what was adjusted. So do the keyframes that were not, whose poses are the
+    /// trackers'.
     pub fn move_along(&mut self) {
         let objects: BTreeSet<usize> = self.0.iter().map(|one| one.object).collect();
         let motion = |object: usize| {
@@ -275,8 +278,8 @@ impl Keyframes {
         }
     }
 
-    /// Keeps a keyframe that shows the object in a new pose, or to another camera or by another tag than a near one. Where there are too
-    /// many, the oldest goes.
+    /// Keeps a keyframe that shows the object in a new pose, or to another camera or by another tag than a near one.
+    /// Where there are too many, the oldest goes.
     pub fn offer(&mut self, new: Keyframe) -> bool {
         let is_same = |one: &Keyframe| one.key() == new.key();
         if let Some(same) = self.0.iter_mut().find(|one| is_same(one)) {

@@ -1,5 +1,5 @@
-//! The normal equations of an adjustment: what the views of keyframes say of the site's errors, the pose of each keyframe eliminated (Schur
-//! complement), and their solution with priors.
+//! The normal equations of an adjustment: what the views of keyframes say of the site's errors, the pose of each
+//! keyframe eliminated (Schur complement), and their solution with priors.
 
 use std::collections::BTreeMap;
 
@@ -94,8 +94,8 @@ pub(super) fn tag_map(by_pose: &Matrix6<f64>) -> SMatrix<f64, OF_VIEW, OF_TAG> {
 /// J' W J, J' W r and r' W r.
 type Normal = (ViewMatrix, ViewVector, f64);
 
-/// J' W J, J' W r and r' W r with the weight of the view; a step of the object that is not known exactly is marginalised first, so that the gradient is
-/// that of [`cost`].
+/// J' W J, J' W r and r' W r with the weight of the view; a step of the object that is not known exactly is
+/// marginalised first, so that the gradient is that of [`cost`].
 pub(super) fn normal(
     rows: &[[f64; OF_VIEW + 1]; 8],
     one: &KeyframeView,
@@ -125,7 +125,8 @@ fn unweighted(rows: &[[f64; OF_VIEW + 1]; 8]) -> Normal {
     (matrix, slopes.tr_mul(&residual), residual.norm_squared())
 }
 
-/// N - N (N + Q^-1)^-1 N = N (I + Q N)^-1, for the displacement and what goes with it, Q the covariance of the step of the object.
+/// N - N (N + Q^-1)^-1 N = N (I + Q N)^-1, for the displacement and what goes with it, Q the covariance of the step of
+/// the object.
 fn marginalised((matrix, pull, square): Normal, one: &KeyframeView) -> Normal {
     let Some(motion) = &one.motion else {
         return (matrix, pull, square);
@@ -251,8 +252,8 @@ impl Solution {
     }
 }
 
-/// By how much less errors that are correlated do to the poses of keyframes than independent ones with the same variances: the trackers
-/// take them as independent. A mean of the ratios of position and attitude.
+/// By how much less errors that are correlated do to the poses of keyframes than independent ones with the same
+/// variances: the trackers take them as independent. A mean of the ratios of position and attitude.
 pub(super) fn independence(covariance: &Arrow, keyframes: &[Eliminated]) -> f64 {
     let mut sums = [[0.0; 2]; 2];
     for Eliminated {

@@ -6,10 +6,11 @@ use std::ops::Range;
 use nalgebra::DVector;
 
 use crate::self_calibration::keyframes::{Body, Keyframes};
-use crate::site::Site;
+use crate::site::ModelledSite;
 use sextant_site_model::{PoseSigma, TagId};
 
-/// Errors of a camera: six of the pose (m, rad), focal length (px), first coefficient of the distortion, clock offset (s).
+/// Errors of a camera: six of the pose (m, rad), focal length (px), first coefficient of the distortion, clock offset
+/// (s).
 pub(crate) const OF_CAMERA: usize = 9;
 /// First place of the lens among them, and that of the clock.
 pub(crate) const LENS: usize = 6;
@@ -89,7 +90,7 @@ impl ParameterLayout {
     }
 
     /// The errors that keyframes show, with the priors of the files.
-    pub fn of_files(keyframes: &Keyframes, site: &Site) -> Self {
+    pub fn of_files(keyframes: &Keyframes, site: &ModelledSite) -> Self {
         let (mut cameras, mut joined) = (BTreeSet::new(), BTreeSet::<usize>::new());
         let mut tags = BTreeMap::new();
         let mut clocks: BTreeMap<usize, f64> = BTreeMap::new();

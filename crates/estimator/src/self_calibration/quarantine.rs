@@ -1,5 +1,5 @@
-//! Keyframes that wait until diagnosis has judged the images around them: evidence that may show a fault is not learned as an error of
-//! the files.
+//! Keyframes that wait until diagnosis has judged the images around them: evidence that may show a fault is not learned
+//! as an error of the files.
 
 use std::collections::VecDeque;
 

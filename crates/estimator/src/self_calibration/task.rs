@@ -1,4 +1,5 @@
-//! An adjustment as a task of its own: a copy of all that it needs, which any thread may solve while images go on being fused.
+//! An adjustment as a task of its own: a copy of all that it needs, which any thread may solve while images go on being
+//! fused.
 
 use std::sync::OnceLock;
 
@@ -6,17 +7,18 @@ use crate::self_calibration::adjustment::Adjustment;
 use crate::self_calibration::held_back::{HeldBack, HeldBackKeyframes};
 use crate::self_calibration::imperfections::imperfections;
 use crate::self_calibration::keyframes::Keyframes;
-use crate::site::Site;
+use crate::site::ModelledSite;
 use crate::site::corrections::Corrections;
 use sextant_site_report::Imperfection;
 
-/// An adjustment of the site's files that is due: [`crate::Fusion::adjustment`] gives it out, [`crate::Input::Adjusted`] applies it.
+/// An adjustment of the site's files that is due: [`crate::Fusion::adjustment`] gives it out,
+/// [`crate::Input::Adjusted`] applies it.
 #[derive(Debug)]
 pub struct AdjustmentTask {
     adjustment: Adjustment,
     keyframes: Keyframes,
     held_back: HeldBackKeyframes,
-    site: Site,
+    site: ModelledSite,
     solution: OnceLock<Adjusted>,
 }
 
@@ -37,7 +39,7 @@ impl AdjustmentTask {
         adjustment: &Adjustment,
         keyframes: &Keyframes,
         held_back: &HeldBackKeyframes,
-        site: &Site,
+        site: &ModelledSite,
     ) -> Self {
         Self {
             adjustment: adjustment.clone(),

@@ -1,8 +1,9 @@
 //! Variance components: the scale of the errors of each class against their priors, by type-II maximum likelihood.
 //!
-//! With x the errors, L0 their prior precision at scale one and C their posterior covariance at scale s, the images determine g = n - tr(L0
-//! C) / s^2 of a class's n errors, and s^2 = x' L0 x / g is the fixed point (MacKay 1992, Bayesian interpolation, eq. 4.8). A class of which
-//! the images determine little follows the others: tags placed to hundredths of a millimetre come with calibrated lenses.
+//! With x the errors, L0 their prior precision at scale one and C their posterior covariance at scale s, the images
+//! determine g = n - tr(L0 C) / s^2 of a class's n errors, and s^2 = x' L0 x / g is the fixed point (MacKay 1992,
+//! Bayesian interpolation, eq. 4.8). A class of which the images determine little follows the others: tags placed to
+//! hundredths of a millimetre come with calibrated lenses.
 
 use nalgebra::DVector;
 
@@ -10,7 +11,8 @@ use crate::self_calibration::parameters::{CLASSES, ParameterLayout};
 
 /// Errors as which the scale of all classes counts for the scale of one.
 const OF_OTHERS: f64 = 0.2;
-/// Errors as which a log-uniform prior of the scale counts where the images determine some: what they cannot tell from nothing is nothing.
+/// Errors as which a log-uniform prior of the scale counts where the images determine some: what they cannot tell from
+/// nothing is nothing.
 const OF_EXACTNESS: f64 = 1.0;
 /// Errors as which the priors' own scale counts for that of all.
 const OF_PRIOR: f64 = 1.0;

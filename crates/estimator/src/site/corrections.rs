@@ -1,4 +1,5 @@
-//! Corrections of the models by self-calibration: a step from the file for each, with the standard deviation that is left.
+//! Corrections of the models by self-calibration: a step from the file for each, with the standard deviation that is
+//! left.
 
 use std::collections::BTreeMap;
 
@@ -56,7 +57,8 @@ pub(crate) struct ObjectFrame {
     pub centre: Vector3<f64>,
 }
 
-/// Steps smaller than such a share of a default sigma are no correction: the share at which a class has no errors, and rounding.
+/// Steps smaller than such a share of a default sigma are no correction: the share at which a class has no errors, and
+/// rounding.
 const NEGLIGIBLE: f64 = 2e-3;
 /// Share of a default sigma that no figure in a file is better than: a site warms up, is cleaned and is touched.
 const LEAST_SIGMA: f64 = 0.05;
@@ -148,20 +150,20 @@ fn with_step(sigma: PoseSigma, step: &Vector6<f64>) -> PoseSigma {
 const OTHER_SIGMA: f64 = 1.4;
 
 impl Corrections {
-    /// Whether other corrections differ only within their uncertainty: no step by more than its standard deviation, and no standard
-    /// deviation by much.
+    /// Whether other corrections differ only within their uncertainty: no step by more than its standard deviation, and
+    /// no standard deviation by much.
     pub(crate) fn is_close(&self, other: &Self) -> bool {
         let cameras = self.cameras.iter().all(|(camera, one)| {
             let other = other.cameras.get(camera);
             other.map_or(one.is_nothing(), |other| {
-                is_close((&one.step, &one.sigma), (&other.step, &other.sigma))
+                is_within_sigma(&one.step, &one.sigma, &other.step, &other.sigma)
                     && (one.focal_px - other.focal_px).abs() <= one.lens_sigma.focal_px
             })
         });
         let tags = self.tags.iter().all(|(tag, one)| {
             let other = other.tags.get(tag);
             other.map_or(one.is_nothing(), |other| {
-                is_close((&one.step, &one.sigma), (&other.step, &other.sigma))
+                is_within_sigma(&one.step, &one.sigma, &other.step, &other.sigma)
                     && (one.log_size - other.log_size).abs() <= CLOSE_SIZE
             })
         });
@@ -178,11 +180,14 @@ fn is_step(step: &Vector6<f64>, usual: PoseSigma) -> bool {
     far(0, usual.position_m) || far(3, usual.orientation_rad)
 }
 
-fn is_close(
-    (step, sigma): (&Vector6<f64>, &PoseSigma),
-    (other, before): (&Vector6<f64>, &PoseSigma),
+/// Whether a step and its deviations differ from those before only within the deviations.
+fn is_within_sigma(
+    step: &Vector6<f64>,
+    sigma: &PoseSigma,
+    step_before: &Vector6<f64>,
+    before: &PoseSigma,
 ) -> bool {
-    let apart = step - other;
+    let apart = step - step_before;
     let near = |first: usize, sigma: f64| apart.fixed_rows::<3>(first).amax() <= sigma;
     let alike = |one: f64, other: f64| one <= other * OTHER_SIGMA && other <= one * OTHER_SIGMA;
     near(0, sigma.position_m)

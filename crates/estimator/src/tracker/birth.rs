@@ -1,7 +1,7 @@
 //! Attitudes that the images of one instant allow when nothing is known before.
 //!
-//! Every tag gives two poses (the planar ambiguity). Each of them, as a configuration of the object, is refined on all corners of all
-//! cameras and weighed by its evidence.
+//! Every tag gives two poses (the planar ambiguity). Each of them, as a configuration of the object, is refined on all
+//! corners of all cameras and weighed by its evidence.
 
 use std::sync::Arc;
 

@@ -1,4 +1,5 @@
-//! Branches of a hypothesis at an instant: updated by the views, hit in the meantime, or with all views rejected; and their weighing.
+//! Branches of a hypothesis at an instant: updated by the views, hit in the meantime, or with all views rejected; and
+//! their weighing.
 
 use sextant_geometry::se3;
 
@@ -17,9 +18,9 @@ use sextant_site_model::MOST_JOINTS;
 const MOST_HYPOTHESES: usize = 4;
 
 impl Hypothesis {
-    /// Branches of the hypothesis after `dt` seconds with the views of that instant. Where views contradict the prediction, either the body
-    /// was hit or the views are wrong; later images decide. All views of one of several simultaneous images are enough: along its line of
-    /// sight another camera may agree with anything.
+    /// Branches of the hypothesis after `dt` seconds with the views of that instant. Where views contradict the
+    /// prediction, either the body was hit or the views are wrong; later images decide. All views of one of several
+    /// simultaneous images are enough: along its line of sight another camera may agree with anything.
     pub fn followed(
         &self,
         dt: f64,
@@ -68,8 +69,8 @@ impl Hypothesis {
         images.any(|image| !image.iter().any(|(_, outcome)| outcome.part))
     }
 
-    /// Remembers the cameras without a view that took part. A further such image of a wrong camera costs the odds of a jolt and of usual
-    /// residuals.
+    /// Remembers the cameras without a view that took part. A further such image of a wrong camera costs the odds of a
+    /// jolt and of usual residuals.
     pub(crate) fn doubt(
         &mut self,
         before: &CameraConsistency,
@@ -217,8 +218,8 @@ pub(crate) fn weigh(hypotheses: &mut Vec<Hypothesis>, options: &FusionOptions) {
 /// Squared Mahalanobis distance of hypotheses that have run together.
 const NEAR: f64 = 0.1;
 
-/// Whether two hypotheses are the same: nearer than a third of their uncertainty. Two branches of a vague tag may lie within one standard
-/// deviation and still be two.
+/// Whether two hypotheses are the same: nearer than a third of their uncertainty. Two branches of a vague tag may lie
+/// within one standard deviation and still be two.
 fn is_same(a: &Hypothesis, b: &Hypothesis) -> bool {
     let off = se3::difference(&a.state.pose, &b.root_of(a));
     let covariance: Covariance = a.state.covariance;

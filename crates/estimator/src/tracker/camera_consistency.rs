@@ -1,7 +1,7 @@
 //! Cameras that keep contradicting a track while others agree.
 //!
-//! A cause that makes all views of an image wrong is likely to stay, unlike a blow to the body: a further such image costs little. Where
-//! more cameras contradict than agree, the track itself is wrong.
+//! A cause that makes all views of an image wrong is likely to stay, unlike a blow to the body: a further such image
+//! costs little. Where more cameras contradict than agree, the track itself is wrong.
 
 /// Cameras that contradict and agree with one hypothesis, by index.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -1,7 +1,7 @@
 //! What a track knows of the cameras' clocks.
 //!
-//! A clock whose error is within the tolerance is right; the offset of every other clock is estimated. Cameras that expose in the very same
-//! nanosecond are triggered or stamped by one clock, whatever they report.
+//! A clock whose error is within the tolerance is right; the offset of every other clock is estimated. Cameras that
+//! expose in the very same nanosecond are triggered or stamped by one clock, whatever they report.
 
 use crate::FusionOptions;
 use crate::filter::state::ObjectState;

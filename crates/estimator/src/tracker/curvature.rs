@@ -1,8 +1,9 @@
 //! Covariance where the cost is flatter than its parabola.
 //!
-//! The foreshortening of a tag goes with the square of its tilt, so that the normal matrix overstates the information near the frontal view:
-//! it extends the slope at the fitted tilt to all tilts. For a vague attitude the cost is evaluated three standard deviations to either side
-//! along the widest axis. Where it has risen by less than nine, the covariance grows by the ratio.
+//! The foreshortening of a tag goes with the square of its tilt, so that the normal matrix overstates the information
+//! near the frontal view: it extends the slope at the fitted tilt to all tilts. For a vague attitude the cost is
+//! evaluated three standard deviations to either side along the widest axis. Where it has risen by less than nine, the
+//! covariance grows by the ratio.
 
 use nalgebra::{SVector, Vector6};
 
@@ -19,7 +20,8 @@ const SIGMAS: f64 = 3.0;
 /// Most growth of the variance.
 const MOST_GROWTH: f64 = 10.0;
 
-/// Widens the state after a fit, where its cost is flatter than its covariance claims. Returns whether the attitude is vague.
+/// Widens the state after a fit, where its cost is flatter than its covariance claims. Returns whether the attitude is
+/// vague.
 pub(crate) fn widen<const D: usize>(
     state: &mut ObjectState,
     prior: &Prior<D>,

@@ -1,8 +1,9 @@
-//! Share of the distortion bias in a camera's corners: 1 where the detector fits a homography to the distorted tag, 0 where its corners are
-//! the very points that the lens shows.
+//! Share of the distortion bias in a camera's corners: 1 where the detector fits a homography to the distorted tag, 0
+//! where its corners are the very points that the lens shows.
 //!
-//! No detector reports it, so it is estimated from the residuals of all views as a mean weighted by information. It starts at 1: whoever
-//! finds corners fits lines or homographies, and the little noise of such corners makes half a bias matter.
+//! No detector reports it, so it is estimated from the residuals of all views as a mean weighted by information. It
+//! starts at 1: whoever finds corners fits lines or homographies, and the little noise of such corners makes half a
+//! bias matter.
 
 /// Information before anything is seen: of a deviation of one half.
 const FAITH: f64 = 4.0;

@@ -6,12 +6,13 @@ use std::sync::Arc;
 use crate::FusionOptions;
 use crate::measurement::corners::{CalibratedCamera, TagView};
 use crate::measurement::ray::Ray;
-use crate::site::{ObjectImage, Site};
+use crate::site::{ModelledSite, ObjectImage};
 use crate::tracker::track::Track;
 use crate::tracker::view_outcome::ViewOutcome;
 use sextant_site_model::TagId;
 
-/// Ratio of the corners' residuals to their distances from the tag's centre from which on a tag is not loose but somewhere else.
+/// Ratio of the corners' residuals to their distances from the tag's centre from which on a tag is not loose but
+/// somewhere else.
 const FAR: f64 = 2.5;
 
 /// An instant that has left the fixed lag.
@@ -36,7 +37,7 @@ pub(crate) struct FinalisedView {
 
 impl FinalisedInstant {
     /// What became of its views; none while the attitude is in doubt.
-    pub fn views(&self, site: &Site, options: &FusionOptions) -> Vec<FinalisedView> {
+    pub fn views(&self, site: &ModelledSite, options: &FusionOptions) -> Vec<FinalisedView> {
         let track = &self.track;
         let Some(best) = track.hypotheses.first().filter(|_| track.trusted) else {
             return Vec::new();

@@ -1,7 +1,7 @@
 //! Update of a state by the views of one instant: groups of cameras that share a time, gates, robust fit.
 //!
-//! Cameras whose clocks are right see the same pose and are fitted jointly. A camera whose offset is estimated sees the pose of another
-//! moment; such cameras follow one by one, in the order of the rig.
+//! Cameras whose clocks are right see the same pose and are fitted jointly. A camera whose offset is estimated sees the
+//! pose of another moment; such cameras follow one by one, in the order of the rig.
 
 use std::borrow::Cow;
 
@@ -79,8 +79,8 @@ pub(crate) fn refused(
     }
 }
 
-/// Logarithm of the odds against the views that take no part. Wrong tags are rare and independent; but one cause, a moved
-/// camera, makes all views of an image wrong at once.
+/// Logarithm of the odds against the views that take no part. Wrong tags are rare and independent; but one cause, a
+/// moved camera, makes all views of an image wrong at once.
 fn refusal(weighted_views: &[WeightedView<'_>], part: &[bool], options: &FusionOptions) -> f64 {
     let mut odds = 0.0;
     let pairs: Vec<(usize, bool)> = weighted_views

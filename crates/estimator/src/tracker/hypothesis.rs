@@ -20,7 +20,8 @@ pub(crate) struct Hypothesis {
     pub vague: bool,
     /// Logarithm of the odds of the mirrored attitude against this one; minus infinity where it is out of question.
     pub mirrored: f64,
-    /// Logarithm of the odds against the mirrored attitude by the corners of all images so far; counted until it is trusted.
+    /// Logarithm of the odds against the mirrored attitude by the corners of all images so far; counted until it is
+    /// trusted.
     pub confirmed_odds: f64,
     /// The step to the mirrored attitude, while that is not settled.
     pub to_mirrored: Option<Vector6<f64>>,

@@ -1,8 +1,8 @@
 //! Start values of joints of which little is known, from the links that are seen.
 //!
-//! The search goes outwards from a link whose pose is accepted (the anchor). Where one joint lies between it and a link that is seen, each
-//! branch of that link's largest view gives the joint's value; where two do, the first is tried over its range; further ones keep their
-//! values. The views of the link decide. The fit refines these starts.
+//! The search goes outwards from a link whose pose is accepted (the anchor). Where one joint lies between it and a link
+//! that is seen, each branch of that link's largest view gives the joint's value; where two do, the first is tried over
+//! its range; further ones keep their values. The views of the link decide. The fit refines these starts.
 
 use nalgebra::Vector3;
 use sextant_geometry::Pose;

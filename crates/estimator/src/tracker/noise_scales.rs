@@ -1,11 +1,11 @@
-//! Noise of each camera's corners, as a factor on the variance that its detector reports: estimated from the residuals that remain after
-//! each update.
+//! Noise of each camera's corners, as a factor on the variance that its detector reports: estimated from the residuals
+//! that remain after each update.
 //!
-//! The pose takes up a share of the noise. Of the eight coordinates of a view the redundancy r = 8 - tr(L P⁺) is left (Förstner 1979,
-//! reliability of blocks). Outliers must not pass for noise: the variance is averaged with the weights of Student's t (the EM step of Lange,
-//! Little, Taylor 1989, sec. 4). Such an average is slow where the noise differs by far, since no view weighs much. Where the detector
-//! reports no noise, each view therefore gives a scoring step on the logarithm, with the information that a view of Student's t has of its
-//! scale (ibid., sec. 3).
+//! The pose takes up a share of the noise. Of the eight coordinates of a view the redundancy r = 8 - tr(L P⁺) is left
+//! (Förstner 1979, reliability of blocks). Outliers must not pass for noise: the variance is averaged with the weights
+//! of Student's t (the EM step of Lange, Little, Taylor 1989, sec. 4). Such an average is slow where the noise differs
+//! by far, since no view weighs much. Where the detector reports no noise, each view therefore gives a scoring step on
+//! the logarithm, with the information that a view of Student's t has of its scale (ibid., sec. 3).
 
 use crate::FusionOptions;
 use crate::measurement::corners::WeightedView;
@@ -61,16 +61,17 @@ struct VarianceScale {
     /// Of the factor, by steps of scoring.
     logarithm: f64,
     redundancy: f64,
-    /// Logarithm of the factor by [`index_of`] a source, weighed by the degrees of freedom: a prior that is ten times too large
-    /// would rule a mean for long. Within each source's bounds; kept, since every view asks it of every camera.
+    /// Logarithm of the factor by [`index_of`] a source, weighed by the degrees of freedom: a prior that is ten times
+    /// too large would rule a mean for long. Within each source's bounds; kept, since every view asks it of every
+    /// camera.
     weighed: [f64; 2],
 }
 
 /// Of a view's corners.
 const COORDINATES: f64 = 8.0;
 
-/// 8 over the mean of 13 x / (5 + x) where x is of chi-square with 8 degrees of freedom: what the weights of views without reported noise
-/// take from Gaussian residuals.
+/// 8 over the mean of 13 x / (5 + x) where x is of chi-square with 8 degrees of freedom: what the weights of views
+/// without reported noise take from Gaussian residuals.
 const OF_GAUSSIAN: f64 = 1.06;
 /// Information of eight Gaussian residuals on the logarithm of their scale over that of such a view: (5 + 10) / 5.
 const STEEPNESS: f64 = 3.0;

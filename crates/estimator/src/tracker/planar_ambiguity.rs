@@ -1,7 +1,8 @@
 //! The other branch of the planar ambiguity, for a track that is followed already.
 //!
-//! A tag seen by one camera looks almost the same when tilted the other way. While it turns through the frontal view both branches are
-//! possible, so that the single minimum of a filter is not enough: other attitudes are tried with the same prediction.
+//! A tag seen by one camera looks almost the same when tilted the other way. While it turns through the frontal view
+//! both branches are possible, so that the single minimum of a filter is not enough: other attitudes are tried with the
+//! same prediction.
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3, Vector6};
 use sextant_geometry::{Pose, se3};
@@ -78,8 +79,8 @@ pub(crate) fn others<const D: usize>(
 /// Share of the turn to the mirrored attitude, and of the way from the camera, within which starts lead to one minimum.
 const BESIDE: (f64, f64) = (0.25, 0.03);
 
-/// Whether a search that begins at `start` would end where another one is: all links that are seen are far nearer to it than
-/// to its mirrored attitude.
+/// Whether a search that begins at `start` would end where another one is: all links that are seen are far nearer to it
+/// than to its mirrored attitude.
 pub(crate) fn is_beside(
     start: &Configuration,
     at: &Configuration,
@@ -107,8 +108,8 @@ pub(crate) fn step_to_mirrored(
     Some(se3::difference(&mirrored(largest, at).pose, &at.pose))
 }
 
-/// Logarithm of the odds of the images of one instant against the mirrored attitude, by their corners alone. The motion does not count: a
-/// mirrored motion is as smooth as the true one.
+/// Logarithm of the odds of the images of one instant against the mirrored attitude, by their corners alone. The motion
+/// does not count: a mirrored motion is as smooth as the true one.
 pub(crate) fn odds_against_mirrored(
     at: &Configuration,
     weighted_views: &[&WeightedView<'_>],
@@ -173,8 +174,8 @@ fn cost<const D: usize>(
     prior.nis(at) + views
 }
 
-/// With the tag mirrored in the plane through its centre across the line of sight: R' = (I - 2 d dᵀ) R diag(1, 1, -1). Links
-/// go with the tag's as one body.
+/// With the tag mirrored in the plane through its centre across the line of sight: R' = (I - 2 d dᵀ) R diag(1, 1, -1).
+/// Links go with the tag's as one body.
 fn mirrored(weighted: &WeightedView<'_>, at: &Configuration) -> Configuration {
     let camera_from_tag = weighted.camera_from_tag(&weighted.view.world_from_link(at));
     let towards = camera_from_tag.translation.vector.normalize();

@@ -15,8 +15,8 @@ use sextant_site_model::ObjectId;
 use sextant_site_report::{ClockOffset, ObjectEstimate, State};
 
 impl Track {
-    /// The estimate for the time of a stamp, at or after this track's instant, less the seconds by which the clock is ahead; `None` where
-    /// nothing worth publishing is known.
+    /// The estimate for the time of a stamp, at or after this track's instant, less the seconds by which the clock is
+    /// ahead; `None` where nothing worth publishing is known.
     pub fn estimate(
         &self,
         object: &ObjectId,

@@ -1,10 +1,10 @@
 //! The fixed lag of one object: images by capture time, with the track after each instant.
 //!
-//! A late image is inserted at its capture time and the instants after it are processed again, so that the result depends on the capture
-//! times alone. Instants older than the window become the base, which is final.
+//! A late image is inserted at its capture time and the instants after it are processed again, so that the result
+//! depends on the capture times alone. Instants older than the window become the base, which is final.
 //!
-//! Instants are processed again only as far as an estimate is asked for: where a clock is ahead all images of the other cameras are late,
-//! and each asks for its own instant only.
+//! Instants are processed again only as far as an estimate is asked for: where a clock is ahead all images of the other
+//! cameras are late, and each asks for its own instant only.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -14,14 +14,14 @@ use std::sync::Arc;
 use sextant_geometry::Pose;
 
 use crate::FusionOptions;
-use crate::site::{ObjectImage, Site, SiteCamera};
+use crate::site::{ModelledSite, ObjectImage, SiteCamera};
 use crate::tracker::finalised_views::FinalisedInstant;
 use crate::tracker::track::Track;
 use sextant_site_model::ObjectId;
 use sextant_site_report::{ClockOffset, ObjectEstimate};
 
-/// Cameras whose simultaneous images are processed jointly; further ones follow in the order of the rig, so that an image costs no more than
-/// its own group.
+/// Cameras whose simultaneous images are processed jointly; further ones follow in the order of the rig, so that an
+/// image costs no more than its own group.
 const GROUP: usize = 8;
 
 /// Capture time in ns, and group of cameras.
@@ -41,7 +41,7 @@ impl Instant {
         &self,
         before: &Track,
         time_ns: u64,
-        site: &Site,
+        site: &ModelledSite,
         options: &FusionOptions,
     ) -> Box<Track> {
         let images: Vec<&ObjectImage> = self.images.values().map(Arc::as_ref).collect();
@@ -86,7 +86,7 @@ impl Timeline {
     pub fn insert(
         &mut self,
         image: Arc<ObjectImage>,
-        site: &Site,
+        site: &ModelledSite,
         options: &FusionOptions,
     ) -> Result<Vec<FinalisedInstant>, TooLate> {
         let time_ns = image.capture_ns;
@@ -106,7 +106,7 @@ impl Timeline {
     }
 
     /// Processes the instants up to a time again, where late images have come for them.
-    pub fn catch_up(&mut self, time_ns: u64, site: &Site, options: &FusionOptions) {
+    pub fn catch_up(&mut self, time_ns: u64, site: &ModelledSite, options: &FusionOptions) {
         let upto = (time_ns, usize::MAX);
         let Some(stale) = self.stale_from.filter(|stale| *stale <= upto) else {
             return;
@@ -132,7 +132,12 @@ impl Timeline {
     }
 
     /// The track at or before an instant with all late images.
-    fn processed_at(&self, time_ns: u64, site: &Site, options: &FusionOptions) -> Cow<'_, Track> {
+    fn processed_at(
+        &self,
+        time_ns: u64,
+        site: &ModelledSite,
+        options: &FusionOptions,
+    ) -> Cow<'_, Track> {
         let upto = (time_ns, usize::MAX);
         let Some(stale) = self.stale_from.filter(|stale| *stale <= upto) else {
             return Cow::Borrowed(self.at(time_ns));
@@ -153,7 +158,7 @@ impl Timeline {
     fn forget(
         &mut self,
         window_ns: u64,
-        site: &Site,
+        site: &ModelledSite,
         options: &FusionOptions,
     ) -> Vec<FinalisedInstant> {
         let oldest = self.newest_ns().saturating_sub(window_ns);
@@ -193,7 +198,7 @@ impl Timeline {
     pub fn estimate(
         &self,
         time_ns: u64,
-        site: &Site,
+        site: &ModelledSite,
         options: &FusionOptions,
     ) -> Option<ObjectEstimate> {
         self.estimate_ahead(time_ns, 0.0, site, options)
@@ -204,7 +209,7 @@ impl Timeline {
         &self,
         stamp_ns: u64,
         ahead_s: f64,
-        site: &Site,
+        site: &ModelledSite,
         options: &FusionOptions,
     ) -> Option<ObjectEstimate> {
         let track = self.processed_at(stamp_ns, site, options);
@@ -220,8 +225,8 @@ impl Timeline {
             .last_estimate(&self.object, time_ns, options)
     }
 
-    /// Discards the images and keeps the track: the models that they were taken in with are no longer in force. All instants must have been
-    /// processed.
+    /// Discards the images and keeps the track: the models that they were taken in with are no longer in force. All
+    /// instants must have been processed.
     pub fn discard_images(&mut self) {
         self.stale_from = None;
         if let Some((_, last)) = std::mem::take(&mut self.instants).into_iter().next_back() {
@@ -229,8 +234,9 @@ impl Timeline {
         }
     }
 
-    /// Another rig is in force: the track is moved along with the cameras that saw the object lately, and begins anew where they see it elsewhere now.
-    pub fn take_rig(&mut self, before: &[SiteCamera], site: &Site) {
+    /// Another rig is in force: the track is moved along with the cameras that saw the object lately, and begins anew
+    /// where they see it elsewhere now.
+    pub fn take_rig(&mut self, before: &[SiteCamera], site: &ModelledSite) {
         self.base.take_rig(before, site);
     }
 
@@ -249,7 +255,12 @@ impl Timeline {
     }
 
     /// The models have been corrected: the window is processed again with them, from a base that is moved along.
-    pub fn remodel(&mut self, moved: Option<(Pose, Pose)>, site: &Site, options: &FusionOptions) {
+    pub fn remodel(
+        &mut self,
+        moved: Option<(Pose, Pose)>,
+        site: &ModelledSite,
+        options: &FusionOptions,
+    ) {
         for instant in self.instants.values_mut() {
             for image in instant.images.values_mut() {
                 *image = Arc::new(site.remodelled(image, options));

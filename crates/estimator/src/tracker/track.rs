@@ -10,7 +10,7 @@ use crate::filter::state::ObjectState;
 use crate::kinematics::configuration::Configuration;
 use crate::measurement::corners::{TagView, WeightedView};
 use crate::measurement::planar_poses::area;
-use crate::site::{ObjectImage, Site, SiteCamera};
+use crate::site::{ModelledSite, ObjectImage, SiteCamera};
 use crate::time::seconds;
 use crate::tracker::clock_knowledge::ClockKnowledge;
 use crate::tracker::hypothesis::Hypothesis;
@@ -48,9 +48,11 @@ pub(crate) struct Track {
     pub(crate) summary: InstantSummary,
 }
 
-/// Residual of a tag's corners over its edge from which on it contradicts, however noisy its camera is taken to be; less than a pixel never does.
+/// Residual of a tag's corners over its edge from which on it contradicts, however noisy its camera is taken to be;
+/// less than a pixel never does.
 const MOST_OFF: f64 = 0.06;
-/// Views, fading, from which on the share of the refused ones means something, and the share from which on the images contradict the track.
+/// Views, fading, from which on the share of the refused ones means something, and the share from which on the images
+/// contradict the track.
 const FEWEST_VIEWS: f64 = 4.0;
 const MOST_REFUSED: f64 = 0.6;
 
@@ -73,7 +75,7 @@ impl Track {
         &self,
         time_ns: u64,
         images: &[&ObjectImage],
-        site: &Site,
+        site: &ModelledSite,
         options: &FusionOptions,
     ) -> Self {
         let weighted_views = self.weighted_views(images, site, options);
@@ -98,8 +100,8 @@ impl Track {
             .unwrap_or(followed)
     }
 
-    /// The object by two or more tags of an image that agree with one another, with as much more noise as they need for that: as it
-    /// moved before, or else anew.
+    /// The object by two or more tags of an image that agree with one another, with as much more noise as they need for
+    /// that: as it moved before, or else anew.
     pub(crate) fn agreed(
         &self,
         time_ns: u64,
@@ -174,7 +176,7 @@ impl Track {
     pub(crate) fn weighted_views<'a>(
         &self,
         images: &[&'a ObjectImage],
-        site: &'a Site,
+        site: &'a ModelledSite,
         options: &FusionOptions,
     ) -> Vec<WeightedView<'a>> {
         let mut weighted_views =
@@ -235,8 +237,8 @@ impl Track {
         next
     }
 
-    /// A track without hypotheses that keeps the noise scales and the clock offsets of a lost object, and since when it has been in doubt: stills
-    /// far apart are told of as images in a row are.
+    /// A track without hypotheses that keeps the noise scales and the clock offsets of a lost object, and since when it
+    /// has been in doubt: stills far apart are told of as images in a row are.
     pub(crate) fn forgotten(&self) -> Self {
         let mut timing = self.timing.clone();
         if let Some(best) = self.hypotheses.first().filter(|_| self.trusted) {
@@ -339,7 +341,8 @@ impl Track {
                 .is_some_and(|since| seconds(since, self.time_ns) >= options.contradiction_s)
     }
 
-    /// Share of the object's views in the last second that contradict its pose, where these are most; then nothing is known for certain.
+    /// Share of the object's views in the last second that contradict its pose, where these are most; then nothing is
+    /// known for certain.
     pub fn refused_share(&self, now_ns: u64) -> Option<f64> {
         let views = self.views.faded(now_ns);
         let share = views.share();
@@ -383,7 +386,7 @@ impl Track {
     }
 
     /// Another rig is in force than that of these cameras.
-    pub fn take_rig(&mut self, before: &[SiteCamera], site: &Site) {
+    pub fn take_rig(&mut self, before: &[SiteCamera], site: &ModelledSite) {
         let Some(pose) = self.hypotheses.first().map(|best| best.state.pose) else {
             return;
         };
@@ -495,7 +498,8 @@ impl Hypothesis {
                     &weighted.view.moving(&self.state.configuration()),
                 )
             };
-            // Wrong among right ones is no noise, nor is what is off by more than noise again and again while others are right.
+            // Wrong among right ones is no noise, nor is what is off by more than noise again and again while others
+            // are right.
             let is_fault = || {
                 2 * right > image().count()
                     || self.consistency.is_wrong(weighted.camera_index) && !may_be_noise()

@@ -4,8 +4,8 @@ use crate::measurement::corners::WeightedView;
 
 /// Coordinates of the corners of a view.
 const COORDINATES: f64 = 8.0;
-/// Squared whitened residuals as which a rejected view counts for the noise: more than usual, so that a noise underestimated at the start
-/// does not stay so.
+/// Squared whitened residuals as which a rejected view counts for the noise: more than usual, so that a noise
+/// underestimated at the start does not stay so.
 const REJECTED_SQUARE: f64 = 12.6;
 
 /// Outcome of a view in an update.

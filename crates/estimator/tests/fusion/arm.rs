@@ -211,14 +211,9 @@ fn a_joint_at_its_limit_is_not_published_beyond() {
     let (mut beyond, mut close) = (0, 0);
     for index in 0..60u64 {
         let time_ns = START_NS + index * PERIOD_NS / 2;
-        let pose = (Pose::translation(-0.08, 0.0, 0.0), [0.3, 1.2]);
-        let image = image(
-            &rig,
-            (index % 2) as usize,
-            time_ns,
-            ALL,
-            (pose, &mut random),
-        );
+        let (camera, base) = ((index % 2) as usize, Pose::translation(-0.08, 0.0, 0.0));
+        let values = [0.3, 1.2];
+        let image = image(&rig, camera, time_ns, ALL, &base, values, &mut random);
         let Some(estimate) = feed(&mut fusion, image) else {
             continue;
         };

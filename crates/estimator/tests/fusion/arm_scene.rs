@@ -98,11 +98,13 @@ pub fn image(
     camera: usize,
     time_ns: u64,
     seen: &[usize],
-    (pose, random): ((Pose, [f64; 2]), &mut Random),
+    base: &Pose,
+    values: [f64; 2],
+    random: &mut Random,
 ) -> ImageObservation {
     let (camera_model, arm) = (&rig.cameras()[camera], arm());
     let camera_from_world = camera_model.world_from_camera.unwrap().inverse();
-    let poses = links(&pose.0, pose.1);
+    let poses = links(base, values);
     let mut tags = Vec::new();
     for tag in arm.tags() {
         let link = arm.link_of(tag).unwrap();
@@ -152,7 +154,8 @@ pub fn run(
         let time_ns = START_NS + index * PERIOD_NS / cameras;
         let links = seen((time_ns - START_NS) as f64 * 1e-9);
         let camera = (index % cameras) as usize;
-        image(rig, camera, time_ns, links, (at(time_ns), &mut random))
+        let (base, values) = at(time_ns);
+        image(rig, camera, time_ns, links, &base, values, &mut random)
     });
     images.collect()
 }

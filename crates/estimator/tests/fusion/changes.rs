@@ -129,7 +129,8 @@ fn a_new_rig_is_used_from_the_next_image_on() {
     assert_eq!(fusion.statistics().unknown_cameras, 15);
 }
 
-/// The rig is measured anew and its world begins elsewhere, or its lenses are others: not one pose is where the object was by the former rig.
+/// The rig is measured anew and its world begins elsewhere, or its lenses are others: not one pose is where the object
+/// was by the former rig.
 #[test]
 fn a_rig_that_sees_the_object_elsewhere_begins_its_track_anew() {
     let (truth, object) = (rig(3), cube());

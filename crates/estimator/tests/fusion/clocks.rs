@@ -7,7 +7,8 @@ use crate::scene::{
     Eye, PERIOD_NS, Random, START_NS, camera_id, cube, feed, fusion, path_at, position_error, rig,
 };
 
-/// Runs free cameras whose stamps lie `offsets_ns` after the truth; the largest error of position after the first second.
+/// Runs free cameras whose stamps lie `offsets_ns` after the truth; the largest error of position after the first
+/// second.
 fn watch(
     rig: &Rig,
     offsets_ns: &[i64],

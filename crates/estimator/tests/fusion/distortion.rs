@@ -1,4 +1,5 @@
-//! Lenses that bend lines: corners that are the very points, and corners of a detector that takes a tag for flat in the image.
+//! Lenses that bend lines: corners that are the very points, and corners of a detector that takes a tag for flat in the
+//! image.
 
 use nalgebra::{Matrix3, Point2, Point3, SMatrix, SVector, Vector2, Vector3};
 use sextant_estimator::FusionOptions;

@@ -1,5 +1,5 @@
-//! What is no fault is named by nobody: bodies that are thrown, cameras that stand as well as is stated. What is one among such
-//! cameras is.
+//! What is no fault is named by nobody: bodies that are thrown, cameras that stand as well as is stated. What is one
+//! among such cameras is.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use sextant_estimator::{Fusion, FusionOptions, Input};
@@ -18,8 +18,8 @@ fn vector(random: &mut Random, sigma: f64) -> Vector3<f64> {
     Vector3::from_fn(|_, _| random.gauss() * sigma)
 }
 
-/// Faults by any of the images of five seconds of a cube, each camera at a phase of its own, with the seconds from the start. What is
-/// true of the cameras changes after two seconds.
+/// Faults by any of the images of five seconds of a cube, each camera at a phase of its own, with the seconds from the
+/// start. What is true of the cameras changes after two seconds.
 fn named(
     fusion: &mut Fusion,
     [before, after]: [&Rig; 2],

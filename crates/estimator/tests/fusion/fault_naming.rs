@@ -1,4 +1,5 @@
-//! What goes wrong while a site runs is named right and in time, and as nothing else: two cubes that move, four cameras.
+//! What goes wrong while a site runs is named right and in time, and as nothing else: two cubes that move, four
+//! cameras.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use sextant_estimator::{Fusion, FusionOptions, Input, Output};
@@ -80,13 +81,14 @@ impl Site {
     }
 }
 
-/// Watches a site that turns from what the machine believes into another: the faults named, each with the seconds from the
-/// change to its first naming. `spoil` does what a model can't say to an image.
+/// Watches a site that turns from what the machine believes into another: the faults named, each with the seconds from
+/// the change to its first naming. `spoil` does what a model can't say to an image.
 fn named(truth: &Site, seed: u64, spoil: impl Fn(&mut ImageObservation)) -> Vec<(f64, Fault)> {
     watched(&site(), truth, seed, spoil, CHANGE_S + WATCHED_S).0
 }
 
-/// The same of a site that the machine believes to be `before`, which it is again in the end; and the faults at `end_s`.
+/// The same of a site that the machine believes to be `before`, which it is again in the end; and the faults at
+/// `end_s`.
 fn watched(
     before: &Site,
     truth: &Site,
@@ -166,7 +168,7 @@ fn bumped(before: &Site, about: Vector3<f64>) -> Site {
 }
 
 /// The site with the first tag of its first object slipped.
-fn slipped(before: &Site, (x, y, z): (f64, f64, f64)) -> Site {
+fn slipped(before: &Site, x: f64, y: f64, z: f64) -> Site {
     let slipped = |tag: &mut ObjectTag| {
         tag.object_from_tag = tag
             .object_from_tag
@@ -209,7 +211,7 @@ fn a_tag_that_slips_by_3_mm_is_named_within_two_and_a_half_seconds() {
         (-0.002, -0.002, 0.0),
     ];
     for (seed, by) in (1..).zip(by) {
-        let truth = slipped(&site(), by);
+        let truth = slipped(&site(), by.0, by.1, by.2);
         let misplaced = Fault::TagMisplaced {
             object: id("a"),
             tag: tag_id(0),
@@ -242,7 +244,7 @@ fn of_two_cameras_it_is_said_that_one_was_moved() {
 
 #[test]
 fn a_camera_and_a_tag_that_are_wrong_at_once_are_both_named() {
-    let truth = slipped(&bumped(&site(), Vector3::y()), (0.003, 0.0, 0.0));
+    let truth = slipped(&bumped(&site(), Vector3::y()), 0.003, 0.0, 0.0);
     let (camera, object, tag) = (camera_id(1), id("a"), tag_id(0));
     for seed in 1..3 {
         let found = named(&truth, seed, nothing);
@@ -269,7 +271,7 @@ fn a_fault_is_over_when_it_is_mended() {
     let end_s = CHANGE_S + WATCHED_S + 3.0;
     for truth in [
         bumped(&before, Vector3::y()),
-        slipped(&before, (0.0, 0.003, 0.0)),
+        slipped(&before, 0.0, 0.003, 0.0),
     ] {
         let (found, left) = watched(&before, &truth, 3, nothing, end_s);
         assert_eq!((found.len(), left), (1, vec![]), "{found:?}");

@@ -10,7 +10,8 @@ use crate::scene::{
     Eye, Random, START_NS, camera_id, cube, cube_id, feed, fusion, path_at, rig, run, tag_id,
 };
 
-/// What the machine says is wrong after some seconds, if it believes in the site of the scenes but the images are of another.
+/// What the machine says is wrong after some seconds, if it believes in the site of the scenes but the images are of
+/// another.
 fn faults(rig_in_truth: &Rig, object_in_truth: &ObjectModel, seconds: f64) -> Vec<Fault> {
     let mut fusion = fusion(&rig(4), &cube(), FusionOptions::default());
     for image in run(rig_in_truth, object_in_truth, 0.1, seconds, &mut Random(8)) {

@@ -153,7 +153,8 @@ proptest! {
             fusion.handle(START_NS + 1_000_000_000, Input::Image(image));
             for estimate in poses(&mut fusion) {
                 let pose = estimate.world_from_object.to_homogeneous();
-                prop_assert!(pose.iter().chain(estimate.covariance.iter()).chain(estimate.twist.iter()).all(|x| x.is_finite()));
+                let numbers = pose.iter().chain(estimate.covariance.iter()).chain(estimate.twist.iter());
+                prop_assert!(numbers.into_iter().all(|x| x.is_finite()));
                 prop_assert!((0..6).all(|axis| estimate.covariance[(axis, axis)] >= 0.0));
             }
         }

@@ -58,20 +58,21 @@ pub fn files(rig: &Rig, object: &ObjectModel) -> (Rig, ObjectModel) {
 /// What is published of images that all cameras take at once.
 pub fn watched(
     fusion: &mut Fusion,
-    truth: (&Rig, &ObjectModel),
+    rig: &Rig,
+    object: &ObjectModel,
     n_instants: u64,
     random: &mut Random,
 ) -> Vec<ObjectEstimate> {
     let eye = Eye {
-        rig: truth.0,
-        object: truth.1,
+        rig,
+        object,
         sigma_px: 0.05,
     };
     let mut last = Vec::new();
     for instant in 0..n_instants {
         let time_ns = START_NS + instant * PERIOD_NS;
         let mut poses = Vec::new();
-        for camera in 0..truth.0.cameras().len() {
+        for camera in 0..rig.cameras().len() {
             let image = eye.image(camera, time_ns, &path_at(time_ns), random);
             poses.extend(feed(fusion, image));
         }
@@ -97,11 +98,15 @@ fn cameras_placed_by_hand_are_corrected_within_a_second() {
     for seed in 1..5 {
         let random = &mut Random(seed);
         let (truth, object) = (rig(4), cube());
-        let believed = measured(&truth, 0.005, 0.005, random);
-        let mut with = fusion(&believed, &object, FusionOptions::default());
-        let mut without = fusion(&believed.clone().exact(), &object, FusionOptions::default());
-        let learned = watched(&mut with, (&truth, &object), 90, &mut Random(seed));
-        let as_given = watched(&mut without, (&truth, &object), 90, &mut Random(seed));
+        let configured = measured(&truth, 0.005, 0.005, random);
+        let mut with = fusion(&configured, &object, FusionOptions::default());
+        let mut without = fusion(
+            &configured.clone().exact(),
+            &object,
+            FusionOptions::default(),
+        );
+        let learned = watched(&mut with, &truth, &object, 90, &mut Random(seed));
+        let as_given = watched(&mut without, &truth, &object, 90, &mut Random(seed));
         let (learned, as_given) = [&learned, &as_given]
             .map(|all| worst_way_error(&all[30..]))
             .into();
@@ -127,9 +132,9 @@ fn tags_glued_on_by_hand_leave_honest_poses() {
     for seed in 1..13 {
         let random = &mut Random(seed);
         let (truth, object) = (rig(4), cube());
-        let believed = glued(&object, 0.001, 0.017, random);
-        let mut fusion = fusion(&truth, &believed, FusionOptions::default());
-        let poses = watched(&mut fusion, (&truth, &object), 45, random);
+        let configured = glued(&object, 0.001, 0.017, random);
+        let mut fusion = fusion(&truth, &configured, FusionOptions::default());
+        let poses = watched(&mut fusion, &truth, &object, 45, random);
         assert!(poses.iter().all(|pose| pose.state == State::Tracking));
         let last = poses.last().unwrap();
         let error = error(last, &path_at(last.capture_ns));
@@ -146,8 +151,8 @@ fn exact_files_are_recognised_with_the_first_images() {
     let (files, tags) = files(&rig, &object);
     let mut known = fusion(&rig, &object, FusionOptions::default());
     let mut learned = fusion(&files, &tags, FusionOptions::default());
-    let known = watched(&mut known, (&rig, &object), 60, &mut Random(3));
-    let found = watched(&mut learned, (&rig, &object), 60, &mut Random(3));
+    let known = watched(&mut known, &rig, &object, 60, &mut Random(3));
+    let found = watched(&mut learned, &rig, &object, 60, &mut Random(3));
     assert_eq!(learned.imperfections(), []);
     for (known, found) in known.iter().zip(&found).skip(15) {
         let apart = se3::difference(&known.world_from_object, &found.world_from_object);

@@ -1,5 +1,5 @@
-//! Errors against the Cramer-Rao bound: with ideal corners of known noise no estimate can be better, and this one is not
-//! much worse.
+//! Errors against the Cramer-Rao bound: with ideal corners of known noise no estimate can be better, and this one is
+//! not much worse.
 
 use nalgebra::{Matrix6, SMatrix, Vector2, Vector6};
 use sextant_geometry::{Pose, se3};

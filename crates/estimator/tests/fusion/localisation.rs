@@ -25,7 +25,8 @@ fn room() -> ObjectModel {
         let angle = std::f64::consts::TAU * f64::from(index) / 16.0;
         let height = 0.3 * f64::from(index % 3) - 0.3;
         let place = Vector3::new(2.0 * angle.cos(), 2.0 * angle.sin(), height);
-        // looking_from gives x right, y down, z inwards; a tag has x right, y up and its face along z for whom it faces.
+        // looking_from gives x right, y down, z inwards; a tag has x right, y up and its face along z for whom it
+        // faces.
         let about_x = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
         let about_y = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), std::f64::consts::PI);
         let turn = looking_from(place).rotation * about_x * about_y;
@@ -115,11 +116,11 @@ struct Followed {
 
 /// Follows the cube for some seconds; what is past the first half second counts.
 fn followed(
-    believed: Rig,
+    configured: Rig,
     objects: Vec<ObjectModel>,
     images: impl IntoIterator<Item = ImageObservation>,
 ) -> Followed {
-    let mut fusion = Fusion::new(believed, objects, FusionOptions::default()).unwrap();
+    let mut fusion = Fusion::new(configured, objects, FusionOptions::default()).unwrap();
     let (mut square, mut nees, mut tracking) = (0.0, 0.0, 0);
     for image in images {
         let is_counted = image.capture_ns > START_NS + 500_000_000;
@@ -262,7 +263,10 @@ fn landmarks_that_lie_elsewhere_are_named() {
     let room = room().with_world_from_object(Some(elsewhere)).unwrap();
     let mut found = followed(rig, vec![cube(), room], images);
     assert!(found.nees < 4.0, "NEES {}", found.nees);
-    let contradicted = |fault: &Fault| matches!(fault, Fault::ObjectContradicted { object, .. } if *object == cube_id());
+    let contradicted = |fault: &Fault| match fault {
+        Fault::ObjectContradicted { object, .. } => *object == cube_id(),
+        _ => false,
+    };
     let faults = found.fusion.faults();
     assert!(faults.iter().any(contradicted), "{faults:?}");
     // It is not named for longer than it is seen.

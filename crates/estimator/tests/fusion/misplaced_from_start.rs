@@ -1,4 +1,5 @@
-//! A camera that stands wrong from the very first image, of whose clock nobody says anything: is it where it stands, or when it looks?
+//! A camera that stands wrong from the very first image, of whose clock nobody says anything: is it where it stands, or
+//! when it looks?
 
 use nalgebra::{UnitQuaternion, Vector3};
 use sextant_estimator::{FusionOptions, Input};
@@ -19,14 +20,14 @@ fn with_turned(rig: &Rig, camera: usize, about: &Vector3<f64>) -> Rig {
 
 /// Faults after each image, with the seconds since the first one.
 fn named(wrong: usize, about: &Vector3<f64>, seed: u64) -> Vec<(f64, Vec<Fault>)> {
-    let (believed, object, mut random) = (rig(4), cube(), Random(seed));
-    let truth = with_turned(&believed, wrong, about);
+    let (configured, object, mut random) = (rig(4), cube(), Random(seed));
+    let truth = with_turned(&configured, wrong, about);
     let eye = Eye {
         rig: &truth,
         object: &object,
         sigma_px: 0.05,
     };
-    let mut fusion = fusion(&believed, &object, FusionOptions::default());
+    let mut fusion = fusion(&configured, &object, FusionOptions::default());
     let mut named = Vec::new();
     for round in 0..150 {
         for camera in 0..4 {
@@ -60,12 +61,12 @@ fn whichever_camera_stands_wrong_from_the_start_is_named_and_stays_so() {
     }
 }
 
-/// Seconds after the first image within which another camera may be accused of what the first one does: tracks begin with what the
-/// first one sees.
+/// Seconds after the first image within which another camera may be reported for what the first one does: tracks begin
+/// with what the first one sees.
 const FIRST_S: f64 = 2.0;
 
 #[test]
-fn nobody_else_is_accused_of_it() {
+fn no_other_camera_is_reported_for_it() {
     let about = [Vector3::x(), Vector3::y(), -Vector3::x(), -Vector3::y()];
     for (seed, (wrong, about)) in
         (1..6).flat_map(|seed| (0..).zip(&about).map(move |one| (seed, one)))

@@ -43,8 +43,8 @@ fn plain_arm(seed: u64) -> Show {
         let (camera, round) = ((number % 3) as usize, number / 3);
         let phase_ns = if camera < 2 { 0 } else { 12_345_678 };
         let time_ns = START_NS + round * PERIOD_NS + phase_ns;
-        let at = (arm_scene::at(time_ns), &mut random);
-        arm_scene::image(&rig, camera, time_ns, ALL, at)
+        let (base, values) = arm_scene::at(time_ns);
+        arm_scene::image(&rig, camera, time_ns, ALL, &base, values, &mut random)
     };
     let images = (0..39).map(image).collect();
     Show {
@@ -54,8 +54,8 @@ fn plain_arm(seed: u64) -> Show {
     }
 }
 
-/// An arm whose joints move, before rolling shutters and lenses that bend, by clocks of which nobody says anything and one of which is
-/// off, with unstated noise. The files are exact: errors of files are learned in order of arrival.
+/// An arm whose joints move, before rolling shutters and lenses that bend, by clocks of which nobody says anything and
+/// one of which is off, with unstated noise. The files are exact: errors of files are learned in order of arrival.
 fn with_everything(seed: u64) -> Show {
     let rig = with_cameras(&rig(3), |camera| {
         let intrinsics = camera.lens.intrinsics();
@@ -68,8 +68,8 @@ fn with_everything(seed: u64) -> Show {
     for number in 0..39u64 {
         let (camera, true_ns) = ((number % 3) as usize, START_NS + number * PERIOD_NS / 3);
         let off_ns = if camera == 1 { 15_000_000 } else { 0 };
-        let at = (arm_scene::at(true_ns), &mut random);
-        let mut image = arm_scene::image(&rig, camera, true_ns + off_ns, ALL, at);
+        let ((base, values), time_ns) = (arm_scene::at(true_ns), true_ns + off_ns);
+        let mut image = arm_scene::image(&rig, camera, time_ns, ALL, &base, values, &mut random);
         image.clock_error_ns = ImageObservation::CLOCK_ERROR_UNKNOWN;
         for tag in &mut image.tags {
             tag.corner_covariance = [Matrix2::zeros(); 4];

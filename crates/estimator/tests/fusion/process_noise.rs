@@ -91,7 +91,8 @@ fn struck_towards_a_camera(time_ns: u64) -> Pose {
     Pose::new(place, Vector3::new(0.3, 0.2, 0.1))
 }
 
-/// A camera hardly sees how far away a body is, so that it agrees with the prediction; the other, at the same instant, does not.
+/// A camera hardly sees how far away a body is, so that it agrees with the prediction; the other, at the same instant,
+/// does not.
 #[test]
 fn a_body_that_was_struck_is_followed_by_cameras_that_see_it_at_once() {
     let (rig, object) = (rig(2), cube());

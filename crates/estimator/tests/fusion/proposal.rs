@@ -10,7 +10,8 @@ use crate::scene::{Random, cube, feed, fusion, rig, run};
 /// Half a minute of images.
 const INSTANTS: u64 = 900;
 
-/// Worst distance, in m and rad alike, of the first of some poses to the others against the truth: no common frame matters for it.
+/// Worst distance, in m and rad alike, of the first of some poses to the others against the truth: no common frame
+/// matters for it.
 fn worst_apart(poses: &[Pose], truth: &[Pose]) -> f64 {
     let apart = |poses: &[Pose], index: usize| poses[0].inverse() * poses[index];
     let off = |index| se3::difference(&apart(poses, index), &apart(truth, index)).amax();
@@ -34,8 +35,8 @@ fn seen(object: &ObjectModel) -> Vec<Pose> {
     tags
 }
 
-fn proposed(fusion: &mut Fusion, truth: (&Rig, &ObjectModel), seed: u64) -> Option<Proposal> {
-    watched(fusion, truth, INSTANTS, &mut Random(seed));
+fn proposed(fusion: &mut Fusion, rig: &Rig, object: &ObjectModel, seed: u64) -> Option<Proposal> {
+    watched(fusion, rig, object, INSTANTS, &mut Random(seed));
     fusion.proposal()
 }
 
@@ -45,10 +46,10 @@ fn wrong_cameras_and_tags_are_proposed_nearer_to_the_truth() {
     for seed in 1..7 {
         let (truth, object) = (rig(4), cube());
         let random = &mut Random(seed);
-        let believed = measured(&truth, 0.005, 0.005, random);
+        let configured = measured(&truth, 0.005, 0.005, random);
         let stuck = glued(&object, 0.001, 0.017, random);
-        let mut machine = fusion(&believed, &stuck, FusionOptions::default());
-        let proposal = proposed(&mut machine, (&truth, &object), seed).unwrap();
+        let mut machine = fusion(&configured, &stuck, FusionOptions::default());
+        let proposal = proposed(&mut machine, &truth, &object, seed).unwrap();
         let held_back = proposal.held_back;
         assert!(held_back.n_images >= 8, "seed {seed}: {held_back:?}");
         assert!(
@@ -56,7 +57,7 @@ fn wrong_cameras_and_tags_are_proposed_nearer_to_the_truth() {
             "seed {seed}: {held_back:?}"
         );
         let rig = proposal.rig.as_ref().unwrap();
-        let before = worst_apart(&cameras(&believed), &cameras(&truth));
+        let before = worst_apart(&cameras(&configured), &cameras(&truth));
         let after = worst_apart(&cameras(rig), &cameras(&truth));
         shares.push(after / before);
         let [model] = &proposal.objects[..] else {
@@ -86,9 +87,9 @@ fn cameras_that_nobody_triggers_are_compared_by_the_motion_between_their_images(
     for seed in 1..4 {
         let (truth, object) = (rig(4), cube());
         let random = &mut Random(seed);
-        let believed = measured(&truth, 0.003, 0.0035, random);
+        let configured = measured(&truth, 0.003, 0.0035, random);
         let stuck = glued(&object, 0.0005, 0.009, random);
-        let mut machine = fusion(&believed, &stuck, FusionOptions::default());
+        let mut machine = fusion(&configured, &stuck, FusionOptions::default());
         for mut image in run(&truth, &object, 0.1, 8.0, random) {
             image.clock_error_ns = ImageObservation::CLOCK_ERROR_UNKNOWN;
             feed(&mut machine, image);
@@ -97,7 +98,7 @@ fn cameras_that_nobody_triggers_are_compared_by_the_motion_between_their_images(
             .proposal()
             .and_then(|proposal| proposal.rig)
             .unwrap();
-        let before = worst_apart(&cameras(&believed), &cameras(&truth));
+        let before = worst_apart(&cameras(&configured), &cameras(&truth));
         let after = worst_apart(&cameras(&rig), &cameras(&truth));
         assert!(after < 0.5 * before, "seed {seed}: {after} of {before}");
         assert_eq!(machine.faults(), []);
@@ -110,7 +111,7 @@ fn tags_alone_are_corrected_without_moving_a_camera() {
     let stuck = glued(&object, 0.001, 0.017, &mut Random(5));
     let (files, _) = files(&truth, &object);
     let mut machine = fusion(&files, &stuck, FusionOptions::default());
-    let proposal = proposed(&mut machine, (&truth, &object), 5).unwrap();
+    let proposal = proposed(&mut machine, &truth, &object, 5).unwrap();
     assert_eq!(proposal.objects.len(), 1);
     let rig = proposal.rig.unwrap_or(files);
     let moved = worst_apart(&cameras(&rig), &cameras(&truth));
@@ -122,20 +123,20 @@ fn nothing_is_proposed_for_an_exact_site() {
     let (truth, object) = (rig(4), cube());
     let (rig, model) = files(&truth, &object);
     let mut machine = fusion(&rig, &model, FusionOptions::default());
-    assert_eq!(proposed(&mut machine, (&truth, &object), 3), None);
+    assert_eq!(proposed(&mut machine, &truth, &object, 3), None);
 }
 
 #[test]
 fn what_was_taken_is_not_proposed_again() {
     let (truth, object) = (rig(4), cube());
     let random = &mut Random(2);
-    let believed = measured(&truth, 0.005, 0.005, random);
+    let configured = measured(&truth, 0.005, 0.005, random);
     let stuck = glued(&object, 0.001, 0.017, random);
-    let mut machine = fusion(&believed, &stuck, FusionOptions::default());
-    let proposal = proposed(&mut machine, (&truth, &object), 2).unwrap();
+    let mut machine = fusion(&configured, &stuck, FusionOptions::default());
+    let proposal = proposed(&mut machine, &truth, &object, 2).unwrap();
     let (rig, objects) = (proposal.rig.unwrap(), proposal.objects);
     machine.handle(0, Input::Rig(rig.clone()));
     assert_eq!(machine.proposal(), None, "nothing is seen yet");
     let mut refined = fusion(&rig, &objects[0], FusionOptions::default());
-    assert_eq!(proposed(&mut refined, (&truth, &object), 12), None);
+    assert_eq!(proposed(&mut refined, &truth, &object, 12), None);
 }

@@ -184,14 +184,15 @@ impl Eye<'_> {
         random: &mut Random,
     ) -> ImageObservation {
         let at = |_: f64| *pose;
-        self.image_over_time((camera, time_ns), &at, random)
+        self.image_over_time(camera, time_ns, &at, random)
     }
 
-    /// The same by the camera's shutter: `pose` is the object's by seconds after the capture time. A corner is taken when its
-    /// row is.
+    /// The same by the camera's shutter: `pose` is the object's by seconds after the capture time. A corner is taken
+    /// when its row is.
     pub fn image_over_time(
         &self,
-        (camera, time_ns): (usize, u64),
+        camera: usize,
+        time_ns: u64,
         pose: &dyn Fn(f64) -> Pose,
         random: &mut Random,
     ) -> ImageObservation {

@@ -44,7 +44,7 @@ fn stamping(rig: &Rig, stamp: Stamp) -> Rig {
 const HALF_S: f64 = 0.5 * (0.010 + 479.0 * LINE_DELAY_S);
 
 /// Rms error in m and NEES per degree of freedom, from 0.3 s on, by cameras that run free.
-fn followed(truth: &Rig, believed: &Rig, object: &ObjectModel) -> (f64, f64) {
+fn followed(truth: &Rig, configured: &Rig, object: &ObjectModel) -> (f64, f64) {
     let eye = Eye {
         rig: truth,
         object,
@@ -53,16 +53,16 @@ fn followed(truth: &Rig, believed: &Rig, object: &ObjectModel) -> (f64, f64) {
     let (mut square, mut nees, mut count) = (0.0, 0.0, 0.0);
     for seed in 0..4 {
         let mut random = Random(seed + 70);
-        let mut fusion = fusion(believed, object, FusionOptions::default());
+        let mut fusion = fusion(configured, object, FusionOptions::default());
         let cameras = truth.cameras().len() as u64;
         for number in 0..60 * cameras {
             let after_ns = number * PERIOD_NS / cameras;
             let at_s = after_ns as f64 * 1e-9 + seed as f64;
             let taken = ((number % cameras) as usize, START_NS + after_ns);
             let pose = |after_s: f64| swift(at_s + after_s);
-            let mut image = eye.image_over_time(taken, &pose, &mut random);
+            let mut image = eye.image_over_time(taken.0, taken.1, &pose, &mut random);
             image.capture_ns = stamp_ns(truth, &image.camera, image.capture_ns);
-            for estimate in feed(&mut fusion, believed.timed(image)) {
+            for estimate in feed(&mut fusion, configured.timed(image)) {
                 if after_ns > 300_000_000 {
                     // Where the object was at the time that the estimate states.
                     let stated_s = (estimate.capture_ns as f64 - START_NS as f64) * 1e-9;
@@ -88,8 +88,8 @@ fn a_rolling_shutter_that_is_known_costs_no_accuracy() {
         let known = followed(&rolling, &rolling, &object);
         let unknown = followed(&rolling, &global, &object);
         assert!(known.0 < 1.2 * best.0, "{known:?} against {best:?}");
-        // Below what global shutters give (0.8): what the body may have done between the capture time and the rows is counted for
-        // every image by itself, though it is a part of what it may have done since the image before.
+        // Below what global shutters give (0.8): what the body may have done between the capture time and the rows is
+        // counted for every image by itself, though it is a part of what it may have done since the image before.
         assert!((0.6..1.25).contains(&known.1), "NEES {}", known.1);
         assert!(
             unknown.0 > 2.0 * known.0 && unknown.1 > 5.0,
@@ -139,7 +139,7 @@ fn one_image_tells_that_an_object_moves() {
         sigma_px: 0.01,
     };
     let pose = |after_s: f64| swift(0.1 + after_s);
-    let image = eye.image_over_time((0, START_NS), &pose, &mut Random(3));
+    let image = eye.image_over_time(0, START_NS, &pose, &mut Random(3));
     let mut fusion = fusion(&rig, &object, exact_options());
     let found = feed(&mut fusion, image).pop().unwrap();
     let off = error(&found, &pose(0.0));

@@ -30,7 +30,8 @@ fn spoilt(mut image: ImageObservation, random: &mut Random) -> ImageObservation 
     image
 }
 
-/// Takes the images of these numbers in; the share of poses said to be tracked that are off by more than a centimetre, and the poses.
+/// Takes the images of these numbers in; the share of poses said to be tracked that are off by more than a centimetre,
+/// and the poses.
 pub fn endure(fusion: &mut Fusion, numbers: Range<u64>) -> (f64, u64) {
     let (rig, object, mut random) = (rig(4), cube(), Random(numbers.start));
     let eye = Eye {

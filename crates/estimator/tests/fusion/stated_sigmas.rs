@@ -34,11 +34,11 @@ const MISSTUCK: PoseSigma = PoseSigma {
 /// A site as it is and as calibration says that it is.
 struct Site {
     truth: (Rig, ObjectModel),
-    believed: (Rig, ObjectModel),
+    configured: (Rig, ObjectModel),
 }
 
-/// Seconds of images, and how many of them are passed over from one to the next: so far apart that self-calibration does not compare the
-/// cameras, after which covariances are relative to them.
+/// Seconds of images, and how many of them are passed over from one to the next: so far apart that self-calibration
+/// does not compare the cameras, after which covariances are relative to them.
 const SECONDS: f64 = 2.4;
 const APART: usize = 11;
 
@@ -62,7 +62,7 @@ fn with_and_without(
             nees(&last, &path_at(last.capture_ns))
         };
         with += at_the_end(&state(&site)) / sites as f64;
-        without += at_the_end(&site.believed) / sites as f64;
+        without += at_the_end(&site.configured) / sites as f64;
     }
     println!("{with} {without}");
     (with, without)
@@ -93,7 +93,7 @@ fn placed(camera: &mut Camera) {
 fn what_is_stated_about_the_cameras_poses_is_in_the_covariance() {
     let (with, without) = with_and_without(
         |random| {
-            let believed = changed(&rig(3), |camera| Camera {
+            let configured = changed(&rig(3), |camera| Camera {
                 world_from_camera: camera
                     .world_from_camera
                     .map(|pose| displaced(&pose, MISPLACED, random)),
@@ -101,11 +101,11 @@ fn what_is_stated_about_the_cameras_poses_is_in_the_covariance() {
             });
             Site {
                 truth: (rig(3), cube()),
-                believed: (believed, cube()),
+                configured: (configured, cube()),
             }
         },
         |site| {
-            let (rig, object) = &site.believed;
+            let (rig, object) = &site.configured;
             (with_cameras(rig, placed), object.clone())
         },
     );
@@ -121,14 +121,14 @@ fn what_is_stated_about_the_cameras_poses_holds_for_the_links_of_an_arm() {
         let mut all = Vec::new();
         for seed in 0..20 {
             let random = &mut Random(seed + 300);
-            let believed = changed(&truth, |camera| Camera {
+            let configured = changed(&truth, |camera| Camera {
                 world_from_camera: camera
                     .world_from_camera
                     .map(|pose| displaced(&pose, MISPLACED, random)),
                 ..camera
             });
-            let believed = with_cameras(&believed, placed);
-            let mut fusion = fusion(&believed, &arm(), FusionOptions::default());
+            let configured = with_cameras(&configured, placed);
+            let mut fusion = fusion(&configured, &arm(), FusionOptions::default());
             let mut last = None;
             let images = arm_scene::run(&truth, SECONDS, |_| ALL, seed);
             for mut image in images.into_iter().step_by(APART) {
@@ -172,7 +172,7 @@ fn what_is_stated_about_the_lenses_is_in_the_covariance() {
                 }),
                 cube(),
             ),
-            believed: (
+            configured: (
                 changed(&rig(2), |camera| Camera {
                     lens: recast(
                         MISCAST.focal_px * random.gauss(),
@@ -184,7 +184,7 @@ fn what_is_stated_about_the_lenses_is_in_the_covariance() {
             ),
         },
         |site| {
-            let (rig, object) = &site.believed;
+            let (rig, object) = &site.configured;
             let cast = |camera: &mut Camera| camera.lens_prior = Prior::Sigma(MISCAST);
             (with_cameras(rig, cast), object.clone())
         },
@@ -204,14 +204,14 @@ fn what_is_stated_about_the_tags_places_is_in_the_covariance() {
             }
             Site {
                 truth: (rig(3), cube()),
-                believed: (
+                configured: (
                     rig(3),
                     ObjectModel::new(cube().id().clone(), tags).unwrap().exact(),
                 ),
             }
         },
         |site| {
-            let (rig, object) = &site.believed;
+            let (rig, object) = &site.configured;
             (rig.clone(), with_pose_priors(object, MISSTUCK))
         },
     );
@@ -234,10 +234,10 @@ fn what_is_stated_about_an_objects_frame_is_in_the_covariance() {
     let (with, without) = with_and_without(
         |random| Site {
             truth: (rig(3), cube()),
-            believed: (rig(3), off_its_frame(MISSTUCK, random)),
+            configured: (rig(3), off_its_frame(MISSTUCK, random)),
         },
         |site| {
-            let (rig, object) = site.believed.clone();
+            let (rig, object) = site.configured.clone();
             (rig, object.with_frame_sigma(Some(MISSTUCK)).unwrap())
         },
     );
@@ -274,10 +274,10 @@ fn what_is_stated_about_the_scale_of_a_rig_is_in_the_covariance() {
     let (with, without) = with_and_without(
         |random| Site {
             truth: (rig(3), cube()),
-            believed: scaled(1.0 + sigma * random.gauss()),
+            configured: scaled(1.0 + sigma * random.gauss()),
         },
         |site| {
-            let (rig, object) = site.believed.clone();
+            let (rig, object) = site.configured.clone();
             (rig.with_scale_sigma(Some(sigma)).unwrap(), object)
         },
     );

@@ -16,8 +16,8 @@ pub fn nees(estimate: &ObjectEstimate, truth: &Pose) -> f64 {
     off.dot(&estimate.covariance.cholesky().unwrap().solve(&off)) / 6.0
 }
 
-/// NEES per degree of freedom at the end of many runs of 0.8 s on all parts of the path, and the share inside the 95 % ellipsoid; the
-/// cameras take their images at a time, or in turn.
+/// NEES per degree of freedom at the end of many runs of 0.8 s on all parts of the path, and the share inside the 95 %
+/// ellipsoid; the cameras take their images at a time, or in turn.
 fn mean_nees(cameras: usize, runs: u64, in_turn: bool) -> (f64, f64) {
     let (rig, object) = (rig(cameras), cube());
     let eye = Eye {
@@ -124,8 +124,8 @@ fn noise_that_is_twice_what_is_stated_is_found_out() {
     assert!((0.7..1.4).contains(&mean), "NEES {mean}");
 }
 
-/// The images of a run in which each tag seems turned about its middle by as much as each corner is off by itself, and what is stated
-/// of it.
+/// The images of a run in which each tag seems turned about its middle by as much as each corner is off by itself, and
+/// what is stated of it.
 fn turned(image: &mut ImageObservation, random: &mut Random) {
     const SIGMA_PX: f64 = 0.05;
     for tag in &mut image.tags {
@@ -178,7 +178,7 @@ fn corners_whose_errors_hang_together_say_more() {
 }
 
 #[test]
-fn what_corners_cannot_share_is_not_believed() {
+fn a_covariance_that_corners_cannot_share_is_rejected() {
     let nonsense = of_turned(|tag| {
         let most = tag.corner_covariance[0].trace();
         tag.corner_cross_covariance = [Matrix2::identity() * -most; 6];

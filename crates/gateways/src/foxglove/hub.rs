@@ -1,4 +1,5 @@
-//! Channels, clients and what waits for them. Nothing here waits: a client that is slow loses its oldest messages, and no other notices.
+//! Channels, clients and what waits for them. Nothing here waits: a client that is slow loses its oldest messages, and
+//! no other notices.
 
 use serde::Serialize;
 use sextant_proto::SiteId;
@@ -46,13 +47,13 @@ pub type ClientId = u64;
 pub struct Hub {
     name: String,
     session: String,
-    state: Mutex<State>,
+    state: Mutex<HubState>,
     n_clients: AtomicUsize,
     invalid: AtomicU64,
 }
 
 #[derive(Debug, Default)]
-struct State {
+struct HubState {
     channels: BTreeMap<String, Channel>,
     kept_bytes: usize,
     clients: BTreeMap<ClientId, Client>,
@@ -135,7 +136,7 @@ impl Hub {
         if lifetime == Lifetime::UntilReplaced {
             state.keep(message, log_ns);
         }
-        let State {
+        let HubState {
             clients, counts, ..
         } = &mut *state;
         for client in clients.values_mut() {
@@ -154,7 +155,12 @@ impl Hub {
         }
         let mut client = Client::new();
         client.say(server_info(&self.name, &self.session));
-        client.say(advertise(state.channels.iter().map(advertised)));
+        client.say(advertise(
+            state
+                .channels
+                .iter()
+                .map(|(topic, it)| advertised(topic, it)),
+        ));
         let ready = Arc::clone(&client.ready);
         state.counts.clients += 1;
         let id = state.counts.clients;
@@ -208,12 +214,12 @@ impl Hub {
         Some(frame)
     }
 
-    fn lock(&self) -> MutexGuard<'_, State> {
+    fn lock(&self) -> MutexGuard<'_, HubState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-fn advertised<'a>((topic, channel): (&'a String, &Channel)) -> AdvertisedChannel<'a> {
+fn advertised<'a>(topic: &'a str, channel: &Channel) -> AdvertisedChannel<'a> {
     AdvertisedChannel {
         id: channel.id,
         topic,
@@ -221,7 +227,7 @@ fn advertised<'a>((topic, channel): (&'a String, &Channel)) -> AdvertisedChannel
     }
 }
 
-impl State {
+impl HubState {
     /// The channel of a message; a new one is offered to all clients.
     fn channel_of(&mut self, message: &ViewerMessage) -> Option<u32> {
         if let Some(channel) = self.channels.get(&message.topic) {
@@ -235,7 +241,7 @@ impl State {
             schema: message.schema,
             kept: None,
         };
-        let offer = advertise([advertised((&message.topic, &channel))]);
+        let offer = advertise([advertised(&message.topic, &channel)]);
         for client in self.clients.values_mut() {
             client.say(offer.clone());
         }
@@ -260,15 +266,15 @@ impl State {
     }
 
     /// A client's wish, with what is kept on that channel. Channels that do not exist are passed over.
-    fn subscribe(&mut self, id: ClientId, wish: Subscription) {
+    fn subscribe(&mut self, id: ClientId, request: Subscription) {
         let mut channels = self.channels.values();
-        let channel = channels.find(|channel| channel.id == wish.channel_id);
+        let channel = channels.find(|channel| channel.id == request.channel_id);
         let (Some(channel), Some(client)) = (channel, self.clients.get_mut(&id)) else {
             return;
         };
-        client.subscriptions.insert(channel.id, wish.id);
+        client.subscriptions.insert(channel.id, request.id);
         if let Some(kept) = &channel.kept {
-            let frame = message_data(wish.id, kept.log_ns, &kept.data);
+            let frame = message_data(request.id, kept.log_ns, &kept.data);
             self.counts.dropped += client.push(frame);
         }
     }
@@ -329,8 +335,8 @@ mod tests {
     }
 
     fn subscribe(hub: &Hub, client: ClientId) {
-        let wish = r#"{"op":"subscribe","subscriptions":[{"id":5,"channelId":1},{"id":6,"channelId":99}]}"#;
-        hub.request(client, wish);
+        let request = r#"{"op":"subscribe","subscriptions":[{"id":5,"channelId":1},{"id":6,"channelId":99}]}"#;
+        hub.request(client, request);
     }
 
     #[test]

@@ -70,14 +70,15 @@ async fn accept(
         };
         let (hub, token, reporter) = (Arc::clone(&hub), token.clone(), reporter.clone());
         tokio::spawn(async move {
-            serve((stream, peer), &hub, token.as_deref(), &reporter).await;
+            serve(stream, peer, &hub, token.as_deref(), &reporter).await;
             drop(place);
         });
     }
 }
 
 async fn serve(
-    (stream, peer): (TcpStream, SocketAddr),
+    stream: TcpStream,
+    peer: SocketAddr,
     hub: &Hub,
     token: Option<&str>,
     reporter: &Reporter,

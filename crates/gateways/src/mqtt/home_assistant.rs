@@ -1,4 +1,5 @@
-//! Discovery by Home Assistant (2024.11 and newer): a device for each object, with its position, its state and its events.
+//! Discovery by Home Assistant (2024.11 and newer): a device for each object, with its position, its state and its
+//! events.
 
 use super::MqttOptions;
 use serde_json::{Value, json};
@@ -48,7 +49,8 @@ pub(super) fn device(prefix: &str, options: &MqttOptions, object: &ObjectId) -> 
                 "state_topic": topic("event"),
                 "event_types": ["entered", "left", "fell"],
                 "value_template":
-                    "{{ {'event_type': value_json.event, 'zone': value_json.zone | default(''), 'cause': value_json.cause | default('')} | tojson }}",
+                    "{{ {'event_type': value_json.event, 'zone': value_json.zone | default(''), \
+                     'cause': value_json.cause | default('')} | tojson }}",
             },
         },
     });

@@ -1,4 +1,5 @@
-//! The publishers on the router of ROS: each declared with its first message, with its liveliness token, numbered messages and attachments.
+//! The publishers on the router of ROS: each declared with its first message, with its liveliness token, numbered
+//! messages and attachments.
 
 use super::{OnTopic, Ros2Error};
 use crate::report::Notice;

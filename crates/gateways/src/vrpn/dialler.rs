@@ -1,4 +1,5 @@
-//! Connects to clients that asked for it by a datagram, in a thread of its own, since an address that does not answer takes a while.
+//! Connects to clients that asked for it by a datagram, in a thread of its own, since an address that does not answer
+//! takes a while.
 
 use std::net::{SocketAddr, TcpStream};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};

@@ -1,4 +1,5 @@
-//! The sockets of a VRPN server: TCP for messages, UDP for clients that ask to be connected to. One thread, which never waits for a client.
+//! The sockets of a VRPN server: TCP for messages, UDP for clients that ask to be connected to. One thread, which never
+//! waits for a client.
 
 use super::dialler::Dialler;
 use crate::report::{Notice, Reporter};

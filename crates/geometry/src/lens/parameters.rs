@@ -63,7 +63,8 @@ pub enum LensError {
     },
     /// The distortion folds over almost at the axis.
     #[error(
-        "this distortion can only be inverted up to {:.2} degrees off the axis: check the order and units of its coefficients",
+        "this distortion can only be inverted up to {:.2} degrees off the axis: check the order \
+         and units of its coefficients",
         half_angle.to_degrees()
     )]
     FieldTooNarrow {

@@ -7,8 +7,8 @@ use crate::pose::Pose;
 use crate::{se3, so3, tag_frame};
 use nalgebra::{Matrix2x6, Point2, Point3, Vector3, Vector6};
 
-/// Residuals are in pixels here, and the last step lowers their squares by less than 1e-14. Five to ten steps are usual;
-/// where the two branches are about to merge, the valley between them is flat and takes dozens.
+/// Residuals are in pixels here, and the last step lowers their squares by less than 1e-14. Five to ten steps are
+/// usual; where the two branches are about to merge, the valley between them is flat and takes dozens.
 const OPTIONS: Options = Options {
     max_iterations: 50,
     tolerance: 1e-14,

@@ -1,4 +1,4 @@
-//! The laws of a Lie group, held against rotations and rigid motions alike.
+//! The laws of a Lie group, for rotations and for rigid motions.
 
 use crate::generators::{pose, rotation_vector, twist, vector};
 use crate::numeric::{jacobian_at_zero, relative_difference};

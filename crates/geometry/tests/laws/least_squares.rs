@@ -4,7 +4,7 @@ use crate::generators::{pose, vector};
 use nalgebra::{Matrix3, Matrix3x6, Point3, SMatrix, SVector, Vector1, Vector2, Vector3, Vector6};
 use proptest::prelude::*;
 use sextant_geometry::least_squares::{
-    Kernel, LeastSquaresError, NormalEquations, Options, Outcome, Problem, minimise,
+    Kernel, LeastSquaresError, NormalEquations, Options, Problem, Termination, minimise,
 };
 use sextant_geometry::{Pose, se3, so3};
 
@@ -66,7 +66,7 @@ proptest! {
     fn a_pose_is_found_from_far_away(truth in pose(), step in vector::<6>(1.0)) {
         let start = se3::perturb(&truth, &step);
         let solution = minimise(&alignment(&truth, Kernel::Quadratic), start, &patient()).unwrap();
-        prop_assert_eq!(solution.outcome, Outcome::Converged);
+        prop_assert_eq!(solution.outcome, Termination::Converged);
         prop_assert!(se3::difference(&solution.state, &truth).norm() < 1e-9);
     }
 
@@ -153,7 +153,7 @@ impl Problem<2> for Rosenbrock {
 #[test]
 fn the_curved_valley_is_walked_to_its_end() {
     let solution = minimise(&Rosenbrock, Vector2::new(-1.2, 1.0), &patient()).unwrap();
-    assert_eq!(solution.outcome, Outcome::Converged);
+    assert_eq!(solution.outcome, Termination::Converged);
     assert!((solution.state - Vector2::new(1.0, 1.0)).norm() < 1e-9);
     assert!(solution.iterations < 50, "{}", solution.iterations);
 }
@@ -167,7 +167,7 @@ fn running_out_of_iterations_is_said() {
     let solution = minimise(&Rosenbrock, Vector2::new(-1.2, 1.0), &hasty).unwrap();
     assert_eq!(
         (solution.outcome, solution.iterations),
-        (Outcome::OutOfIterations, 2)
+        (Termination::OutOfIterations, 2)
     );
 }
 

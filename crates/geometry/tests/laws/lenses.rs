@@ -1,4 +1,4 @@
-//! The laws of a lens, held against all models.
+//! The laws of a lens, for all models.
 
 use crate::generators::{lens, lens_and_point, lens_with_distortion, vector};
 use crate::numeric::{jacobian_at_zero, relative_difference};
@@ -103,7 +103,8 @@ proptest! {
         let unscale = nalgebra::Matrix2::new(1.0 / f.fx, 0.0, 0.0, 1.0 / f.fy);
         let distorted_by_normalised: nalgebra::Matrix2<f64> = unscale * pixel_by_point.fixed_view::<2, 2>(0, 0);
         // Positive definite: grows along every direction.
-        let (asymmetry, trace) = (distorted_by_normalised.m12 - distorted_by_normalised.m21, distorted_by_normalised.trace());
+        let asymmetry = distorted_by_normalised.m12 - distorted_by_normalised.m21;
+        let trace = distorted_by_normalised.trace();
         prop_assert!(asymmetry.abs() <= 1e-12 * trace);
         prop_assert!(distorted_by_normalised.symmetric_eigenvalues().min() > 0.0);
     }

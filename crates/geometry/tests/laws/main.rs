@@ -1,4 +1,4 @@
-//! The laws of the geometry, each written once and held against every type that must obey it.
+//! The laws of the geometry, each written once and tested for every type that must obey it.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "tests")]
 

@@ -1,4 +1,4 @@
-//! Derivatives by differences, the twin that every analytic one is held against.
+//! Derivatives by differences, the twin of every analytic one.
 
 use nalgebra::{SMatrix, SVector};
 

@@ -1,8 +1,9 @@
-//! `ODOMETRY` (331): pose in a local frame with its axes forward, right, down (or north, east, down), velocities in the body's axes
-//! forward, right, down.
+//! `ODOMETRY` (331): pose in a local frame with its axes forward, right, down (or north, east, down), velocities in the
+//! body's axes forward, right, down.
 //!
-//! Sextant's world and objects have z up; x is an object's forward and y its left, as in ROS. With N the matrix from the world's to the local axes
-//! and F = diag(1, -1, -1) from the object's to the body's: p' = N p, R' = N R F, and covariances are turned by N.
+//! Sextant's world and objects have z up; x is an object's forward and y its left, as in ROS. With N the matrix from
+//! the world's to the local axes and F = diag(1, -1, -1) from the object's to the body's: p' = N p, R' = N R F, and
+//! covariances are turned by N.
 
 use crate::narrowed;
 use nalgebra::{Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3};
@@ -24,7 +25,8 @@ pub enum LocalFrame {
     Frd,
     /// North, east, down.
     Ned {
-        /// Angle of north from the world's x axis towards its y axis, rad; a quarter turn where x is east and y is north.
+        /// Angle of north from the world's x axis towards its y axis, rad; a quarter turn where x is east and y is
+        /// north.
         north_rad: f64,
     },
 }

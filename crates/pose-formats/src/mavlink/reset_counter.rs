@@ -1,5 +1,6 @@
-//! When an autopilot has to take a pose as it is instead of as a motion: after a gap, a new track, a restart of the fusion node, or a jump
-//! that no motion explains, such as a change of the rig. `reset_counter` of `ODOMETRY` counts these.
+//! When an autopilot has to take a pose as it is instead of as a motion: after a gap, a new track, a restart of the
+//! fusion node, or a jump that no motion explains, such as a change of the rig. `reset_counter` of `ODOMETRY` counts
+//! these.
 
 use sextant_proto::ObjectPose;
 use sextant_site_report::State;

@@ -20,7 +20,8 @@ const RIGID_BODY: i32 = 1;
 const TRACKING_VALID: u16 = 1;
 const MODELS_CHANGED: u16 = 2;
 
-/// The bodies of a server. An object becomes one when it is named, described or seen first, and keeps its number, which counts from 1.
+/// The bodies of a server. An object becomes one when it is named, described or seen first, and keeps its number, which
+/// counts from 1.
 #[derive(Debug)]
 pub struct NatNetBodies {
     axes: Axes,
@@ -42,7 +43,7 @@ impl NatNetBodies {
     pub fn new(axes: Axes, names: &[ObjectId]) -> Self {
         Self {
             axes,
-            roster: Roster::of(names),
+            roster: Roster::new(names),
             markers: BTreeMap::new(),
             frame: 1,
             changed: true,
@@ -83,7 +84,8 @@ impl NatNetBodies {
         self.changed = false;
     }
 
-    /// The frame of the newest poses, sent at `sent_ns`. It has all bodies that have been seen; a body is valid where its pose is new and tracked.
+    /// The frame of the newest poses, sent at `sent_ns`. It has all bodies that have been seen; a body is valid where
+    /// its pose is new and tracked.
     #[must_use]
     pub fn frame(&self, version: NatNetVersion, sent_ns: u64) -> Vec<u8> {
         let newest = self.roster.seen().map(|(.., pose)| pose);

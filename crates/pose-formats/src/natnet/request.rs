@@ -36,7 +36,8 @@ pub enum NatNetRequest<'a> {
 }
 
 impl<'a> NatNetRequest<'a> {
-    /// Reads a datagram; none where it is too short for a message. The stated length is left unread: clients fill it in differently.
+    /// Reads a datagram; none where it is too short for a message. The stated length is left unread: clients fill it in
+    /// differently.
     #[must_use]
     pub fn read(datagram: &'a [u8]) -> Option<Self> {
         let (header, payload) = datagram.split_first_chunk::<HEADER_BYTES>()?;
@@ -148,7 +149,8 @@ mod tests {
         }
     }
 
-    /// The layout is that of an answer recorded of Motive 2.0: 283 bytes, the clock's rate at 268, then `e705 01 efff2a63`.
+    /// The layout is that of an answer recorded of Motive 2.0: 283 bytes, the clock's rate at 268, then
+    /// `e705 01 efff2a63`.
     #[test]
     fn the_server_is_described_as_motive_describes_itself() {
         let info = server().info(V3);
@@ -159,7 +161,8 @@ mod tests {
         assert_eq!(info[276..], [0xe7, 0x05, 0x01, 0xef, 0xff, 0x2a, 0x63]);
     }
 
-    /// The greetings of NatNetLib 3.0, of the Python client of the SDK 4.1, and of libmotioncapture, which has no payload.
+    /// The greetings of NatNetLib 3.0, of the Python client of the SDK 4.1, and of libmotioncapture, which has no
+    /// payload.
     #[test]
     fn greetings_may_want_a_version() {
         let mut greeting = vec![0; 4 + 271];

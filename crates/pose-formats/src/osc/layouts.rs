@@ -22,14 +22,14 @@ pub enum OscLayout {
         /// The convention of its numbers.
         axes: Axes,
     },
-    /// `/tracking/trackers/N/position` and `/tracking/trackers/N/rotation` of VRChat (docs.vrchat.com, "OSC Trackers"), N from 1 in the
-    /// order of the objects: Unity's axes, Euler angles in degrees.
+    /// `/tracking/trackers/N/position` and `/tracking/trackers/N/rotation` of VRChat (docs.vrchat.com, "OSC Trackers"),
+    /// N from 1 in the order of the objects: Unity's axes, Euler angles in degrees.
     VrChat {
         /// The objects that are trackers.
         trackers: Vec<ObjectId>,
     },
-    /// `/VMT/Room/Unity` of Virtual Motion Tracker (gpsnmeajp, "API"), index from 0 in the order of the objects: Unity's axes, a
-    /// quaternion. A lost object is switched off.
+    /// `/VMT/Room/Unity` of Virtual Motion Tracker (gpsnmeajp, "API"), index from 0 in the order of the objects:
+    /// Unity's axes, a quaternion. A lost object is switched off.
     Vmt {
         /// The objects that are trackers.
         trackers: Vec<ObjectId>,
@@ -37,8 +37,8 @@ pub enum OscLayout {
 }
 
 impl OscLayout {
-    /// The messages for a pose; none for a pose that says nothing yet, for a lost object (but see [`Self::Vmt`]) and for an object that is
-    /// no tracker.
+    /// The messages for a pose; none for a pose that says nothing yet, for a lost object (but see [`Self::Vmt`]) and
+    /// for an object that is no tracker.
     #[must_use]
     pub fn messages(&self, pose: &ObjectPose) -> Vec<OscMessage> {
         let is_known = matches!(pose.state, State::Tracking | State::Coasting);
@@ -46,7 +46,7 @@ impl OscLayout {
             Self::Plain { address, axes } if is_known => {
                 let converted = axes.convert(&pose.world_from_object());
                 vec![OscMessage::floats(
-                    address.of(&pose.object),
+                    address.address(&pose.object),
                     all(&converted),
                 )]
             }
@@ -129,7 +129,7 @@ const PLACEHOLDER: &str = "{object}";
 impl AddressTemplate {
     /// The address of an object.
     #[must_use]
-    pub fn of(&self, object: &ObjectId) -> String {
+    pub fn address(&self, object: &ObjectId) -> String {
         self.0.replace(PLACEHOLDER, object.as_str())
     }
 

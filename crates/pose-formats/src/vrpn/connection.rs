@@ -157,8 +157,8 @@ impl<'a> Message<'a> {
     }
 }
 
-/// The port in a datagram by which a client asks a server to connect to it, `HOST PORT` with a zero behind. Ports below 1024 are no
-/// client's.
+/// The port in a datagram by which a client asks a server to connect to it, `HOST PORT` with a zero behind. Ports below
+/// 1024 are no client's.
 #[must_use]
 pub fn requested_port(datagram: &[u8]) -> Option<u16> {
     let text = datagram.split(|byte| *byte == 0).next()?;

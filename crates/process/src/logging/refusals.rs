@@ -1,5 +1,5 @@
-//! Clear messages for refused connections and denied messages. Zenoh reports them as a lack of file descriptors, as an internal error of its
-//! handshake, or at a low level.
+//! Clear messages for refused connections and denied messages. Zenoh reports them as a lack of file descriptors, as an
+//! internal error of its handshake, or at a low level.
 
 use std::fmt::{self, Write};
 use tracing::field::{Field, Visit};
@@ -82,8 +82,8 @@ fn wording_of(target: &str, message: &str) -> Wording {
     wording_of_access(message).map_or(Wording::Beside, Wording::Instead)
 }
 
-/// Zenoh traces each decision of its access control; those on subscriptions and queries are denied as a matter of course, since everyone
-/// hears of them.
+/// Zenoh traces each decision of its access control; those on subscriptions and queries are denied as a matter of
+/// course, since everyone hears of them.
 fn wording_of_access(message: &str) -> Option<String> {
     if let Some((process, _)) = message.split_once(" did not match any configured ACL subject") {
         return Some(format!(
@@ -131,7 +131,9 @@ mod tests {
         for (target, message, expected) in [
             (
                 QUIC,
-                "QUIC acceptor failed: TransportError(Error { code: Code::crypto(74), frame: None, reason: \"peer sent no certificates\" }) at unicast.rs:1. Hint: increase the system open file limit.",
+                "QUIC acceptor failed: TransportError(Error \
+                 { code: Code::crypto(74), frame: None, reason: \"peer sent no certificates\" }) \
+                 at unicast.rs:1. Hint: increase the system open file limit.",
                 "connection refused: peer sent no certificates",
             ),
             (
@@ -156,7 +158,8 @@ mod tests {
             ),
             (
                 ACCESS,
-                "1f did not match any configured ACL subject. Default permission `Deny` will be applied on all messages",
+                "1f did not match any configured ACL subject. Default permission `Deny` will be \
+                 applied on all messages",
                 "process 1f connected with keys of no member, perhaps revoked ones: it reads and writes nothing",
             ),
             (
@@ -173,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn everything_else_is_told_as_it_is_or_not_at_all() {
+    fn everything_else_is_logged_as_it_is_or_not_at_all() {
         let full = "Too many open files (os error 24). Hint: increase the system open file limit.";
         assert_eq!(wording_of(QUIC, full), Wording::Own);
         for (target, message) in [

@@ -1,5 +1,6 @@
-//! The tags of an image, drawn over it: outlines and numbers. Pixels as Foxglove counts them: (0, 0) is the corner of the first pixel, half
-//! a pixel before Sextant's. They are those of the whole image; a preview is smaller, and viewers scale it by the camera's calibration.
+//! The tags of an image, drawn over it: outlines and numbers. Pixels as Foxglove counts them: (0, 0) is the corner of
+//! the first pixel, half a pixel before Sextant's. They are those of the whole image; a preview is smaller, and viewers
+//! scale it by the camera's calibration.
 
 use super::{ViewerMessage, time};
 use foxglove::messages::points_annotation::Type;

@@ -73,7 +73,9 @@ fn room(objects: &[ObjectId]) -> Value {
             "targetOffset": [0.0, 0.0, 0.0], "target": [0.0, 0.0, 0.0], "targetOrientation": [0.0, 0.0, 0.0, 1.0],
             "fovy": 45.0, "near": 0.01, "far": 500.0,
         },
-        "layers": { "grid": { "layerId": "foxglove.Grid", "instanceId": "grid", "visible": true, "size": 4.0, "divisions": 8 } },
+        "layers": { "grid": {
+            "layerId": "foxglove.Grid", "instanceId": "grid", "visible": true, "size": 4.0, "divisions": 8,
+        } },
         "topics": topics,
         "transforms": {},
     })

@@ -1,4 +1,5 @@
-//! Schemas by which viewers know messages: Foxglove's in protobuf, which all of them decode, and ROS's in CDR where Foxglove has none.
+//! Schemas by which viewers know messages: Foxglove's in protobuf, which all of them decode, and ROS's in CDR where
+//! Foxglove has none.
 
 use foxglove::Encode;
 use sextant_ros2::RosMessage;

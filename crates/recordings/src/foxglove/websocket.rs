@@ -1,5 +1,6 @@
-//! The messages of `foxglove.sdk.v1`, the WebSocket protocol of Foxglove and Lichtblick (github.com/foxglove/ws-protocol, `spec.md`): what a
-//! server that only publishes says, and the two requests that it understands. Texts are JSON; data is binary and little-endian.
+//! The messages of `foxglove.sdk.v1`, the WebSocket protocol of Foxglove and Lichtblick
+//! (github.com/foxglove/ws-protocol, `spec.md`): what a server that only publishes says, and the two requests that it
+//! understands. Texts are JSON; data is binary and little-endian.
 
 use super::schema::Schema;
 use base64::Engine;
@@ -7,7 +8,8 @@ use base64::prelude::BASE64_STANDARD;
 use serde::Deserialize;
 use serde_json::json;
 
-/// Subprotocols of the WebSocket, the preferred one first. The second is the name that older viewers give to the same messages.
+/// Subprotocols of the WebSocket, the preferred one first. The second is the name that older viewers give to the same
+/// messages.
 pub const SUBPROTOCOLS: [&str; 2] = ["foxglove.sdk.v1", "foxglove.websocket.v1"];
 
 /// The first message. A client that reconnects and finds another `session` forgets what it knew.

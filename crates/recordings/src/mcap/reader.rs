@@ -266,7 +266,8 @@ impl<R: Read> McapReader<R> {
         Ok(())
     }
 
-    /// Takes the first messages of a chunk without its end. The checksum is that of the whole chunk and cannot be tested.
+    /// Takes the first messages of a chunk without its end. The checksum is that of the whole chunk and cannot be
+    /// tested.
     fn recover_chunk(&mut self) -> Result<Ending, RecordingError> {
         let lost_bytes = self.lost_bytes();
         let mut chunk = Vec::new();
@@ -338,7 +339,8 @@ fn cut_chunk() -> LinearReaderOptions {
         .with_record_length_limit(MOST_BYTES)
 }
 
-/// A reader that has been given a chunk, or its beginning. What follows the chunk's records is left out: the crate would read it as more of them.
+/// A reader that has been given a chunk, or its beginning. What follows the chunk's records is left out: the crate
+/// would read it as more of them.
 fn chunk_reader(chunk: Vec<u8>, options: LinearReaderOptions) -> Option<LinearReader> {
     let mut rest = &*chunk;
     let _times_size_checksum: [u8; 28] = take_array(&mut rest)?;
@@ -368,7 +370,8 @@ fn take_array<const N: usize>(fields: &mut &[u8]) -> Option<[u8; N]> {
     fields.split_off(..N)?.try_into().ok()
 }
 
-/// Bytes with their length in front. The crate's own parser takes as much memory as the length says, 4 GiB for a record of a few bytes.
+/// Bytes with their length in front. The crate's own parser takes as much memory as the length says, 4 GiB for a record
+/// of a few bytes.
 fn take_bytes<'a>(fields: &mut &'a [u8]) -> Option<&'a [u8]> {
     let length = u32::from_le_bytes(take_array(fields)?);
     fields.split_off(..length as usize)
@@ -400,7 +403,8 @@ impl std::fmt::Display for Ending {
                 recovered,
             } => write!(
                 f,
-                "the recording was not closed: its last {lost_bytes} bytes are a part of a chunk, of which {recovered} messages could be read"
+                "the recording was not closed: its last {lost_bytes} bytes are a part of a \
+                 chunk, of which {recovered} messages could be read"
             ),
             Self::Damaged {
                 at_byte,
@@ -408,7 +412,8 @@ impl std::fmt::Display for Ending {
                 lost_bytes,
             } => write!(
                 f,
-                "the recording is damaged after byte {at_byte} ({cause}): the {lost_bytes} bytes from there on are not used"
+                "the recording is damaged after byte {at_byte} ({cause}): the {lost_bytes} bytes \
+                 from there on are not used"
             ),
         }
     }

@@ -1,5 +1,6 @@
-//! A bag of ROS 2: a folder with one MCAP file of profile `ros2`, and `metadata.yaml` in the layout of rosbag2 version 5, which Humble and all
-//! later releases read. Messages are CDR, schemas `ros2msg`; channels have the quality of service by which `ros2 bag play` publishes.
+//! A bag of ROS 2: a folder with one MCAP file of profile `ros2`, and `metadata.yaml` in the layout of rosbag2 version
+//! 5, which Humble and all later releases read. Messages are CDR, schemas `ros2msg`; channels have the quality of
+//! service by which `ros2 bag play` publishes.
 
 use super::writer::unwritable;
 use crate::error::RecordingError;
@@ -128,7 +129,10 @@ impl Ros2Bag {
         let duration_ns = self.last_ns - first_ns;
         // A quoted string of JSON is one of YAML.
         let file = serde_json::json!(self.file_name);
-        let topics: String = self.channels.iter().map(topic_metadata).collect();
+        let topics = self.channels.iter();
+        let topics: String = topics
+            .map(|(topic, channel)| topic_metadata(topic, channel))
+            .collect();
         format!(
             "rosbag2_bagfile_information:
   version: 5
@@ -155,7 +159,7 @@ impl Ros2Bag {
     }
 }
 
-fn topic_metadata((topic, channel): (&Topic, &Channel)) -> String {
+fn topic_metadata(topic: &Topic, channel: &Channel) -> String {
     format!(
         "
     - topic_metadata:

@@ -80,7 +80,8 @@ impl<W: Write> McapWriter<W> {
         })
     }
 
-    /// Writes a payload that arrived under a key, and what viewers show of it. A payload that is no message is dropped and counted.
+    /// Writes a payload that arrived under a key, and what viewers show of it. A payload that is no message is dropped
+    /// and counted.
     ///
     /// # Errors
     /// An I/O error.

@@ -1,11 +1,11 @@
 //! What a file is by its first bytes, whatever its name says.
 
-/// How many bytes [`Kind::of`] looks at.
+/// How many bytes [`PictureKind::from_head`] looks at.
 pub(super) const HEAD: usize = 32;
 
 /// A kind of file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum PictureKind {
     Png,
     Jpeg,
     Pnm,
@@ -20,41 +20,53 @@ pub(super) enum Kind {
 }
 
 /// Beginnings that settle the matter.
-const BEGINNINGS: &[(&[u8], Kind)] = &[
-    (b"\x89PNG\r\n\x1a\n", Kind::Png),
-    (b"\xff\xd8\xff", Kind::Jpeg),
-    (b"II*\0\x10\0\0\0CR", Kind::Other("a raw picture (CR2)")),
-    (b"II*\0", Kind::Tiff),
-    (b"MM\0*", Kind::Tiff),
-    (b"II+\0", Kind::Tiff),
-    (b"MM\0+", Kind::Tiff),
-    (b"GIF8", Kind::Other("a GIF picture")),
-    (b"\xff\x0a", Kind::Other("a JPEG XL picture")),
-    (b"\0\0\0\x0cJXL ", Kind::Other("a JPEG XL picture")),
-    (b"\0\0\0\x0cjP  ", Kind::Other("a JPEG 2000 picture")),
-    (b"\xff\x4f\xff\x51", Kind::Other("a JPEG 2000 picture")),
-    (b"\x76\x2f\x31\x01", Kind::Other("an OpenEXR picture")),
-    (b"8BPS", Kind::Other("a Photoshop picture")),
-    (b"FUJIFILMCCD-RAW", Kind::Other("a raw picture (RAF)")),
-    (b"<svg", Kind::Other("an SVG drawing")),
-    (b"%PDF", Kind::Other("a PDF document")),
-    (b"PK\x03\x04", Kind::Other("a ZIP archive")),
-    (b"\x1f\x8b", Kind::Other("a file packed with gzip")),
+const BEGINNINGS: &[(&[u8], PictureKind)] = &[
+    (b"\x89PNG\r\n\x1a\n", PictureKind::Png),
+    (b"\xff\xd8\xff", PictureKind::Jpeg),
+    (
+        b"II*\0\x10\0\0\0CR",
+        PictureKind::Other("a raw picture (CR2)"),
+    ),
+    (b"II*\0", PictureKind::Tiff),
+    (b"MM\0*", PictureKind::Tiff),
+    (b"II+\0", PictureKind::Tiff),
+    (b"MM\0+", PictureKind::Tiff),
+    (b"GIF8", PictureKind::Other("a GIF picture")),
+    (b"\xff\x0a", PictureKind::Other("a JPEG XL picture")),
+    (b"\0\0\0\x0cJXL ", PictureKind::Other("a JPEG XL picture")),
+    (b"\0\0\0\x0cjP  ", PictureKind::Other("a JPEG 2000 picture")),
+    (
+        b"\xff\x4f\xff\x51",
+        PictureKind::Other("a JPEG 2000 picture"),
+    ),
+    (
+        b"\x76\x2f\x31\x01",
+        PictureKind::Other("an OpenEXR picture"),
+    ),
+    (b"8BPS", PictureKind::Other("a Photoshop picture")),
+    (
+        b"FUJIFILMCCD-RAW",
+        PictureKind::Other("a raw picture (RAF)"),
+    ),
+    (b"<svg", PictureKind::Other("an SVG drawing")),
+    (b"%PDF", PictureKind::Other("a PDF document")),
+    (b"PK\x03\x04", PictureKind::Other("a ZIP archive")),
+    (b"\x1f\x8b", PictureKind::Other("a file packed with gzip")),
     (
         b"\x1a\x45\xdf\xa3",
-        Kind::Other("a video (Matroska or WebM)"),
+        PictureKind::Other("a video (Matroska or WebM)"),
     ),
-    (b"\x89MCAP0\r\n", Kind::Other("an MCAP recording")),
+    (b"\x89MCAP0\r\n", PictureKind::Other("an MCAP recording")),
 ];
 
-impl Kind {
+impl PictureKind {
     /// Whether it is a picture of a kind that is read.
     pub(super) fn is_read(self) -> bool {
         !matches!(self, Self::Other(_) | Self::Unknown | Self::Empty)
     }
 
     /// The kind of the file that begins so.
-    pub(super) fn of(head: &[u8]) -> Self {
+    pub(super) fn from_head(head: &[u8]) -> Self {
         if head.is_empty() {
             return Self::Empty;
         }
@@ -101,19 +113,22 @@ mod tests {
     #[test]
     fn files_are_known_by_their_first_bytes() {
         for (head, kind) in [
-            (&b""[..], Kind::Empty),
-            (b"hello, this is text", Kind::Unknown),
-            (b"BMW and others", Kind::Unknown),
-            (b"BM\x46\0\0\0\0\0\0\0\x36\0\0\0", Kind::Bmp),
-            (b"P5\n2 2\n255\n", Kind::Pnm),
-            (b"P5x", Kind::Unknown),
-            (b"RIFF\x1a\0\0\0WEBPVP8L", Kind::Webp),
-            (b"MM\0*\0\0\0\x08", Kind::Tiff),
-            (b"\0\0\0\x18ftypheic", Kind::Other("a HEIC picture")),
-            (b"\0\0\0\x18ftypavif", Kind::Other("an AVIF picture")),
-            (b"\0\0\0\x18ftypisom", Kind::Other("a video (MP4 or MOV)")),
+            (&b""[..], PictureKind::Empty),
+            (b"hello, this is text", PictureKind::Unknown),
+            (b"BMW and others", PictureKind::Unknown),
+            (b"BM\x46\0\0\0\0\0\0\0\x36\0\0\0", PictureKind::Bmp),
+            (b"P5\n2 2\n255\n", PictureKind::Pnm),
+            (b"P5x", PictureKind::Unknown),
+            (b"RIFF\x1a\0\0\0WEBPVP8L", PictureKind::Webp),
+            (b"MM\0*\0\0\0\x08", PictureKind::Tiff),
+            (b"\0\0\0\x18ftypheic", PictureKind::Other("a HEIC picture")),
+            (b"\0\0\0\x18ftypavif", PictureKind::Other("an AVIF picture")),
+            (
+                b"\0\0\0\x18ftypisom",
+                PictureKind::Other("a video (MP4 or MOV)"),
+            ),
         ] {
-            assert_eq!(Kind::of(head), kind, "{head:?}");
+            assert_eq!(PictureKind::from_head(head), kind, "{head:?}");
         }
     }
 }

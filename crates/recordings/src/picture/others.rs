@@ -3,7 +3,7 @@
 use super::flaw::{Flaw, MAX_BYTES};
 use super::grey::{Depth, GreyImage, Samples};
 use super::jpeg_survey::survey;
-use super::kind::Kind;
+use super::kind::PictureKind;
 use image::codecs::{bmp, jpeg, pnm, tiff, webp};
 use image::metadata::Orientation;
 use image::{DynamicImage, GrayImage, ImageDecoder, ImageError, ImageResult, Limits};
@@ -14,12 +14,12 @@ use std::io::{self, BufRead, Read, Seek};
 const MAX_BYTES_OF_HEAVY: usize = 100_000_000;
 
 /// Reads a picture of that kind, turned as its EXIF says.
-pub(super) fn decode(kind: Kind, file: impl BufRead + Seek) -> Result<GreyImage, Flaw> {
+pub(super) fn decode(kind: PictureKind, file: impl BufRead + Seek) -> Result<GreyImage, Flaw> {
     match kind {
-        Kind::Jpeg => decode_jpeg(file),
-        Kind::Pnm => read(pnm::PnmDecoder::new(file), "PNM", MAX_BYTES),
-        Kind::Webp => read(webp::WebPDecoder::new(file), "WebP", MAX_BYTES_OF_HEAVY),
-        Kind::Tiff => read(tiff::TiffDecoder::new(file), "TIFF", MAX_BYTES),
+        PictureKind::Jpeg => decode_jpeg(file),
+        PictureKind::Pnm => read(pnm::PnmDecoder::new(file), "PNM", MAX_BYTES),
+        PictureKind::Webp => read(webp::WebPDecoder::new(file), "WebP", MAX_BYTES_OF_HEAVY),
+        PictureKind::Tiff => read(tiff::TiffDecoder::new(file), "TIFF", MAX_BYTES),
         _ => read(bmp::BmpDecoder::new(file), "BMP", MAX_BYTES),
     }
 }

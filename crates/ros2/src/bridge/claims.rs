@@ -1,4 +1,5 @@
-//! Who bears which name: ids may differ where topics or frames made of them do not (`pad-2` and `pad_2`), and then the first keeps it.
+//! Who bears which name: ids may differ where topics or frames made of them do not (`pad-2` and `pad_2`), and then the
+//! first keeps it.
 
 use std::collections::BTreeMap;
 

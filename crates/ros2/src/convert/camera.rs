@@ -8,8 +8,8 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use super::frames::optical_frame;
 use crate::messages::{CameraInfo, CompressedImage, Header, RegionOfInterest};
 
-/// The lens of a camera for whole images. ROS's models: `plumb_bob` for pinhole and Brown-Conrady lenses, `equidistant` for
-/// Kannala-Brandt lenses. The images are not rectified, so that the projection matrix is that of the lens.
+/// The lens of a camera for whole images. ROS's models: `plumb_bob` for pinhole and Brown-Conrady lenses, `equidistant`
+/// for Kannala-Brandt lenses. The images are not rectified, so that the projection matrix is that of the lens.
 #[must_use]
 pub fn camera_info(camera: &CameraConfig, stamp_ns: u64) -> CameraInfo {
     info(camera, camera.resolution, stamp_ns)
@@ -36,7 +36,8 @@ pub fn image(camera: &CameraId, capture_ns: u64, format: &str, file: Vec<u8>) ->
     }
 }
 
-/// The lens of a camera for the picture of a preview, which may be smaller than the image. None where the picture is no JPEG.
+/// The lens of a camera for the picture of a preview, which may be smaller than the image. None where the picture is no
+/// JPEG.
 #[must_use]
 pub fn picture_info(camera: &CameraConfig, preview: &Preview) -> Option<CameraInfo> {
     let mut decoder = JpegDecoder::new(ZCursor::new(preview.jpeg.as_slice()));
@@ -48,7 +49,7 @@ pub fn picture_info(camera: &CameraConfig, preview: &Preview) -> Option<CameraIn
 
 /// For images of `size` pixels that show what the camera's own images show.
 fn info(camera: &CameraConfig, size: [u32; 2], stamp_ns: u64) -> CameraInfo {
-    let lens = Lens::of(&camera.lens);
+    let lens = Lens::from_config(&camera.lens);
     let [sx, sy] = [0, 1].map(|axis| f64::from(size[axis]) / f64::from(camera.resolution[axis]));
     // The centre of the first pixel is (0, 0), its corner (-0.5, -0.5): scaling leaves the corner where it is.
     let [cx, cy] = [(lens.cx + 0.5) * sx - 0.5, (lens.cy + 0.5) * sy - 0.5];
@@ -85,7 +86,7 @@ struct Lens {
 }
 
 impl Lens {
-    fn of(lens: &LensConfig) -> Self {
+    fn from_config(lens: &LensConfig) -> Self {
         let [fx, fy, cx, cy] = lens.intrinsics();
         let (model, distortion) = match lens {
             LensConfig::Pinhole { .. } => ("plumb_bob", &[0.0; 5][..]),

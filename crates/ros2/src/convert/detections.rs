@@ -47,8 +47,8 @@ fn from_bottom_left(
     [bottom_left, bottom_right, top_right, top_left]
 }
 
-/// Row-major; takes (-1, -1) to the top left corner and (1, 1) to the bottom right one. The last element is 1, as in the AprilTag library,
-/// so that the last column is the centre.
+/// Row-major; takes (-1, -1) to the top left corner and (1, 1) to the bottom right one. The last element is 1, as in
+/// the AprilTag library, so that the last column is the centre.
 fn pixel_from_tag(corners: &[Point2<f64>; 4]) -> Option<[f64; 9]> {
     const SQUARE: [Point2<f64>; 4] = [
         Point2::new(-1.0, -1.0),

@@ -62,8 +62,8 @@ pub fn odometry(pose: &ObjectPose, world: &str) -> Odometry {
     }
 }
 
-/// How good a pose is, for plots: the expected lengths of the errors of position (m) and attitude (rad), the reprojection error (pixels), and
-/// the numbers of cameras and tags that entered.
+/// How good a pose is, for plots: the expected lengths of the errors of position (m) and attitude (rad), the
+/// reprojection error (pixels), and the numbers of cameras and tags that entered.
 #[must_use]
 pub fn quality(pose: &ObjectPose) -> Float64MultiArray {
     let sigma = |from: usize| {
@@ -151,8 +151,8 @@ pub fn link_transform(links: &ObjectLinks, link: &LinkPose, world: &str) -> Tran
     }
 }
 
-/// What does not move: `world_from_camera` or `carrier_from_camera` of the calibrated cameras, `object_from_tag` of the tags with a known pose. The time is
-/// that of the publication, ns since the Unix epoch.
+/// What does not move: `world_from_camera` or `carrier_from_camera` of the calibrated cameras, `object_from_tag` of the
+/// tags with a known pose. The time is that of the publication, ns since the Unix epoch.
 pub fn static_transforms<'a>(
     cameras: impl Iterator<Item = &'a CameraConfig>,
     objects: impl Iterator<Item = &'a ObjectConfig>,

@@ -11,8 +11,8 @@ pub trait DrpDevice {
     /// Hands a request and its record to the driver, which answers in the record.
     ///
     /// # Errors
-    /// The call itself fails. A request that fails answers with a negative number in its record instead, and one that the driver
-    /// does not know succeeds and leaves its record as it was.
+    /// The call itself fails. A request that fails answers with a negative number in its record instead, and one that
+    /// the driver does not know succeeds and leaves its record as it was.
     fn request(&mut self, number: u32, record: &mut Record) -> io::Result<()>;
 }
 
@@ -36,8 +36,8 @@ impl DrpFile {
 
 impl DrpDevice for DrpFile {
     fn request(&mut self, number: u32, record: &mut Record) -> io::Result<()> {
-        // SAFETY: the driver reads and writes at most the 256 bytes of a record, which is valid and writable for the whole call; the only
-        // request that follows a pointer in it, GETINFO, is never made.
+        // SAFETY: the driver reads and writes at most the 256 bytes of a record, which is valid and writable for the
+        // whole call; the only request that follows a pointer in it, GETINFO, is never made.
         let result =
             unsafe { libc::ioctl(self.file.as_raw_fd(), number as _, record.as_mut_ptr()) };
         if result == -1 {

@@ -1,19 +1,20 @@
 //! Circuits one after the other, each on its share of the six tiles, from an image in on-chip memory to another there.
 //!
-//! The driver does not say whether a circuit succeeded, only that it ended. So before each start some words of the output are set to what they must
-//! not become, and compared with the model afterwards, among them the last of each band: a circuit that wrote nothing, only part, or an
-//! earlier image is found. A wrong pixel elsewhere is not.
+//! The driver does not say whether a circuit succeeded, only that it ended. So before each start some words of the
+//! output are set to what they must not become, and compared with the model afterwards, among them the last of each
+//! band: a circuit that wrote nothing, only part, or an earlier image is found. A wrong pixel elsewhere is not.
 
 use super::self_test::{self, N_PATTERNS};
 use super::session::TILES;
 use super::{DrpDevice, DrpError, SelfTest, Session};
-use crate::{Layout, PhysicalMemory};
+use crate::{OnChipLayout, PhysicalMemory};
 use sextant_drp_circuits::{Band, Bands, Circuit, Model, Raster, SizeError};
 use std::io;
 use std::ops::Range;
 use std::time::Duration;
 
-/// An image takes a few milliseconds (the vendor gives 0.4 ms for 1280x768 and six tiles); one that takes as long as this has failed.
+/// An image takes a few milliseconds (the vendor gives 0.4 ms for 1280x768 and six tiles); one that takes as long as
+/// this has failed.
 const TIMEOUT: Duration = Duration::from_millis(100);
 /// Words of each band that are checked.
 const SPOTS_IN_BAND: usize = 8;
@@ -63,7 +64,7 @@ pub struct Pipeline<D> {
     session: Session<D>,
     stages: Vec<Stage>,
     size: [usize; 2],
-    layout: Layout,
+    layout: OnChipLayout,
     /// Images so far: each is checked at other spots.
     n_images: u32,
 }
@@ -80,7 +81,8 @@ struct Stage {
 type Spot = [usize; 2];
 
 impl<D: DrpDevice> Pipeline<D> {
-    /// Loads the circuits, compares each with its models on fixed patterns, and keeps to the ones that fit. Gives also what to tell about it.
+    /// Loads the circuits, compares each with its models on fixed patterns, and keeps to the ones that fit. Gives also
+    /// what to tell about it.
     ///
     /// # Errors
     /// No circuits or too many, an image too small for one, requests that fail, a circuit that no model fits.
@@ -89,7 +91,7 @@ impl<D: DrpDevice> Pipeline<D> {
         memory: &mut impl PhysicalMemory,
         circuits: Vec<CircuitData>,
         size: [usize; 2],
-        layout: Layout,
+        layout: OnChipLayout,
     ) -> Result<(Self, Vec<SelfTest>), PipelineError> {
         let n_circuits = circuits.len();
         if !(1..=TILES).contains(&n_circuits) || layout.circuit_data.len() != n_circuits {
@@ -148,7 +150,8 @@ impl<D: DrpDevice> Pipeline<D> {
     /// Processes the image at `raw` and copies the result out.
     ///
     /// # Errors
-    /// Requests that fail, output that was not written, or `grey` of another size. Nothing in `grey` is valid then, and [`Self::recover`] comes next.
+    /// Requests that fail, output that was not written, or `grey` of another size. Nothing in `grey` is valid then, and
+    /// [`Self::recover`] comes next.
     pub fn run(
         &mut self,
         memory: &mut impl PhysicalMemory,
@@ -298,8 +301,8 @@ impl<D: DrpDevice> Pipeline<D> {
     }
 }
 
-/// The record that every circuit here takes: source and destination, width and height, whether the band holds the first and the last row. Source:
-/// renesas-rz/rza2m_drp, `drp-lib/drp_lib/*/*.h`.
+/// The record that every circuit here takes: source and destination, width and height, whether the band holds the first
+/// and the last row. Source: renesas-rz/rza2m_drp, `drp-lib/drp_lib/*/*.h`.
 fn parameters(source: u32, destination: u32, width: usize, band: &Band) -> [u8; 16] {
     let mut record = [0; 16];
     record[0..4].copy_from_slice(&source.to_le_bytes());
@@ -310,7 +313,8 @@ fn parameters(source: u32, destination: u32, width: usize, band: &Band) -> [u8; 
     record
 }
 
-/// Words of a band to check: some in its first row, the last of its last row, and others that change from image to image.
+/// Words of a band to check: some in its first row, the last of its last row, and others that change from image to
+/// image.
 fn spots(image: u32, tile: usize, band: &Band, width: usize) -> impl Iterator<Item = Spot> + use<> {
     let Band { top, height, .. } = *band;
     let n_words = width / WORD;

@@ -1,4 +1,5 @@
-//! Numbers of the driver's requests. Their size field is always 4, whatever the record's size: they cannot be derived from types.
+//! Numbers of the driver's requests. Their size field is always 4, whatever the record's size: they cannot be derived
+//! from types.
 
 /// Bytes of every record that is handed to the driver; it copies at most as many, whatever it needs.
 pub const RECORD_BYTES: usize = 256;
@@ -9,7 +10,8 @@ pub type Record = [u8; RECORD_BYTES];
 pub const INIT: u32 = 0x8004_c121;
 /// Never used: a later INIT reports success and does nothing.
 pub const UNINIT: u32 = 0x8004_c122;
-/// Loads a circuit. In: address of its data, mask of top tiles, tile pattern, 0, 0. Out: result, identifiers of six tiles.
+/// Loads a circuit. In: address of its data, mask of top tiles, tile pattern, 0, 0. Out: result, identifiers of six
+/// tiles.
 pub const LOAD: u32 = 0xc004_c123;
 /// Unloads circuits. In: identifier, 0 for all. Out: result, identifiers of six tiles.
 pub const UNLOAD: u32 = 0xc004_c124;

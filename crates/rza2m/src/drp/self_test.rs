@@ -104,7 +104,8 @@ pub(super) fn draw(pattern: usize, width: usize, pixels: &mut [u8]) {
             0 => random(),
             // Extremes, where sums are greatest.
             1 => u8::MAX * ((x / 3 + y / 5) % 2) as u8,
-            // Single pixels, which show each weight by itself; 7 and 5 are prime to 2, so that each colour has its turn.
+            // Single pixels, which show each weight by itself; 7 and 5 are prime to 2, so that each colour has its
+            // turn.
             2 => u8::MAX * u8::from(x % 7 == 3 && y % 5 == 2),
             // Slopes and faint noise, like a scene.
             _ => ((x + 2 * y) / 4 % 240) as u8 + random() / 32,

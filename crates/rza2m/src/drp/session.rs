@@ -1,7 +1,8 @@
 //! The driver's requests, guarded: what would crash the kernel, corrupt memory or pass for success is never asked for.
 //!
-//! A session has all six tiles, one circuit a tile (pattern 1-1-1-1-1-1). After anything unexpected only [`Session::clear`] is possible:
-//! a circuit that has not ended in time may still write, and its end would pass for that of the next start.
+//! A session has all six tiles, one circuit a tile (pattern 1-1-1-1-1-1). After anything unexpected only
+//! [`Session::clear`] is possible: a circuit that has not ended in time may still write, and its end would pass for
+//! that of the next start.
 
 use super::DrpDevice;
 use super::requests::{self, RECORD_BYTES, Record};
@@ -16,7 +17,8 @@ pub(crate) const TILES: usize = 6;
 const PATTERN_OF_SINGLE_TILES: u32 = 0;
 /// LOAD refuses data at other addresses.
 const DATA_ALIGNMENT: u32 = 32;
-/// The driver copies parameters into 256 bytes without looking at their size; its own library allows as many beside the record's head.
+/// The driver copies parameters into 256 bytes without looking at their size; its own library allows as many beside the
+/// record's head.
 const MOST_PARAMETERS: usize = 244;
 /// WAIT computes its timeout in 32 bits of ns, and cannot be interrupted.
 const LONGEST_WAIT: Duration = Duration::from_millis(4000);
@@ -113,8 +115,8 @@ impl<D: DrpDevice> Session<D> {
         };
         session.ask_zero("INIT", requests::INIT, &[])?;
         session.version = session.ask("GETVERSION", requests::GETVERSION, &[])?.0 as u32;
-        // Always the same range and never copied: the driver finds an earlier mapping by address and size, and a copy of it would be that
-        // of former contents, or of none and written to through a null pointer.
+        // Always the same range and never copied: the driver finds an earlier mapping by address and size, and a copy
+        // of it would be that of former contents, or of none and written to through a null pointer.
         session.ask_zero("MAP", requests::MAP, &[on_chip::BASE, on_chip::SIZE, 0])?;
         session.clear()?;
         Ok(session)
@@ -144,7 +146,8 @@ impl<D: DrpDevice> Session<D> {
         Ok(())
     }
 
-    /// Loads a circuit of one tile, once for each of some tiles, and activates it. `data` is its data's place in on-chip memory.
+    /// Loads a circuit of one tile, once for each of some tiles, and activates it. `data` is its data's place in
+    /// on-chip memory.
     ///
     /// # Errors
     /// Data that the driver refuses, tiles in use, requests that fail.
@@ -192,7 +195,8 @@ impl<D: DrpDevice> Session<D> {
     /// Starts the circuit of a tile.
     ///
     /// # Errors
-    /// A tile without a circuit or with one that runs, parameters of a size that the driver does not check, a request that fails.
+    /// A tile without a circuit or with one that runs, parameters of a size that the driver does not check, a request
+    /// that fails.
     pub fn start(&mut self, tile: usize, parameters: &[u8]) -> Result<(), DrpError> {
         let request = "START";
         let guard = |why| Err(DrpError::Guarded { request, why });

@@ -1,7 +1,9 @@
-//! An RZ/A2M that is not there: on-chip memory, the camera path's registers, a sensor, and the DRP's driver with its twelve requests and its traps.
+//! An RZ/A2M that is not there: on-chip memory, the camera path's registers, a sensor, and the DRP's driver with its
+//! twelve requests and its traps.
 //!
-//! Written after the driver's source (`drp_linux.c`, `r_dk2_if.c` and `r_dk2_core.c` of renesas-rz/rza2m_drp), from its side: it shares no code with the
-//! session. What would crash the real kernel, corrupt its memory or hang the board is a *violation* here.
+//! Written after the driver's source (`drp_linux.c`, `r_dk2_if.c` and `r_dk2_core.c` of renesas-rz/rza2m_drp), from its
+//! side: it shares no code with the session. What would crash the real kernel, corrupt its memory or hang the board is
+//! a *violation* here.
 
 #![allow(dead_code, reason = "each test file uses a part")]
 #![allow(clippy::unwrap_used, reason = "a test ends by panicking")]

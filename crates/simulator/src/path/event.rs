@@ -1,7 +1,7 @@
 //! What happens to an object on its way: hits and throws, whose velocity changes at once.
 //!
-//! An event lasts from `at_s` to `at_s + duration_s` of each period and leaves the object where it would be without. It moves
-//! the origin by an offset and turns the object about it, both in world axes, on top of the path's smooth motion.
+//! An event lasts from `at_s` to `at_s + duration_s` of each period and leaves the object where it would be without. It
+//! moves the origin by an offset and turns the object about it, both in world axes, on top of the path's smooth motion.
 
 use super::about_axis;
 use nalgebra::{UnitQuaternion, Vector3};

@@ -1,7 +1,7 @@
 //! Joints on a path: how a link of an articulated object moves with respect to the link before it.
 //!
-//! `parent_from_child = parent_from_joint * motion(value)`, the value being a wave of the path's period: a turn about the
-//! axis (rad) or a shift along it (m).
+//! `parent_from_child = parent_from_joint * motion(value)`, the value being a wave of the path's period: a turn about
+//! the axis (rad) or a shift along it (m).
 
 use super::{Wave, about_axis};
 use crate::pose_format;
@@ -41,7 +41,8 @@ impl PathJoint {
     /// The child's pose and twist from its parent's, at the fundamental's angle; `rate` is that angle's per second.
     pub(super) fn child(
         &self,
-        (world_from_parent, twist): (&Isometry3<f64>, &Vector6<f64>),
+        world_from_parent: &Isometry3<f64>,
+        twist: &Vector6<f64>,
         angle: f64,
         rate: f64,
     ) -> (Isometry3<f64>, Vector6<f64>) {

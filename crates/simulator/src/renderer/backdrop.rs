@@ -1,7 +1,7 @@
 //! The static background of a camera's images, and the frame in which moving objects are drawn over it.
 //!
-//! Grey levels here are linear light; the image can represent 0 to 255. The background is drawn once, sharp and blurred. For each image,
-//! only the regions in which something moves are composed and blurred again.
+//! Grey levels here are linear light; the image can represent 0 to 255. The background is drawn once, sharp and
+//! blurred. For each image, only the regions in which something moves are composed and blurred again.
 
 use super::canvas::Canvas;
 use super::disk::Disk;
@@ -99,7 +99,8 @@ impl Backdrop {
         }
     }
 
-    /// Sharp background of a rectangle and of the margin that its blur needs; beyond the image, the border pixels are repeated.
+    /// Sharp background of a rectangle and of the margin that its blur needs; beyond the image, the border pixels are
+    /// repeated.
     fn copy_sharp(&mut self, rectangle: &Rectangle, resolution: [u32; 2]) {
         let [left, right] = rectangle.columns();
         let [top, bottom] = rectangle.rows();

@@ -1,7 +1,7 @@
 //! Model of a colour sensor that delivers a grey image: Bayer mosaic, white balance, bilinear interpolation, luma.
 //!
-//! The scene is grey, so the mosaic only softens edges, adds a zipper pattern of two pixels, and coarsens the quantisation of red and
-//! blue, which receive less light. Rows are R G R G ..., G B G B ...
+//! The scene is grey, so the mosaic only softens edges, adds a zipper pattern of two pixels, and coarsens the
+//! quantisation of red and blue, which receive less light. Rows are R G R G ..., G B G B ...
 
 use crate::scenario::{Mosaic, SceneCamera};
 
@@ -18,7 +18,7 @@ pub(super) struct Demosaic {
 }
 
 impl Demosaic {
-    pub fn of(camera: &SceneCamera) -> Option<Self> {
+    pub fn for_camera(camera: &SceneCamera) -> Option<Self> {
         let [width, height] = camera.resolution.map(|n| n as usize);
         (camera.mosaic == Mosaic::Bayer).then(|| Self {
             width,
@@ -72,7 +72,7 @@ mod tests {
     fn mosaic(image: &mut [u8]) {
         let mut camera = Scenario::demo(1, 1, 1).cameras.remove(0);
         (camera.resolution, camera.mosaic) = ([16, 16], Mosaic::Bayer);
-        Demosaic::of(&camera).unwrap().apply(image);
+        Demosaic::for_camera(&camera).unwrap().apply(image);
     }
 
     #[test]

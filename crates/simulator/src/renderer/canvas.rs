@@ -5,7 +5,7 @@ use crate::coverage::Coverage;
 use crate::optics::Optics;
 use crate::polygon::{Bounds, Polygon};
 use crate::scenario::SceneCamera;
-use crate::view::View;
+use crate::view::SolidsView;
 use nalgebra::{Point2, Vector2};
 use std::ops::Range;
 
@@ -28,12 +28,12 @@ pub(super) enum Layer {
 /// Solids that hide parts of what is painted.
 #[derive(Clone, Copy)]
 pub(super) struct Occluders<'a> {
-    view: &'a View,
+    view: &'a SolidsView,
     solids: &'a [usize],
 }
 
 impl<'a> Occluders<'a> {
-    pub fn new(view: &'a View, solids: &'a [usize]) -> Self {
+    pub fn new(view: &'a SolidsView, solids: &'a [usize]) -> Self {
         Self { view, solids }
     }
 
@@ -66,7 +66,7 @@ impl Canvas {
         Self {
             colour: Coverage::new(width, height),
             opacity: Coverage::new(width, height),
-            image: Bounds::of(&[Point2::origin(), Point2::new(width as f64, height as f64)]),
+            image: Bounds::around(&[Point2::origin(), Point2::new(width as f64, height as f64)]),
             pen: Pen::new(camera),
         }
     }
@@ -77,8 +77,8 @@ impl Canvas {
         self.opacity.keep_to(rows);
     }
 
-    /// Adds `weight` where the outline is visible. Returns bounds of the changed pixels, with (0, 0) at the corner of the
-    /// image.
+    /// Adds `weight` where the outline is visible. Returns bounds of the changed pixels, with (0, 0) at the corner of
+    /// the image.
     pub fn paint(
         &mut self,
         layer: Layer,
@@ -109,7 +109,7 @@ impl Canvas {
 
     fn fill(&mut self, layer: Layer, outline: &Polygon, weight: f64) -> Bounds {
         let pixels = self.pen.trace(outline);
-        let bounds = Bounds::of(pixels);
+        let bounds = Bounds::around(pixels);
         if bounds.overlaps(&self.image) {
             let coverage = match layer {
                 Layer::Colour => &mut self.colour,
@@ -150,12 +150,13 @@ struct End {
 impl Pen {
     fn new(camera: &SceneCamera) -> Self {
         Self {
-            optics: Optics::of(camera),
+            optics: Optics::from_camera(camera),
             traced: Vec::with_capacity(256),
         }
     }
 
-    /// The outline in pixels, (0, 0) at the corner of the image, cut straight where it leaves the field of view of the lens.
+    /// The outline in pixels, (0, 0) at the corner of the image, cut straight where it leaves the field of view of the
+    /// lens.
     fn trace(&mut self, outline: &Polygon) -> &[Point2<f64>] {
         self.traced.clear();
         let Some(&last) = outline.corners().last() else {

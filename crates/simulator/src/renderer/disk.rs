@@ -35,7 +35,8 @@ impl Disk {
         self.radius
     }
 
-    /// Convolves rows of `stride` values; rows of `out` are shorter by twice the radius, and there are as many fewer of them.
+    /// Convolves rows of `stride` values; rows of `out` are shorter by twice the radius, and there are as many fewer of
+    /// them.
     pub fn blur(&self, rows: &[f32], stride: usize, out: &mut [f32]) {
         let width = 2 * self.radius + 1;
         let n = stride - 2 * self.radius;

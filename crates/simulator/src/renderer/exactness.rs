@@ -8,8 +8,8 @@ use nalgebra::{Point2, Point3, Vector2, Vector3};
 use sextant_geometry::{Intrinsics, Lens, Pose};
 use sextant_tag_families::module_is_white;
 
-/// Samples of a pixel, evenly spread (M. Roberts' R2 sequence, 2018): finer than a 32 x 32 grid, which can be off by a 64th
-/// of the contrast where an edge runs along its lines.
+/// Samples of a pixel, evenly spread (M. Roberts' R2 sequence, 2018): finer than a 32 x 32 grid, which can be off by a
+/// 64th of the contrast where an edge runs along its lines.
 const SAMPLES: usize = 16384;
 const LEVEL: f64 = 90.0;
 
@@ -225,8 +225,8 @@ fn strong_distortion_is_followed() {
     compare(&scenario, 1, 500_000_000, 100);
 }
 
-/// Each row equals that of an image whose mid-exposure time is the row's: with rows read from above and from below, sharp and
-/// blurred by motion.
+/// Each row equals that of an image whose mid-exposure time is the row's: with rows read from above and from below,
+/// sharp and blurred by motion.
 #[test]
 fn a_rolling_shutter_draws_each_row_at_its_time() {
     for (exposure_ns, line_delay_s) in [(0, 3e-5), (8_000_000, -3e-5)] {

@@ -15,7 +15,7 @@ pub(super) struct Jpeg {
 }
 
 impl Jpeg {
-    pub fn of(camera: &SceneCamera) -> Option<Self> {
+    pub fn for_camera(camera: &SceneCamera) -> Option<Self> {
         Some(Self {
             quality: camera.jpeg_quality?,
             // A valid scenario has at most 4096 x 3072 pixels.

@@ -1,8 +1,9 @@
-//! Motion blur and rolling shutter: the instants at which objects are drawn for an image, and the rows that each contributes to.
+//! Motion blur and rolling shutter: the instants at which objects are drawn for an image, and the rows that each
+//! contributes to.
 //!
-//! A row is exposed for T; the first and the last row start the readout time R apart (0 with a global shutter). The instants are spread
-//! evenly over the total T + R, and each serves all rows that are exposed at that time: every row has equally many, and
-//! their mean is the middle of its exposure to within half a step.
+//! A row is exposed for T; the first and the last row start the readout time R apart (0 with a global shutter). The
+//! instants are spread evenly over the total T + R, and each serves all rows that are exposed at that time: every row
+//! has equally many, and their mean is the middle of its exposure to within half a step.
 
 use super::Scene;
 use crate::model::SolidModel;
@@ -36,7 +37,7 @@ struct Readout {
 }
 
 impl Readout {
-    fn of(scene: &Scene) -> Self {
+    fn from_scene(scene: &Scene) -> Self {
         Self {
             rows: scene.camera.resolution[1] as usize,
             line_delay_ns: scene.camera.line_delay_s * 1e9,
@@ -93,7 +94,7 @@ impl Instants {
 
 /// As many instants as the fastest visible point requires.
 pub(super) fn instants(scene: &Scene, true_capture_ns: u64) -> Instants {
-    let readout = Readout::of(scene);
+    let readout = Readout::from_scene(scene);
     let readout_ns = readout.whole_ns().round() as u64;
     let exposure_ns = scene.camera.exposure_ns;
     let whole_ns = exposure_ns + readout_ns;

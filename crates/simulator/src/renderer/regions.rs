@@ -38,7 +38,7 @@ impl Rectangle {
     }
 
     /// With a margin of [`SLACK_PX`], since pieces of a curved outline may exceed its bounds slightly.
-    fn of(bounds: &Bounds, resolution: [u32; 2]) -> Option<Self> {
+    fn enclose(bounds: &Bounds, resolution: [u32; 2]) -> Option<Self> {
         let limit =
             |value: f64, axis: usize| value.clamp(0.0, f64::from(resolution[axis])) as usize;
         let (min, max) = (bounds.min, bounds.max);
@@ -103,7 +103,7 @@ impl Regions {
         let rectangles = self
             .painted
             .iter()
-            .filter_map(|bounds| Rectangle::of(bounds, resolution));
+            .filter_map(|bounds| Rectangle::enclose(bounds, resolution));
         self.rectangles.extend(rectangles);
         while self.merge_two(2 * rim) {}
     }
@@ -137,7 +137,7 @@ mod tests {
     use nalgebra::Point2;
 
     fn bounds(x: f64, y: f64, edge: f64) -> Bounds {
-        Bounds::of(&[Point2::new(x, y), Point2::new(x + edge, y + edge)])
+        Bounds::around(&[Point2::new(x, y), Point2::new(x + edge, y + edge)])
     }
 
     #[test]

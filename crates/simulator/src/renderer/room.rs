@@ -1,6 +1,7 @@
 //! The room around the objects: a table at height 0, a floor, walls, furniture and items. World frame, metres.
 //!
-//! Maps a ray to position, albedo and normal of the surface that it hits. Everything is static, and the same seed gives every camera the same room.
+//! Maps a ray to position, albedo and normal of the surface that it hits. Everything is static, and the same seed gives
+//! every camera the same room.
 
 use super::decals::Decal;
 use super::texture::{lattice, noise};

@@ -1,9 +1,9 @@
 //! The sensor: brightness variation, electronic and photon noise, and quantisation to eight bits.
 //!
-//! Flicker of the camera changes whole images; flicker of the light acts over the exposure of each row, and auto exposure compensates for
-//! it with a lag.
-//! From the frame on, all arithmetic is in integers, 64ths of a grey level, so that the bytes are equal on all platforms. Noise comes from a
-//! table of normal numbers: each block of a row adds two runs of it that begin at random positions.
+//! Flicker of the camera changes whole images; flicker of the light acts over the exposure of each row, and auto
+//! exposure compensates for it with a lag. From the frame on, all arithmetic is in integers, 64ths of a grey level, so
+//! that the bytes are equal on all platforms. Noise comes from a table of normal numbers: each block of a row adds two
+//! runs of it that begin at random positions.
 
 use crate::random::{Random, key_of_name};
 use crate::scenario::{Flicker, Scenario, SceneCamera};

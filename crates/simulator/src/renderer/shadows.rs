@@ -3,7 +3,7 @@
 use crate::model::Model;
 use crate::polygon::{Polygon, convex_hull};
 use crate::scenario::{Background, Scenario};
-use crate::view::View;
+use crate::view::SolidsView;
 use nalgebra::{Point2, Point3, Vector3};
 
 /// Number of point lamps that approximate the lamp.
@@ -54,12 +54,13 @@ impl Shadows {
         }
     }
 
-    /// The shadows of an object, one per lamp: of the hull of its solids, so that overlapping solids darken the table only once.
-    pub fn of<'a>(
+    /// The shadows of an object, one per lamp: of the hull of its solids, so that overlapping solids darken the table
+    /// only once.
+    pub fn cast<'a>(
         &'a self,
         object: usize,
         model: &'a Model,
-        view: &'a View,
+        view: &'a SolidsView,
     ) -> impl Iterator<Item = Shadow> + 'a {
         let wanted = !self.table.corners().is_empty() && self.strength > 0.0;
         let lamps = self.towards_lamps.iter().filter(move |_| wanted);
@@ -81,7 +82,7 @@ impl Shadows {
 fn vertices_of<'a>(
     object: usize,
     model: &'a Model,
-    view: &'a View,
+    view: &'a SolidsView,
 ) -> impl Iterator<Item = Point3<f64>> + 'a {
     let solids = model.solids.iter().zip(&view.solids);
     let of_object = solids.filter(move |(solid, _)| solid.object == object);

@@ -26,7 +26,7 @@ pub(super) struct StaticRenderer<'a> {
 
 impl<'a> StaticRenderer<'a> {
     pub fn new(scenario: &'a Scenario, camera: &'a SceneCamera) -> Self {
-        let optics = Optics::of(camera);
+        let optics = Optics::from_camera(camera);
         let normalised = |pixel: Point2<f64>| match optics.undistort(&pixel) {
             Some(point) => [point.x as f32, point.y as f32],
             None => [f32::NAN; 2],
@@ -146,7 +146,8 @@ impl<'a> StaticRenderer<'a> {
         (Point3::from(pose.translation.vector), direction.normalize())
     }
 
-    /// The lamp's pool of light about the world's z axis: 1 in the middle, 3/4 at its radius, at least a half everywhere.
+    /// The lamp's pool of light about the world's z axis: 1 in the middle, 3/4 at its radius, at least a half
+    /// everywhere.
     fn pool(&self, point: &Point3<f64>) -> f64 {
         let share =
             point.coords.xy().norm_squared() / (self.light.pool_radius * self.light.pool_radius);

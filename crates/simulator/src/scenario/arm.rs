@@ -1,7 +1,7 @@
 //! An arm to try articulated objects on: a base that drifts about, an upper arm that turns on it, a forearm that nods.
 //!
-//! Each link is an object of the scenario; its path has the joints from the base to it. Three tags a link: on top and on
-//! either side.
+//! Each link is an object of the scenario; its path has the joints from the base to it. Three tags a link: on top and
+//! on either side.
 
 use super::{Scenario, SceneObject, SceneTag, Solid};
 use crate::path::{Path, PathJoint, PathJointKind, Wave, about};
@@ -31,8 +31,8 @@ struct Build {
 }
 
 impl Scenario {
-    /// The demonstration's room and cameras (1 to 16) with an arm of two joints: objects `arm-base`, `arm-upper`, `arm-fore`,
-    /// joints `shoulder` and `elbow`. The elbow swings from one of its limits to the other.
+    /// The demonstration's room and cameras (1 to 16) with an arm of two joints: objects `arm-base`, `arm-upper`,
+    /// `arm-fore`, joints `shoulder` and `elbow`. The elbow swings from one of its limits to the other.
     pub fn arm(n_cameras: usize, seed: u64) -> Self {
         // The arm needs the room of four objects.
         let mut scenario = Self::demo(n_cameras, 4, seed);

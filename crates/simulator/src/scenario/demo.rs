@@ -40,8 +40,8 @@ const COMPASS: [&str; MAX_CAMERAS] = [
 ];
 
 impl Scenario {
-    /// A site to look at: 1 to 16 cameras on a ring about a table, 1 to 12 objects on it (other numbers become the nearest of
-    /// these). Objects move smoothly at up to half a metre and two radians per second and never touch.
+    /// A site to look at: 1 to 16 cameras on a ring about a table, 1 to 12 objects on it (other numbers become the
+    /// nearest of these). Objects move smoothly at up to half a metre and two radians per second and never touch.
     pub fn demo(n_cameras: usize, n_objects: usize, seed: u64) -> Self {
         let n_cameras = n_cameras.clamp(1, MAX_CAMERAS);
         let n_objects = n_objects.clamp(1, MAX_OBJECTS);

@@ -1,8 +1,8 @@
 //! Faults of tags, lenses and files, as plain data: each is off by default.
 //!
 //! A scenario's `size` and `object_from_tag` are what the object file says; [`SceneTag::true_size`] and
-//! [`SceneTag::sheet_point`] add what printer, glue and paper did to it. A camera's `lens` and `world_from_camera` are the
-//! truth; the rig file has them with [`CameraFileError`]. Metres, radians, pixels.
+//! [`SceneTag::sheet_point`] add what printer, glue and paper did to it. A camera's `lens` and `world_from_camera` are
+//! the truth; the rig file has them with [`CameraFileError`]. Metres, radians, pixels.
 
 use super::{SceneCamera, SceneTag};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
@@ -23,8 +23,8 @@ pub struct Displacement {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Curl {
-    /// Height of the sheet's middle above its two bent edges, m; negative where the edges are lifted. At most an eighth of
-    /// the sheet's edge; 0.5 to 2 mm is what glued paper does.
+    /// Height of the sheet's middle above its two bent edges, m; negative where the edges are lifted. At most an eighth
+    /// of the sheet's edge; 0.5 to 2 mm is what glued paper does.
     pub sagitta: f64,
     /// Direction in the sheet that is bent, from the tag's x axis towards y, rad.
     pub direction: f64,
@@ -34,8 +34,8 @@ pub struct Curl {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct LensResidual {
-    /// Amplitude of a radial wave, px: outwards by `radial_px * sin(2 TAU r)`, r being the distance from the image's middle
-    /// by that of its corners. -3 to 3.
+    /// Amplitude of a radial wave, px: outwards by `radial_px * sin(2 TAU r)`, r being the distance from the image's
+    /// middle by that of its corners. -3 to 3.
     pub radial_px: f64,
     /// Thin prism: displacement `prism_px * r^2` in x and y, px. -5 to 5.
     pub prism_px: [f64; 2],

@@ -22,8 +22,8 @@ pub struct Imperfections {
 }
 
 impl Imperfections {
-    /// A site set up with care and a tape measure: cameras 3 mm and 0.3 degrees, focal lengths 0.3 %, tags 0.4 mm and 0.4
-    /// degrees, prints 0.3 %.
+    /// A site set up with care and a tape measure: cameras 3 mm and 0.3 degrees, focal lengths 0.3 %, tags 0.4 mm and
+    /// 0.4 degrees, prints 0.3 %.
     pub const TYPICAL: Self = Self {
         camera_position: 0.003,
         camera_rotation: 0.0052,

@@ -18,7 +18,7 @@ pub struct NetworkFaults {
     pub reorder_ms: f64,
     /// Probability that a message arrives twice.
     pub duplicate: f64,
-    /// From when until when the camera is cut off, seconds after its first message: what is sent or would arrive meanwhile is
-    /// lost. Nothing is where both are the same.
+    /// From when until when the camera is cut off, seconds after its first message: what is sent or would arrive
+    /// meanwhile is lost. Nothing is where both are the same.
     pub partition_s: [f64; 2],
 }

@@ -52,8 +52,8 @@ const BOX_FACES: [[usize; 4]; 6] = [
 ];
 
 impl Solid {
-    /// A prism over a convex polygon given counter-clockwise as seen from above, from height `bottom` to `top`; at the top
-    /// the polygon is scaled by `taper`.
+    /// A prism over a convex polygon given counter-clockwise as seen from above, from height `bottom` to `top`; at the
+    /// top the polygon is scaled by `taper`.
     pub fn prism(polygon: &[[f64; 2]], [bottom, top]: [f64; 2], taper: f64, albedo: f64) -> Self {
         let n = polygon.len();
         let below = polygon.iter().map(|&[x, y]| [x, y, bottom]);

@@ -1,5 +1,5 @@
-//! One large tag before one camera, and where its edges and corners are in the picture: found by sums of light across the edges,
-//! with nothing of the renderer's.
+//! One large tag before one camera, and where its edges and corners are in the picture: found by sums of light across
+//! the edges, with nothing of the renderer's.
 
 #![allow(
     dead_code,

@@ -4,8 +4,8 @@ use super::{BoardError, check_grid, object_of, places, upside_down};
 use sextant_site_model::{ObjectId, ObjectModel, ObjectTag, TagId};
 use sextant_tag_families::{CHESSBOARD_SQUARES, Family, chessboard_id, chessboard_place};
 
-/// A plain chessboard. Its origin is the first inner corner: the one in the upper left if the square beyond it, in the corner of the
-/// board, is black. x runs along the columns, y down along the rows, z into the board.
+/// A plain chessboard. Its origin is the first inner corner: the one in the upper left if the square beyond it, in the
+/// corner of the board, is black. x runs along the columns, y down along the rows, z into the board.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chessboard {
     /// Inner corners in a row, one fewer than squares.
@@ -47,7 +47,7 @@ impl Chessboard {
     }
 
     /// The chessboard that an object is, if it is one.
-    pub fn of(object: &ObjectModel) -> Option<Self> {
+    pub fn from_object(object: &ObjectModel) -> Option<Self> {
         let squares = object
             .tags()
             .iter()

@@ -36,17 +36,17 @@ enum Assumed {
 }
 
 /// What describes the tags of a document: a bundle or a field.
-enum Layout<'a> {
+enum TagLayout<'a> {
     Bundles(&'a [Value]),
     Field(&'a Value),
 }
 
-fn layout_of(document: &Value) -> Option<Layout<'_>> {
+fn layout_of(document: &Value) -> Option<TagLayout<'_>> {
     if let Some(bundles) = document.get("tag_bundles").and_then(Value::as_sequence) {
-        Some(Layout::Bundles(bundles))
+        Some(TagLayout::Bundles(bundles))
     } else {
         let field = document.get("field")?;
-        document.get("tags").map(|_| Layout::Field(field))
+        document.get("tags").map(|_| TagLayout::Field(field))
     }
 }
 
@@ -54,10 +54,10 @@ fn layout_of(document: &Value) -> Option<Layout<'_>> {
 pub(super) fn object(document: &Value, id: &ObjectId) -> Option<Result<ObjectModel, Complaint>> {
     let layout = layout_of(document)?;
     // A field is where robots localise themselves: its frame is the world.
-    let place = matches!(layout, Layout::Field(_)).then(Pose::identity);
+    let place = matches!(layout, TagLayout::Field(_)).then(Pose::identity);
     let tags = tag_kind(document, &layout).and_then(|kind| match layout {
-        Layout::Bundles(bundles) => list(bundle(bundles)?, "layout", kind, of_bundle),
-        Layout::Field(_) => list(document, "tags", kind, of_field),
+        TagLayout::Bundles(bundles) => list(bundle(bundles)?, "layout", kind, of_bundle),
+        TagLayout::Field(_) => list(document, "tags", kind, of_field),
     });
     let object = |tags| {
         ObjectModel::new(id.clone(), tags)
@@ -67,11 +67,12 @@ pub(super) fn object(document: &Value, id: &ObjectId) -> Option<Result<ObjectMod
     Some(tags.and_then(object))
 }
 
-/// An object whose frame is a field, as a layout of WPILib, with the length and width of the field, m. `family` and `tagSize` stand beside them, which
-/// WPILib passes over and `read_object` reads.
+/// An object whose frame is a field, as a layout of WPILib, with the length and width of the field, m. `family` and
+/// `tagSize` stand beside them, which WPILib passes over and `read_object` reads.
 ///
 /// # Errors
-/// For a field without an area, an articulated object, tags of several families or sizes, and an object without a placed tag.
+/// For a field without an area, an articulated object, tags of several families or sizes, and an object without a
+/// placed tag.
 pub fn field_layout(object: &ObjectModel, field_m: [f64; 2]) -> Result<String, Complaint> {
     let refused = |cause: &str, remedy: &str| Err(Complaint::new("", cause, remedy));
     let [length, width] = field_m;
@@ -114,7 +115,8 @@ pub fn field_layout(object: &ObjectModel, field_m: [f64; 2]) -> Result<String, C
         .map(|(tag, field_from_tag)| field_tag(tag.tag.id, field_from_tag))
         .collect();
     Ok(format!(
-        "{{\n  \"tags\": [\n{}\n  ],\n  \"field\": {{\"length\": {length}, \"width\": {width}}},\n  \"family\": \"{family}\",\n  \"tagSize\": {size_m}\n}}\n",
+        "{{\n  \"tags\": [\n{}\n  ],\n  \"field\": {{\"length\": {length}, \"width\": \
+         {width}}},\n  \"family\": \"{family}\",\n  \"tagSize\": {size_m}\n}}\n",
         tags.join(",\n")
     ))
 }
@@ -126,7 +128,8 @@ fn field_tag(id: u32, field_from_tag: &Pose) -> String {
     let [x, y, z]: [f64; 3] = field_from_tag.translation.vector.into();
     let (qw, qx, qy, qz) = (turned.w, turned.i, turned.j, turned.k);
     format!(
-        "    {{\"ID\": {id}, \"pose\": {{\"translation\": {{\"x\": {x}, \"y\": {y}, \"z\": {z}}}, \"rotation\": {{\"quaternion\": {{\"W\": {qw}, \"X\": {qx}, \"Y\": {qy}, \"Z\": {qz}}}}}}}}}"
+        "    {{\"ID\": {id}, \"pose\": {{\"translation\": {{\"x\": {x}, \"y\": {y}, \"z\": \
+         {z}}}, \"rotation\": {{\"quaternion\": {{\"W\": {qw}, \"X\": {qx}, \"Y\": {qy}, \"Z\": {qz}}}}}}}}}"
     )
 }
 
@@ -138,20 +141,23 @@ pub(crate) fn assumption(document: &Value) -> Option<String> {
     let remedy = "else write \"family\"";
     match (layout, kind.assumed) {
         (_, Assumed::Nothing) => None,
-        (Layout::Field(_), Assumed::Of2023) => Some(format!(
-            "the tags are taken for {family} of {mm} mm, as FRC had them in 2023 on a field of this size; {remedy} and \"tagSize\" (m) beside \"field\" in it"
+        (TagLayout::Field(_), Assumed::Of2023) => Some(format!(
+            "the tags are taken for {family} of {mm} mm, as FRC had them in 2023 on a field of \
+             this size; {remedy} and \"tagSize\" (m) beside \"field\" in it"
         )),
-        (Layout::Field(_), _) => Some(format!(
-            "the tags are taken for {family} of {mm} mm, as FRC has them since 2024, since the file does not say it; {remedy} and \"tagSize\" (m) beside \"field\" in it"
+        (TagLayout::Field(_), _) => Some(format!(
+            "the tags are taken for {family} of {mm} mm, as FRC has them since 2024, since the \
+             file does not say it; {remedy} and \"tagSize\" (m) beside \"field\" in it"
         )),
-        (Layout::Bundles(_), _) => Some(format!(
-            "the tags are taken for {family}, since the file does not say it; else write family beside tag_bundles in it, such as family: tag16h5"
+        (TagLayout::Bundles(_), _) => Some(format!(
+            "the tags are taken for {family}, since the file does not say it; else write family \
+             beside tag_bundles in it, such as family: tag16h5"
         )),
     }
 }
 
 /// The family and the size of the tags: what is written beside them, else what their ids and the field allow.
-fn tag_kind(document: &Value, layout: &Layout<'_>) -> Result<TagKind, Complaint> {
+fn tag_kind(document: &Value, layout: &TagLayout<'_>) -> Result<TagKind, Complaint> {
     let keys = ["family", "tag_family", "tagFamily"];
     let family = keys
         .iter()
@@ -171,21 +177,21 @@ fn tag_kind(document: &Value, layout: &Layout<'_>) -> Result<TagKind, Complaint>
         family: family.unwrap_or(inferred.family),
         size_m: size_m.unwrap_or(inferred.size_m),
         assumed: match (family, layout) {
-            (Some(_), Layout::Bundles(_)) => Assumed::Nothing,
-            (Some(_), Layout::Field(_)) if size_m.is_some() => Assumed::Nothing,
+            (Some(_), TagLayout::Bundles(_)) => Assumed::Nothing,
+            (Some(_), TagLayout::Field(_)) if size_m.is_some() => Assumed::Nothing,
             _ => inferred.assumed,
         },
     })
 }
 
 /// Of FRC's families tag16h5 has 30 tags, and was on the field of 2023 only.
-fn inferred(document: &Value, layout: &Layout<'_>) -> TagKind {
+fn inferred(document: &Value, layout: &TagLayout<'_>) -> TagKind {
     let of_36h11 = |assumed| TagKind {
         family: Family::Tag36h11,
         size_m: FIELD_TAG_M,
         assumed,
     };
-    let Layout::Field(field) = layout else {
+    let TagLayout::Field(field) = layout else {
         return of_36h11(Assumed::Default);
     };
     let tags = document.get("tags").and_then(Value::as_sequence);
@@ -264,7 +270,8 @@ fn of_bundle(value: &Value, kind: TagKind) -> Result<ObjectTag, Complaint> {
     ))
 }
 
-/// `{ID, pose: {translation, rotation: {quaternion}}}`. There a tag's x points out of its face and z up, so that y is to the right.
+/// `{ID, pose: {translation, rotation: {quaternion}}}`. There a tag's x points out of its face and z up, so that y is
+/// to the right.
 fn of_field(value: &Value, kind: TagKind) -> Result<ObjectTag, Complaint> {
     let part = |value: &Value, key: &'static str| {
         let part = value.get(key).cloned();

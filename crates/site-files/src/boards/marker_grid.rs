@@ -6,8 +6,8 @@ use sextant_geometry::Pose;
 use sextant_site_model::{ObjectId, ObjectModel, ObjectTag, TagId};
 use sextant_tag_families::Family;
 
-/// OpenCV's `GridBoard`: markers in columns and rows, ids row by row from the upper left. Its origin is the upper left corner of the
-/// first marker, x along the columns, y down along the rows, z into the board.
+/// OpenCV's `GridBoard`: markers in columns and rows, ids row by row from the upper left. Its origin is the upper left
+/// corner of the first marker, x along the columns, y down along the rows, z into the board.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MarkerGrid {
     /// Markers in a row.

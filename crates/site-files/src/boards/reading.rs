@@ -1,5 +1,5 @@
-//! Descriptions of boards as other tools write them: Kalibr's `target.yaml`, multical's `boards`, and the arguments of OpenCV's
-//! `CharucoBoard` and `GridBoard` in a YAML or JSON file; and places of tags ([`layouts`]).
+//! Descriptions of boards as other tools write them: Kalibr's `target.yaml`, multical's `boards`, and the arguments of
+//! OpenCV's `CharucoBoard` and `GridBoard` in a YAML or JSON file; and places of tags ([`layouts`]).
 //!
 //! Keys count as OpenCV, Python and C++ spell them: `squareLength`, `square_length` and `squarelength` are one.
 
@@ -243,7 +243,10 @@ impl<'a> BoardMapping<'a> {
         family.parse().map_err(|_| {
             let cause = format!("there is no dictionary `{name}` here");
             let known = match kind {
-                "aruco" => "known are DICT_4X4_50 to DICT_7X7_1000, DICT_ARUCO_ORIGINAL, DICT_ARUCO_MIP_36h12 and DICT_APRILTAG_36h11, 36h10, 25h9 and 16h5",
+                "aruco" => {
+                    "known are DICT_4X4_50 to DICT_7X7_1000, DICT_ARUCO_ORIGINAL, \
+                 DICT_ARUCO_MIP_36h12 and DICT_APRILTAG_36h11, 36h10, 25h9 and 16h5"
+                }
                 _ => "known are DICT_4X4_50 to DICT_7X7_1000",
             };
             Complaint::new(key, cause, known)

@@ -114,8 +114,8 @@ fn squares_of_an_april_grid_touch_its_tags_corners() {
     assert_eq!(ids, [5, 6]);
 }
 
-/// Where OpenCV's CharucoBoard((5, 4), 0.04, 0.03, DICT_5X5_100) has its first and last markers and, with the pattern of old, its
-/// first one; `getObjPoints` of version 4.10, grown from the marker to the square.
+/// Where OpenCV's CharucoBoard((5, 4), 0.04, 0.03, DICT_5X5_100) has its first and last markers and, with the pattern
+/// of old, its first one; `getObjPoints` of version 4.10, grown from the marker to the square.
 #[test]
 fn squares_of_a_charuco_board_lie_where_opencv_has_them() {
     let text = "squaresX: 5\nsquaresY: 4\nsquareLength: 0.04\nmarkerLength: 0.03\ndictionary: DICT_5X5_100\n";
@@ -171,7 +171,7 @@ fn a_chessboard_is_described_by_its_inner_corners() {
     assert_near(corners(&board, 0)[0], [0.0; 3]);
     assert_near(corners(&board, 64)[1], [0.06, 0.06, 0.0]);
     assert_eq!(read("Target.yaml", CHECKERBOARD).unwrap(), board);
-    let chessboard = Chessboard::of(&board).unwrap();
+    let chessboard = Chessboard::from_object(&board).unwrap();
     assert_eq!(
         (chessboard.columns, chessboard.rows, chessboard.square_m),
         (6, 7, 0.06)
@@ -203,7 +203,7 @@ fn aniposes_boards_are_read_in_millimetres() {
     assert_near(corners(&board, 0)[0], [0.004, 0.0, 0.0]);
     let checkerboard = ANIPOSE.replace("\"charuco\"", "\"checkerboard\"");
     let board = read("config.toml", &checkerboard).unwrap();
-    assert_eq!(Chessboard::of(&board).unwrap().columns, 6);
+    assert_eq!(Chessboard::from_object(&board).unwrap().columns, 6);
     let grid = ANIPOSE.replace("\"charuco\"", "\"aruco\"");
     let message = read("config.toml", &grid).unwrap_err();
     assert!(
@@ -285,7 +285,8 @@ fn a_bundle_of_apriltag_ros_is_an_object() {
     assert!(error.contains("layout[0].qw: the quaternion"), "{error}");
 }
 
-/// A tag with WPILib's x out of its face, here towards +x of the field: its right edge lies towards +y, its upper edge towards +z.
+/// A tag with WPILib's x out of its face, here towards +x of the field: its right edge lies towards +y, its upper edge
+/// towards +z.
 #[test]
 fn a_field_of_wpilib_is_an_object() {
     let field = r#"{"tags": [{"ID": 1, "pose": {"translation": {"x": 4.0, "y": 0.24, "z": 1.35},
@@ -339,7 +340,8 @@ fn a_field_of_wpilib_is_written_as_it_is_read() {
     assert!(refused(tags, [0.0, f64::NAN]).contains("no area"));
 }
 
-/// The field of 2023 has tag16h5 of 6 inches, that of 2024 tag36h11 of 6.5 inches; what no field of FRC says is assumed, and said.
+/// The field of 2023 has tag16h5 of 6 inches, that of 2024 tag36h11 of 6.5 inches; what no field of FRC says is
+/// assumed, and said.
 #[test]
 fn the_family_of_a_fields_tags_follows_from_the_field_or_is_said() {
     let field = |last: u32, [length, width]: [f64; 2], more: &str| {

@@ -1,9 +1,9 @@
-//! Cameras of anipose (aniposelib, freemocap) and caliscope: TOML tables `cam_0` or `cameras.0` with `matrix`, `distortions`, `size`
-//! and the pose `camera_from_world` as a rotation vector and a translation.
+//! Cameras of anipose (aniposelib, freemocap) and caliscope: TOML tables `cam_0` or `cameras.0` with `matrix`,
+//! `distortions`, `size` and the pose `camera_from_world` as a rotation vector and a translation.
 //!
-//! Translations are in the unit of the calibration board, which the file does not name. Distances of 50 and more are millimetres:
-//! cameras of one room are no 50 m apart, and no two of them 50 mm. `unit` in its table `metadata`, which these tools pass over, says
-//! otherwise.
+//! Translations are in the unit of the calibration board, which the file does not name. Distances of 50 and more are
+//! millimetres: cameras of one room are no 50 m apart, and no two of them 50 mm. `unit` in its table `metadata`, which
+//! these tools pass over, says otherwise.
 
 use super::distortion::{Keys, lens_of};
 use super::matrix::{exactly, intrinsics, missing, numbers, pixels};
@@ -90,7 +90,8 @@ pub(crate) fn assumption(document: &Value) -> Option<String> {
     let (metres, word) = unit_of(document, farthest).ok()?;
     let word = word.filter(|_| farthest > 0.0)?;
     Some(format!(
-        "lengths are taken for {word}, since the file does not say their unit: the farthest camera is {:.3} m from the origin; else write unit = \"m\", \"cm\" or \"mm\" below [metadata] in it",
+        "lengths are taken for {word}, since the file does not say their unit: the farthest \
+         camera is {:.3} m from the origin; else write unit = \"m\", \"cm\" or \"mm\" below [metadata] in it",
         farthest * metres
     ))
 }

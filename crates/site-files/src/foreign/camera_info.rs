@@ -1,4 +1,5 @@
-//! One camera: ROS `camera_info`, and the calibration files of OpenCV, PhotonVision and WPILib, which have nearly the same keys.
+//! One camera: ROS `camera_info`, and the calibration files of OpenCV, PhotonVision and WPILib, which have nearly the
+//! same keys.
 
 use super::distortion::{Keys, lens_of, ros_distortion};
 use super::matrix::{first, intrinsics, missing, numbers, pixels};
@@ -37,7 +38,8 @@ const COEFFICIENTS: [&str; 11] = [
     "distortion",
 ];
 
-/// The camera of a document, or the two of a stereo calibration of OpenCV, without places: its unit of length is that of the board.
+/// The camera of a document, or the two of a stereo calibration of OpenCV, without places: its unit of length is that
+/// of the board.
 pub(super) fn cameras(document: &Value, stem: &str) -> Result<Vec<Camera>, Complaint> {
     const OF_TWO: [([&str; 2], [&str; 2]); 3] = [
         (["M1", "D1"], ["M2", "D2"]),

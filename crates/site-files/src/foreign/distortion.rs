@@ -41,7 +41,8 @@ pub(super) fn lens_of(
     lens.map_err(|error| Complaint::new(keys.coefficients, error.to_string(), ""))
 }
 
-/// k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4 [tx ty]]]] in OpenCV's order. With terms from k4 on, the nearest lens without them.
+/// k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4 [tx ty]]]] in OpenCV's order. With terms from k4 on, the nearest lens without
+/// them.
 fn polynomial(
     keys: &Keys,
     intrinsics: Intrinsics,

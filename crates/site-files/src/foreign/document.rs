@@ -1,4 +1,5 @@
-//! A text of another tool as a tree of values, whatever it is written in: YAML, OpenCV's dialect of it, JSON, XML or TOML.
+//! A text of another tool as a tree of values, whatever it is written in: YAML, OpenCV's dialect of it, JSON, XML or
+//! TOML.
 //!
 //! Its first characters say which; the name of the file decides only where they leave it open.
 
@@ -22,7 +23,8 @@ const REMEDY: &str = "export it again from the tool that made it";
 /// Elements inside one another in an XML file; OpenCV's have five.
 const MOST_LEVELS: usize = 64;
 
-/// The syntax of a text. The first line that is no comment decides: `key = value` and `[table]` are TOML, `key: value` is YAML.
+/// The syntax of a text. The first line that is no comment decides: `key = value` and `[table]` are TOML, `key: value`
+/// is YAML.
 pub(crate) fn syntax_of(path: &Path, text: &str) -> Syntax {
     let text = text.trim_start();
     if text.starts_with('<') {

@@ -4,8 +4,8 @@ use super::distortion::ros_distortion;
 use sextant_geometry::{Intrinsics, LensModel};
 use sextant_site_model::Camera;
 
-/// Removes the line `%YAML:1.0` or `%YAML 1.2`, of which OpenCV's former is no valid directive, and its tag `!!opencv-matrix`: the rest is plain YAML.
-/// Line numbers and other texts are unchanged.
+/// Removes the line `%YAML:1.0` or `%YAML 1.2`, of which OpenCV's former is no valid directive, and its tag
+/// `!!opencv-matrix`: the rest is plain YAML. Line numbers and other texts are unchanged.
 pub(super) fn as_plain_yaml(text: &str) -> String {
     let text = match text.strip_prefix("%YAML") {
         Some(rest) => format!("#{rest}"),

@@ -1,7 +1,7 @@
 //! Calibrations of nerfstudio, MATLAB, VINS and others of camodocal's kind: one camera each.
 //!
-//! Two count pixels from elsewhere: COLMAP and nerfstudio have (0, 0) at the corner of the top left pixel, half a pixel before its
-//! centre; MATLAB has (1, 1) at its centre.
+//! Two count pixels from elsewhere: COLMAP and nerfstudio have (0, 0) at the corner of the top left pixel, half a pixel
+//! before its centre; MATLAB has (1, 1) at its centre.
 
 use super::distortion::{Keys, lens_of};
 use super::matrix::{exactly, first, intrinsics, missing, numbers, pixels};

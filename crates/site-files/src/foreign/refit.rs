@@ -1,14 +1,15 @@
 //! Lenses of models that are unknown here, by the lens of a known one that maps the same image.
 //!
-//! OpenCV's rational and thin-prism polynomial: `x_d = x (1 + k1 r2 + k2 r4 + k3 r6) / (1 + k4 r2 + k5 r4 + k6 r6) + tangential + prism`.
-//! Rays over the whole image are projected by it, and a Brown-Conrady and a Kannala-Brandt lens are fitted to the pixels by
-//! Gauss-Newton over all their parameters. The better one counts if it is nowhere further off than [`MOST_PX`].
+//! OpenCV's rational and thin-prism polynomial: `x_d = x (1 + k1 r2 + k2 r4 + k3 r6) / (1 + k4 r2 + k5 r4 + k6 r6) +
+//! tangential + prism`. Rays over the whole image are projected by it, and a Brown-Conrady and a Kannala-Brandt lens
+//! are fitted to the pixels by Gauss-Newton over all their parameters. The better one counts if it is nowhere further
+//! off than [`MOST_PX`].
 
 use nalgebra::{DMatrix, DVector, Point2};
 use sextant_geometry::{Intrinsics, Lens};
 
-/// Greatest deviation anywhere in the image, px: twice the standard deviation that a lens without a stated one has in the corners
-/// ([`sextant_site_model::LensSigma::usual`]).
+/// Greatest deviation anywhere in the image, px: twice the standard deviation that a lens without a stated one has in
+/// the corners ([`sextant_site_model::LensSigma::usual`]).
 pub(super) const MOST_PX: f64 = 1.0;
 
 /// Rays around the axis, and from the axis outwards.

@@ -1,5 +1,5 @@
-//! Cameras of SLAM systems and of the makers of cameras: parameters by name, `fx`, `k1` and so on. ORB-SLAM and stella_vslam, Basalt,
-//! RealSense, the ZED and Metashape.
+//! Cameras of SLAM systems and of the makers of cameras: parameters by name, `fx`, `k1` and so on. ORB-SLAM and
+//! stella_vslam, Basalt, RealSense, the ZED and Metashape.
 
 use super::distortion::{Keys, lens_of};
 use super::matrix::{missing, pixels, pose};
@@ -239,7 +239,8 @@ pub(super) fn zed(document: &Value) -> Result<Vec<Camera>, Complaint> {
     cameras.collect()
 }
 
-/// Metashape's `calibration`: one focal length, the principal point from the middle of the image, P1 and P2 the other way round.
+/// Metashape's `calibration`: one focal length, the principal point from the middle of the image, P1 and P2 the other
+/// way round.
 pub(super) fn metashape(document: &Value, stem: &str) -> Result<Camera, Complaint> {
     let given = |key: &'static str| document.get(key).ok_or_else(|| missing(key));
     let number = |key: &'static str| document.get(key).and_then(Value::as_f64).unwrap_or(0.0);

@@ -23,7 +23,8 @@ rectification_matrix:
 projection_matrix:
   rows: 3
   cols: 4
-  data: [393.653800, 0.000000, 322.797939, 0.000000, 0.000000, 393.653800, 241.090902, 0.000000, 0.000000, 0.000000, 1.000000, 0.000000]
+  data: [393.653800, 0.000000, 322.797939, 0.000000, 0.000000, 393.653800, 241.090902, 0.000000, \
+  0.000000, 0.000000, 1.000000, 0.000000]
 ";
 
 const MESSAGE: &str = "header:\n  stamp: {sec: 1, nanosec: 2}\n  frame_id: camera
@@ -409,10 +410,12 @@ fn files_are_recognised_by_their_content() {
     let json = r#"{"image_width": 640, "image_height": 480,
         "camera_matrix": {"type_id": "opencv-matrix", "rows": 3, "cols": 3, "dt": "d", "data": [650.0, 0.0, 319.5, 0.0, 660.0, 239.5, 0.0, 0.0, 1.0]},
         "distortion_coefficients": {"type_id": "opencv-matrix", "rows": 5, "cols": 1, "dt": "d", "data": [-0.41, 0.57, 0.0, 0.001, -2.2]}}"#;
-    let xml = "<?xml version=\"1.0\"?>\n<opencv_storage>\n<image_width>640</image_width>\n<image_height>480</image_height>
-<camera_matrix type_id=\"opencv-matrix\"><rows>3</rows><cols>3</cols><dt>d</dt><data>\n    650. 0. 319.5 0. 660. 239.5 0. 0. 1.</data></camera_matrix>
-<distortion_coefficients type_id=\"opencv-matrix\"><rows>5</rows><cols>1</cols><dt>d</dt><data>-0.41 0.57 0. 0.001 -2.2</data></distortion_coefficients>
-</opencv_storage>\n";
+    let xml = "<?xml
+version=\"1.0\"?>\n<opencv_storage>\n<image_width>640</image_width>\n<image_height>480</image_height> <camera_matrix
+type_id=\"opencv-matrix\"><rows>3</rows><cols>3</cols><dt>d</dt><data>\n 650. 0. 319.5 0. 660. 239.5 0. 0.
+1.</data></camera_matrix> <distortion_coefficients
+type_id=\"opencv-matrix\"><rows>5</rows><cols>1</cols><dt>d</dt><data>-0.41 0.57 0. 0.001
+-2.2</data></distortion_coefficients> </opencv_storage>\n";
     let wpical = r#"{"camera_matrix": [650.0, 0.0, 319.5, 0.0, 660.0, 239.5, 0.0, 0.0, 1.0], "img_size": [640, 480],
         "distortion_coefficients": [-0.41, 0.57, 0.0, 0.001, -2.2], "avg_reprojection_error": 0.3}"#;
     let matlab = r#"{"RadialDistortion": [-0.41, 0.57, -2.2], "TangentialDistortion": [0.0, 0.001], "ImageSize": [480, 640],
@@ -421,23 +424,28 @@ fn files_are_recognised_by_their_content() {
         "K": [[650.0, 0, 320.5], [0, 660.0, 240.5], [0, 0, 1]]}"#;
     let nerfstudio = r#"{"camera_model": "OPENCV", "fl_x": 650.0, "fl_y": 660.0, "cx": 320.0, "cy": 240.0, "w": 640, "h": 480,
         "k1": -0.41, "k2": 0.57, "k3": -2.2, "p2": 0.001, "frames": []}"#;
-    let anipose = "[cam_0]\nname = \"north\"\nsize = [640, 480]\nmatrix = [[650.0, 0.0, 319.5], [0.0, 660.0, 239.5], [0.0, 0.0, 1.0]]
-distortions = [-0.41, 0.57, 0.0, 0.001, -2.2]\n\n[metadata]\nadjusted = false\n";
+    let anipose = "[cam_0]\nname = \"north\"\nsize = [640, 480]\nmatrix = [[650.0, 0.0, 319.5], [0.0, 660.0, 239.5],
+[0.0, 0.0, 1.0]] distortions = [-0.41, 0.57, 0.0, 0.001, -2.2]\n\n[metadata]\nadjusted = false\n";
     let caliscope = anipose
         .replace("[cam_0]", "[cameras.0]")
         .replace("name = \"north\"\n", "port = 0\n");
-    let euroc = "sensor_type: camera\nT_BS:\n  cols: 4\n  rows: 4\n  data: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\nresolution: [640, 480]
-camera_model: pinhole\nintrinsics: [650.0, 660.0, 319.5, 239.5]\ndistortion_model: radial-tangential\ndistortion_coefficients: [-0.41, 0.57, 0.0, 0.001, -2.2]\n";
-    let orb = "%YAML:1.0\nCamera.type: \"PinHole\"\nCamera1.fx: 650.0\nCamera1.fy: 660.0\nCamera1.cx: 319.5\nCamera1.cy: 239.5
-Camera1.k1: -0.41\nCamera1.k2: 0.57\nCamera1.p1: 0.0\nCamera1.p2: 0.001\nCamera1.k3: -2.2\nCamera.width: 640\nCamera.height: 480\n";
-    let stella = "Camera:\n  name: \"any\"\n  model: \"perspective\"\n  fx: 650.0\n  fy: 660.0\n  cx: 319.5\n  cy: 239.5\n  k1: -0.41\n  k2: 0.57\n  p1: 0.0
+    let euroc = "sensor_type: camera\nT_BS:\n cols: 4\n rows: 4\n data: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0,
+1]\nresolution: [640, 480] camera_model: pinhole\nintrinsics: [650.0, 660.0, 319.5, 239.5]\ndistortion_model:
+radial-tangential\ndistortion_coefficients: [-0.41, 0.57, 0.0, 0.001, -2.2]\n";
+    let orb = "%YAML:1.0\nCamera.type: \"PinHole\"\nCamera1.fx: 650.0\nCamera1.fy: 660.0\nCamera1.cx: 319.5\nCamera1.cy:
+239.5 Camera1.k1: -0.41\nCamera1.k2: 0.57\nCamera1.p1: 0.0\nCamera1.p2: 0.001\nCamera1.k3: -2.2\nCamera.width:
+640\nCamera.height: 480\n";
+    let stella = "Camera:\n  name: \"any\"\n  model: \"perspective\"\n  fx: 650.0\n  fy: \
+        660.0\n  cx: 319.5\n  cy: 239.5\n  k1: -0.41\n  k2: 0.57\n  p1: 0.0
   p2: 0.001\n  k3: -2.2\n  cols: 640\n  rows: 480\n";
     let basalt = r#"{"value0": {"T_imu_cam": [{"px": 1, "py": 0, "pz": 0, "qx": 0, "qy": 0, "qz": 0, "qw": 1}],
         "intrinsics": [{"camera_type": "pinhole-radtan8", "intrinsics": {"fx": 650.0, "fy": 660.0, "cx": 319.5, "cy": 239.5, "k1": -0.41, "k2": 0.57, "p1": 0.0, "p2": 0.001, "k3": -2.2}}],
         "resolution": [[640, 480]]}}"#;
     let realsense = r#"{"width": 640, "height": 480, "ppx": 319.5, "ppy": 239.5, "fx": 650.0, "fy": 660.0, "model": "distortion.brown_conrady",
         "coeffs": [-0.41, 0.57, 0.0, 0.001, -2.2]}"#;
-    let metashape = "<?xml version=\"1.0\"?>\n<calibration>\n<projection>frame</projection><width>640</width><height>480</height><f>660</f><b1>-10</b1>
+    let metashape = "<?xml
+version=\"1.0\"?>\n<calibration>\n\
+<projection>frame</projection><width>640</width><height>480</height><f>660</f><b1>-10</b1>
 <k1>-0.41</k1><k2>0.57</k2><k3>-2.2</k3><p1>0.001</p1><date>2023-01-01</date></calibration>\n";
     let expected = parsed(OPENCV).unwrap().1.cameras()[0].lens;
     for (text, format) in [
@@ -475,11 +483,13 @@ Camera1.k1: -0.41\nCamera1.k2: 0.57\nCamera1.p1: 0.0\nCamera1.p2: 0.001\nCamera1
 
 #[test]
 fn poses_of_anipose_are_inverted_and_in_the_unit_that_makes_sense() {
-    let camera = "size = [640, 480]\nmatrix = [[650.0, 0.0, 319.5], [0.0, 660.0, 239.5], [0.0, 0.0, 1.0]]\ndistortions = [0.0, 0.0, 0.0, 0.0, 0.0]\n";
+    let camera = "size = [640, 480]\nmatrix = [[650.0, 0.0, 319.5], [0.0, 660.0, 239.5], [0.0, \
+        0.0, 1.0]]\ndistortions = [0.0, 0.0, 0.0, 0.0, 0.0]\n";
     let of = |unit: f64| {
         let half = std::f64::consts::PI;
         let text = format!(
-            "[cam_0]\n{camera}rotation = [0.0, 0.0, 0.0]\ntranslation = [0.0, 0.0, 0.0]\n[cam_1]\n{camera}rotation = [0.0, {half}, 0.0]\ntranslation = [{}, 0.0, {}]\n",
+            "[cam_0]\n{camera}rotation = [0.0, 0.0, 0.0]\ntranslation = [0.0, 0.0, 0.0]\n\
+             [cam_1]\n{camera}rotation = [0.0, {half}, 0.0]\ntranslation = [{}, 0.0, {}]\n",
             0.5 * unit,
             2.0 * unit
         );
@@ -526,11 +536,13 @@ fn no_camera_of_a_file_is_passed_over() {
     };
     let matrix = |fx: f64| {
         format!(
-            "!!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [ {fx:?}, 0., 330., 0., 530., 230., 0., 0., 1. ]"
+            "!!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [ {fx:?}, 0., 330., 0., \
+             530., 230., 0., 0., 1. ]"
         )
     };
     let stereo = format!(
-        "%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\nM1: {}\nD1: [0.1, 0, 0, 0, 0]\nM2: {}\nD2: [0.2, 0, 0, 0, 0]\n",
+        "%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\nM1: {}\nD1: [0.1, 0, 0, 0, 0]\n\
+         M2: {}\nD2: [0.2, 0, 0, 0, 0]\n",
         matrix(530.0),
         matrix(531.0)
     );
@@ -541,13 +553,15 @@ fn no_camera_of_a_file_is_passed_over() {
         (second.intrinsics().fx, second.distortion()[0]),
         (531.0, 0.2)
     );
-    let link = "  camera_model: pinhole\n  intrinsics: [600, 600, 320, 240]\n  distortion_model: radtan\n  distortion_coeffs: [0, 0, 0, 0]\n  resolution: [640, 480]\n";
+    let link = "  camera_model: pinhole\n  intrinsics: [600, 600, 320, 240]\n  distortion_model: \
+        radtan\n  distortion_coeffs: [0, 0, 0, 0]\n  resolution: [640, 480]\n";
     let error = parsed(&format!("cam0:\n{link}cam2:\n{link}")).unwrap_err();
     assert!(
         error.contains("cam1: it is missing, but there is cam2"),
         "{error}"
     );
-    let zed = "[LEFT_CAM_HD]\nfx=700.5\nfy=700.5\ncx=640\ncy=360.5\nk1=-0.17\nk2=0.02\np1=0\np2=0\nk3=0\n\n[RIGHT_CAM_VGA]\nfx=350\nfy=350\ncx=336\ncy=188\n\n[STEREO]\nBaseline=119.9\n";
+    let zed = "[LEFT_CAM_HD]\nfx=700.5\nfy=700.5\ncx=640\ncy=360.5\nk1=-0.17\nk2=0.02\np1=0\n\
+        p2=0\nk3=0\n\n[RIGHT_CAM_VGA]\nfx=350\nfy=350\ncx=336\ncy=188\n\n[STEREO]\nBaseline=119.9\n";
     assert_eq!(names(zed), ["left_hd", "right_vga"]);
     assert!(is_foreign(Path::new("SN1234.conf"), zed));
     let at = |px: f64| {
@@ -595,14 +609,16 @@ fn a_size_of_other_images_is_refused() {
 
 #[test]
 fn the_name_of_eurocs_camera_is_its_folders() {
-    let text = "camera_model: pinhole\nintrinsics: [650.0, 660.0, 319.5, 239.5]\ndistortion_model: none\nresolution: [640, 480]\n";
+    let text = "camera_model: pinhole\nintrinsics: [650.0, 660.0, 319.5, 239.5]\n\
+        distortion_model: none\nresolution: [640, 480]\n";
     let (_, rig) = parse_foreign(Path::new("mav0/cam1/sensor.yaml"), text).unwrap();
     assert_eq!(rig.cameras()[0].id.as_str(), "cam1");
 }
 
 #[test]
 fn what_is_no_calibration_or_none_yet_is_said() {
-    let zeros = "image_width: 640\nimage_height: 480\ncamera_matrix: {rows: 3, cols: 3, data: [0, 0, 0, 0, 0, 0, 0, 0, 0]}\n";
+    let zeros = "image_width: 640\nimage_height: 480\n\
+        camera_matrix: {rows: 3, cols: 3, data: [0, 0, 0, 0, 0, 0, 0, 0, 0]}\n";
     let error = parsed(zeros).unwrap_err();
     assert!(
         error.contains("this camera has not been calibrated"),
@@ -639,12 +655,14 @@ fn what_is_no_calibration_or_none_yet_is_said() {
 
 #[test]
 fn the_unit_of_anipose_is_assumed_and_said_or_named() {
-    let camera = "size = [640, 480]\nmatrix = [[650.0, 0.0, 319.5], [0.0, 660.0, 239.5], [0.0, 0.0, 1.0]]\ndistortions = [0.0, 0.0, 0.0, 0.0, 0.0]\n";
+    let camera = "size = [640, 480]\nmatrix = [[650.0, 0.0, 319.5], [0.0, 660.0, 239.5], [0.0, \
+        0.0, 1.0]]\ndistortions = [0.0, 0.0, 0.0, 0.0, 0.0]\n";
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("calibration.toml");
     let read = |x: f64, unit: &str| {
         let text = format!(
-            "[cam_0]\n{camera}rotation = [0.0, 0.0, 0.0]\ntranslation = [{x}, 0.0, 0.0]\n[metadata]\nadjusted = false\n{unit}"
+            "[cam_0]\n{camera}rotation = [0.0, 0.0, 0.0]\ntranslation = [{x}, 0.0, 0.0]\n\
+             [metadata]\nadjusted = false\n{unit}"
         );
         std::fs::write(&file, text).unwrap();
         let assumed = crate::assumptions(&file).map(|all| all.join("; "));
@@ -670,19 +688,24 @@ fn the_unit_of_anipose_is_assumed_and_said_or_named() {
 
 #[test]
 fn models_without_a_counterpart_are_named() {
-    let omni = "front:\n  camera_model: omni\n  distortion_coeffs: [-0.04, 0.12, 0.0, 0.0]\n  distortion_model: radtan\n  intrinsics: [1.6, 2010.5, 2011.0, 1220.0, 1021.0]\n  resolution: [2448, 2048]\n  rostopic: /front\n";
+    let omni = "front:\n  camera_model: omni\n  distortion_coeffs: [-0.04, 0.12, 0.0, 0.0]\n  \
+        distortion_model: radtan\n  intrinsics: [1.6, 2010.5, 2011.0, 1220.0, 1021.0]\n  \
+        resolution: [2448, 2048]\n  rostopic: /front\n";
     assert!(
         parsed(omni)
             .unwrap_err()
             .contains("front.camera_model: the camera model `omni` has no counterpart")
     );
-    let mei = "%YAML:1.0\n---\nmodel_type: MEI\ncamera_name: camera\nimage_width: 752\nimage_height: 480\nmirror_parameters:\n   xi: 1.2\n";
+    let mei = "%YAML:1.0\n---\nmodel_type: MEI\ncamera_name: camera\nimage_width: 752\n\
+        image_height: 480\nmirror_parameters:\n   xi: 1.2\n";
     assert!(
         parsed(mei)
             .unwrap_err()
             .contains("the camera model `MEI` has no counterpart")
     );
-    let vins = "%YAML:1.0\n---\nmodel_type: PINHOLE\ncamera_name: camera\nimage_width: 752\nimage_height: 480\ndistortion_parameters:\n   k1: -0.1\n   k2: 0.02\n   p1: 0.001\n   p2: -0.001\nprojection_parameters:\n   fx: 460.0\n   fy: 461.0\n   cx: 367.0\n   cy: 248.0\n";
+    let vins = "%YAML:1.0\n---\nmodel_type: PINHOLE\ncamera_name: camera\nimage_width: 752\n\
+        image_height: 480\ndistortion_parameters:\n   k1: -0.1\n   k2: 0.02\n   p1: 0.001\n   \
+        p2: -0.001\nprojection_parameters:\n   fx: 460.0\n   fy: 461.0\n   cx: 367.0\n   cy: 248.0\n";
     let (format, rig) = parsed(vins).unwrap();
     assert_eq!(format, ForeignFormat::Camodocal);
     assert_eq!(

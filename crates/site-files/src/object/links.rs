@@ -247,7 +247,8 @@ link = "upper"
 
     #[test]
     fn wrong_arms_are_refused_with_line_key_and_remedy() {
-        let fixed = "\n[[joint]]\nid = \"second\"\nkind = \"fixed\"\nparent = \"base\"\nchild = \"upper\"\n[[tag]]\nfamily = \"tag36h11\"\nid = 3";
+        let fixed = "\n[[joint]]\nid = \"second\"\nkind = \"fixed\"\nparent = \"base\"\n\
+            child = \"upper\"\n[[tag]]\nfamily = \"tag36h11\"\nid = 3";
         for (from, to, expected) in [
             (
                 "id = \"upper\"",

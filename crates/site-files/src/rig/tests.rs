@@ -234,7 +234,8 @@ fn wrong_cameras_are_refused_with_line_key_and_remedy() {
         (
             "[[camera]]\nid = \"south\"",
             "[[camra]]\nid = \"south\"",
-            "rig.toml:8:3: camra: unknown field `camra`, expected one of `exact`, `scale_sigma`, `camera`; did you mean `camera`?",
+            "rig.toml:8:3: camra: unknown field `camra`, expected one of `exact`, `scale_sigma`, \
+             `camera`; did you mean `camera`?",
         ),
         ("[[camera]]", "[[camera]", "rig.toml:2:"),
     ] {

@@ -4,7 +4,7 @@ use super::*;
 use crate::limits::{SILENCE_NS, TAGS};
 use proptest::prelude::*;
 use sextant_proto::{
-    CameraStatus, Keys, Kind, Message, ObjectPose, ObjectTagConfig, Observations, encode,
+    CameraStatus, Keys, Message, MessageKind, ObjectPose, ObjectTagConfig, Observations, encode,
 };
 use sextant_site_report::State;
 use sextant_tag_families::Family;
@@ -413,7 +413,7 @@ fn any_payload() -> impl Strategy<Value = Vec<u8>> {
         }
         bytes
     });
-    let kind = prop::sample::select(Kind::ALL.to_vec());
+    let kind = prop::sample::select(MessageKind::ALL.to_vec());
     let body = prop::collection::vec(any::<u8>(), 0..200);
     let framed =
         (kind, body.clone()).prop_map(|(kind, body)| [vec![0x53, 1, kind as u8, 0], body].concat());
@@ -421,7 +421,8 @@ fn any_payload() -> impl Strategy<Value = Vec<u8>> {
 }
 
 proptest! {
-    /// Any payloads and tokens at any times: no panic, nothing kept that its key does not name, and each refusal counted.
+    /// Any payloads and tokens at any times: no panic, nothing kept that its key does not name, and each refusal
+    /// counted.
     #[test]
     fn any_bytes_do_no_harm(
         events in prop::collection::vec(

@@ -1,11 +1,12 @@
 //! Reference of timestamps, and the middle of the exposure, which is the capture time everywhere else.
 //!
-//! Rows are exposed one after the other, each for the exposure time T; the readout R = (rows - 1) line delays is the delay of the last row
-//! relative to the first (0 with a global shutter). The image starts with the exposure of the first row and ends with that of the last one,
-//! T + R later; the middle of the middle row is (T + R) / 2 from either end, whatever the direction of readout.
+//! Rows are exposed one after the other, each for the exposure time T; the readout R = (rows - 1) line delays is the
+//! delay of the last row relative to the first (0 with a global shutter). The image starts with the exposure of the
+//! first row and ends with that of the last one, T + R later; the middle of the middle row is (T + R) / 2 from either
+//! end, whatever the direction of readout.
 //!
-//! Nothing else depends on T. A point that moves at constant velocity appears where it is in the middle of the exposure;
-//! an acceleration a displaces it by a T^2 / 24 (the second order of the mean), at 10 ms and 1 g by 0.04 mm.
+//! Nothing else depends on T. A point that moves at constant velocity appears where it is in the middle of the
+//! exposure; an acceleration a displaces it by a T^2 / 24 (the second order of the mean), at 10 ms and 1 g by 0.04 mm.
 
 use serde::{Deserialize, Serialize};
 

@@ -8,7 +8,8 @@ use std::path::PathBuf;
 pub enum SecurityError {
     /// The profile needs keys.
     #[error(
-        "[security] profile \"{profile}\" needs keys: make some with `sextant keys add DIR NAME --role ROLE` and name their folder, keys = \"DIR/NAME\" (--keys DIR/NAME on the command line)"
+        "[security] profile \"{profile}\" needs keys: make some with `sextant keys add DIR NAME \
+         --role ROLE` and name their folder, keys = \"DIR/NAME\" (--keys DIR/NAME on the command line)"
     )]
     NoKeys {
         /// The profile's word.
@@ -16,14 +17,16 @@ pub enum SecurityError {
     },
     /// The profile makes no use of keys.
     #[error(
-        "[security] profile \"{profile}\" makes no use of keys: write profile = \"site\" (certificates) or \"lab\" (user and password), or remove keys"
+        "[security] profile \"{profile}\" makes no use of keys: write profile = \"site\" \
+         (certificates) or \"lab\" (user and password), or remove keys"
     )]
     KeysWithoutUse {
         /// The profile's word.
         profile: &'static str,
     },
     /// The folder is no folder of keys.
-    #[error("{}: these are no keys of a node ({cause}); name a folder that `sextant keys add` has made", path.display())]
+    #[error("{}: these are no keys of a node ({cause}); name a folder that `sextant keys add` \
+        has made", path.display())]
     NotKeys {
         /// The folder.
         path: PathBuf,
@@ -37,7 +40,8 @@ pub enum SecurityError {
         path: PathBuf,
     },
     /// Keys of another node or site.
-    #[error("{}: these are the keys of {found}, but {expected} is configured; name the folder of its own keys", path.display())]
+    #[error("{}: these are the keys of {found}, but {expected} is configured; name the folder of \
+        its own keys", path.display())]
     OtherIdentity {
         /// The folder.
         path: PathBuf,
@@ -48,7 +52,9 @@ pub enum SecurityError {
     },
     /// A process that would let in everybody on the network.
     #[error(
-        "{endpoint} can be reached from other machines, and [security] profile \"demo\" lets everybody in: choose profile = \"site\" or \"lab\" (docs/security-setup.md), listen on 127.0.0.1, or write profile = \"open\" to let everybody in knowingly"
+        "{endpoint} can be reached from other machines, and [security] profile \"demo\" lets \
+         everybody in: choose profile = \"site\" or \"lab\" (docs/security-setup.md), listen on \
+         127.0.0.1, or write profile = \"open\" to let everybody in knowingly"
     )]
     OpenDoor {
         /// The endpoint.
@@ -68,7 +74,8 @@ pub enum SecurityError {
     },
     /// A node that listens without knowing the members.
     #[error(
-        "{}: only keys of the role fusion can be a router's: they include the list of members; create them with `sextant keys add DIR NAME --role fusion`", path.display()
+        "{}: only keys of the role fusion can be a router's: they include the list of members; \
+         create them with `sextant keys add DIR NAME --role fusion`", path.display()
     )]
     NotARouter {
         /// The folder of keys.

@@ -140,8 +140,8 @@ pub(super) fn access_control<'a>(
 
 const HINTS: &str = "hints";
 
-/// Declarations that a router forwards between its links, without which nothing flows: subscriptions, queryables, and queries on their
-/// way to those who may answer.
+/// Declarations that a router forwards between its links, without which nothing flows: subscriptions, queryables, and
+/// queries on their way to those who may answer.
 fn hints(keys: &Keys) -> Value {
     let messages = [
         "declare_subscriber",

@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn a_demo_that_listens_to_the_network_is_told_what_to_do() {
+    fn a_demo_that_listens_to_the_network_gets_a_remedy() {
         let network = BusOptions::router_on("tcp/0.0.0.0:7447");
         let words = check(Profile::Demo, &network, &network.listen).unwrap_err();
         assert!(words.to_string().contains("profile = \"open\""), "{words}");

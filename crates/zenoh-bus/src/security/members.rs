@@ -13,7 +13,8 @@ pub enum Role {
     Camera,
     /// Publishes poses and configuration, reads everything; can be the router.
     Fusion,
-    /// Is a router apart from the fusion nodes. Passes on what the members behind it may publish and read, which it enforces itself.
+    /// Is a router apart from the fusion nodes. Passes on what the members behind it may publish and read, which it
+    /// enforces itself.
     Router,
     /// Reads everything.
     Viewer,
@@ -71,8 +72,8 @@ pub struct Member {
     pub name: NodeId,
     /// Its role.
     pub role: Role,
-    /// Common name of its certificate, `<name>.<number>`, and its user name. A name that is added again after a revocation gets the
-    /// next number, so that its former keys stay revoked.
+    /// Common name of its certificate, `<name>.<number>`, and its user name. A name that is added again after a
+    /// revocation gets the next number, so that its former keys stay revoked.
     pub common_name: String,
     /// End of its certificate's validity, seconds since the Unix epoch.
     pub valid_until_s: u64,

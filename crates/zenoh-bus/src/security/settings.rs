@@ -36,7 +36,8 @@ pub(crate) fn check_overrides(options: &BusOptions, security: &Security) -> Resu
         Some(key) => Err(BusError::Override {
             key: key.clone(),
             cause: format!(
-                "[security] profile \"{}\" sets this; remove the override, or write profile = \"open\" and set everything by hand",
+                "[security] profile \"{}\" sets this; remove the override, or write profile = \
+                 \"open\" and set everything by hand",
                 security.profile.name()
             ),
         }),
@@ -64,7 +65,11 @@ pub(crate) fn settings(
     };
     if is_router {
         let members = members(keys)?;
-        let rules = access_control(&Keys::of(keys.site.clone()), members.accepted(), proof);
+        let rules = access_control(
+            &Keys::for_site(keys.site.clone()),
+            members.accepted(),
+            proof,
+        );
         settings.push(("access_control", rules.to_string()));
     }
     Ok(settings)
@@ -105,7 +110,8 @@ fn certificates(keys: &NodeKeys) -> Vec<(&'static str, String)> {
         ("transport/link/tls/listen_private_key", key.clone()),
         ("transport/link/tls/connect_certificate", certificate),
         ("transport/link/tls/connect_private_key", key),
-        // Zenoh also trusts the public web authorities for a router's certificate; only the name excludes certificates of their customers.
+        // Zenoh also trusts the public web authorities for a router's certificate; only the name excludes certificates
+        // of their customers.
         ("transport/link/tls/verify_name_on_connect", "true".into()),
         ("transport/link/tls/close_link_on_expiration", "true".into()),
     ]

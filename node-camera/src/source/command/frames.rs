@@ -1,5 +1,5 @@
-//! Images out of a stream of bytes that a program writes. Planes go straight from the pipe into the image; only JPEGs and
-//! headers are kept on their way.
+//! Images out of a stream of bytes that a program writes. Planes go straight from the pipe into the image; only JPEGs
+//! and headers are kept on their way.
 
 use super::jpeg_stream::JpegStream;
 use crate::config::StreamFormat;
@@ -10,16 +10,16 @@ const CHUNK_BYTES: usize = 64 << 10;
 /// The longest header of a YUV4MPEG2 stream.
 const MAX_LINE_BYTES: usize = 4096;
 
-/// Reads images from a stream: [`FrameReader::room`] says where the next bytes go, [`FrameReader::filled`] that they are
-/// there, and [`FrameReader::complete`] whether that makes an image.
+/// Reads images from a stream: [`FrameReader::room`] says where the next bytes go, [`FrameReader::filled`] that they
+/// are there, and [`FrameReader::complete`] whether that makes an image.
 #[derive(Debug)]
 pub(super) struct FrameReader {
-    kind: Kind,
+    kind: FrameKind,
     chunk: Box<[u8]>,
 }
 
 #[derive(Debug)]
-enum Kind {
+enum FrameKind {
     Planes(Planes),
     Y4m {
         line: Vec<u8>,
@@ -46,16 +46,16 @@ impl FrameReader {
     /// A reader of a format; a size that is given holds. Rows of raw planes have the length, bytes.
     pub(super) fn new(format: StreamFormat, size: Option<[usize; 2]>, row_length: usize) -> Self {
         let size_of_planes = size.unwrap_or_default();
-        let planes = |chroma| Kind::Planes(Planes::new(size_of_planes, row_length, chroma));
+        let planes = |chroma| FrameKind::Planes(Planes::new(size_of_planes, row_length, chroma));
         let kind = match format {
             StreamFormat::Grey => planes(Chroma::None),
             StreamFormat::Yuv420 => planes(Chroma::Quarter),
-            StreamFormat::Y4m => Kind::Y4m {
+            StreamFormat::Y4m => FrameKind::Y4m {
                 line: Vec::new(),
                 planes: None,
                 is_in_planes: false,
             },
-            StreamFormat::Mjpeg => Kind::Jpegs(Box::new(Jpegs {
+            StreamFormat::Mjpeg => FrameKind::Jpegs(Box::new(Jpegs {
                 stream: JpegStream::default(),
                 first: None,
                 decoder: size.map(jpeg_decoder),
@@ -70,36 +70,36 @@ impl FrameReader {
     /// Width and height, once they are known.
     pub(super) fn size(&self) -> Option<[usize; 2]> {
         match &self.kind {
-            Kind::Planes(planes) => Some(planes.size),
-            Kind::Y4m { planes, .. } => planes.as_ref().map(|planes| planes.size),
-            Kind::Jpegs(jpegs) => jpegs.decoder.as_ref().map(|(_, size)| *size),
+            FrameKind::Planes(planes) => Some(planes.size),
+            FrameKind::Y4m { planes, .. } => planes.as_ref().map(|planes| planes.size),
+            FrameKind::Jpegs(jpegs) => jpegs.decoder.as_ref().map(|(_, size)| *size),
         }
     }
 
     /// Whether some bytes of an image are there, and not all.
     pub(super) fn is_within_image(&self) -> bool {
         match &self.kind {
-            Kind::Planes(planes) => planes.at > 0,
-            Kind::Y4m {
+            FrameKind::Planes(planes) => planes.at > 0,
+            FrameKind::Y4m {
                 line,
                 planes,
                 is_in_planes,
             } => planes.is_some() && (*is_in_planes || !line.is_empty()),
-            Kind::Jpegs(jpegs) => jpegs.stream.is_within_image(),
+            FrameKind::Jpegs(jpegs) => jpegs.stream.is_within_image(),
         }
     }
 
     /// Where the next bytes of the stream go; never empty unless `pixels` are too few.
     pub(super) fn room<'a>(&'a mut self, pixels: &'a mut [u8]) -> &'a mut [u8] {
         match &self.kind {
-            Kind::Planes(planes) => planes.room(pixels, &mut self.chunk),
-            Kind::Y4m {
+            FrameKind::Planes(planes) => planes.room(pixels, &mut self.chunk),
+            FrameKind::Y4m {
                 planes: Some(planes),
                 is_in_planes: true,
                 ..
             } => planes.room(pixels, &mut self.chunk),
-            Kind::Y4m { .. } => &mut self.chunk[..1],
-            Kind::Jpegs(_) => &mut self.chunk,
+            FrameKind::Y4m { .. } => &mut self.chunk[..1],
+            FrameKind::Jpegs(_) => &mut self.chunk,
         }
     }
 
@@ -109,13 +109,13 @@ impl FrameReader {
     /// A header that says nothing that is known here.
     pub(super) fn filled(&mut self, count: usize) -> Result<(), NotThatFormat> {
         match &mut self.kind {
-            Kind::Planes(planes) => planes.at += count,
-            Kind::Y4m {
+            FrameKind::Planes(planes) => planes.at += count,
+            FrameKind::Y4m {
                 planes: Some(planes),
                 is_in_planes: true,
                 ..
             } => planes.at += count,
-            Kind::Y4m {
+            FrameKind::Y4m {
                 line,
                 planes,
                 is_in_planes,
@@ -137,7 +137,7 @@ impl FrameReader {
                     line.clear();
                 }
             }
-            Kind::Jpegs(jpegs) => jpegs.push(&self.chunk[..count])?,
+            FrameKind::Jpegs(jpegs) => jpegs.push(&self.chunk[..count])?,
         }
         Ok(())
     }
@@ -145,8 +145,8 @@ impl FrameReader {
     /// Whether an image is complete; it then is in `pixels`, or it was broken.
     pub(super) fn complete(&mut self, pixels: &mut [u8]) -> Option<Result<(), Broken>> {
         match &mut self.kind {
-            Kind::Planes(planes) => planes.take().then_some(Ok(())),
-            Kind::Y4m {
+            FrameKind::Planes(planes) => planes.take().then_some(Ok(())),
+            FrameKind::Y4m {
                 planes: Some(planes),
                 is_in_planes,
                 ..
@@ -155,8 +155,8 @@ impl FrameReader {
                 *is_in_planes &= !is_complete;
                 is_complete.then_some(Ok(()))
             }
-            Kind::Y4m { planes: None, .. } => None,
-            Kind::Jpegs(jpegs) => jpegs.complete(pixels),
+            FrameKind::Y4m { planes: None, .. } => None,
+            FrameKind::Jpegs(jpegs) => jpegs.complete(pixels),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! JPEGs one after the other in a stream of bytes, cut where each begins and ends.
 //!
-//! An image is followed segment by segment, so that a thumbnail within it does not end it. What is no JPEG is passed over up
-//! to the next beginning.
+//! An image is followed segment by segment, so that a thumbnail within it does not end it. What is no JPEG is passed
+//! over up to the next beginning.
 
 use std::ops::Range;
 
@@ -235,8 +235,13 @@ mod tests {
 
     proptest! {
         #[test]
-        fn any_bytes_are_taken(stream in proptest::collection::vec(
-            prop_oneof![Just(0xff_u8), Just(SOI), Just(EOI), Just(SOS), Just(0), Just(2), any::<u8>()], 0..300), piece in 1usize..40) {
+        fn any_bytes_are_taken(
+            stream in proptest::collection::vec(
+                prop_oneof![Just(0xff_u8), Just(SOI), Just(EOI), Just(SOS), Just(0), Just(2), any::<u8>()],
+                0..300,
+            ),
+            piece in 1usize..40,
+        ) {
             let pieces = cut(&stream, piece);
             prop_assert_eq!(&pieces, &cut(&stream, stream.len().max(1)));
             for image in pieces {

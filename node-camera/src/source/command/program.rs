@@ -224,6 +224,7 @@ fn never_block(fd: BorrowedFd<'_>) -> io::Result<()> {
 }
 
 fn enlarge(fd: BorrowedFd<'_>) {
-    // SAFETY: fcntl with this command touches no memory of ours; the descriptor is open. A refusal leaves the pipe as it is.
+    // SAFETY: fcntl with this command touches no memory of ours; the descriptor is open. A refusal leaves the pipe as
+    // it is.
     unsafe { libc::fcntl(fd.as_raw_fd(), libc::F_SETPIPE_SZ, PIPE_BYTES) };
 }

@@ -1,4 +1,5 @@
-//! How long the rows of a raw stream are. Nothing in it says so, and a wrong length shears the picture so that no tag is found.
+//! How long the rows of a raw stream are. Nothing in it says so, and a wrong length shears the picture so that no tag
+//! is found.
 
 use crate::config::StreamFormat;
 

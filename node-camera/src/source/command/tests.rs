@@ -40,7 +40,7 @@ fn run(config: &CommandConfig) -> (Vec<Vec<u8>>, SourceError) {
 }
 
 #[test]
-fn a_programs_images_arrive_and_its_end_is_told_with_its_last_words() {
+fn a_programs_images_arrive_and_its_end_is_reported_with_its_last_words() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("frames");
     let frames: Vec<u8> = (0..3).flat_map(|n| vec![n * 40; 16 * 16]).collect();

@@ -1,5 +1,5 @@
-//! The luma of a JPEG, decoded straight into the image; the chroma is never unpacked. The decoder allocates tables and some
-//! rows for each image.
+//! The luma of a JPEG, decoded straight into the image; the chroma is never unpacked. The decoder allocates tables and
+//! some rows for each image.
 
 use zune_jpeg::JpegDecoder;
 use zune_jpeg::zune_core::bytestream::ZCursor;

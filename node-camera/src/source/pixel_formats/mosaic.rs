@@ -8,10 +8,10 @@
 //!     1 2 1
 //! ```
 //!
-//! Whatever its place in the mosaic, a half of that weight falls on green, a quarter each on red and blue: every pixel is
-//! (R + 2 G + B) / 4 of its surroundings. So a grey scene under light of any colour has no pattern left in it without a
-//! white balance, edges stay where they are (the weights are symmetric), and the order of the colours does not matter.
-//! Beyond an edge the image is mirrored about its outermost pixel, which keeps the mosaic going.
+//! Whatever its place in the mosaic, a half of that weight falls on green, a quarter each on red and blue: every pixel
+//! is (R + 2 G + B) / 4 of its surroundings. So a grey scene under light of any colour has no pattern left in it
+//! without a white balance, edges stay where they are (the weights are symmetric), and the order of the colours does
+//! not matter. Beyond an edge the image is mirrored about its outermost pixel, which keeps the mosaic going.
 
 /// The filter, with its rows of partial sums.
 #[derive(Debug)]

@@ -1,5 +1,5 @@
-//! Samples in rows of bytes: of one byte among others, of words, packed as MIPI CSI-2 packs them, or in colours. Each comes
-//! out as its eight most significant bits.
+//! Samples in rows of bytes: of one byte among others, of words, packed as MIPI CSI-2 packs them, or in colours. Each
+//! comes out as its eight most significant bits.
 
 use super::{Broken, Geometry};
 
@@ -14,7 +14,8 @@ pub(crate) enum Samples {
     Packed10,
     /// Two samples of 12 bits in three bytes: their upper eight bits, then their lower four together.
     Packed12,
-    /// Red, green and blue bytes among `step`; the sample is their luma after ITU-R BT.601, (77 R + 150 G + 29 B) / 256.
+    /// Red, green and blue bytes among `step`; the sample is their luma after ITU-R BT.601, (77 R + 150 G + 29 B)
+    /// / 256.
     Rgb {
         step: usize,
         red: usize,

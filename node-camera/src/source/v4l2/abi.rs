@@ -1,8 +1,9 @@
 //! The kernel's side: `linux/videodev2.h` as far as a capture needs it, for 32-bit and 64-bit hosts.
 //!
-//! A buffer's time stamp is two C longs on 64-bit hosts. On 32-bit hosts there are two layouts: two 32-bit numbers, of all
-//! kernels before 5.6 and of newer ones with `CONFIG_COMPAT_32BIT_TIME`; and two 64-bit numbers, of kernels from 5.6 on.
-//! The size within a call's number tells them apart, whatever the C library of this program takes a `time_t` for.
+//! A buffer's time stamp is two C longs on 64-bit hosts. On 32-bit hosts there are two layouts: two 32-bit numbers, of
+//! all kernels before 5.6 and of newer ones with `CONFIG_COMPAT_32BIT_TIME`; and two 64-bit numbers, of kernels from
+//! 5.6 on. The size within a call's number tells them apart, whatever the C library of this program takes a `time_t`
+//! for.
 
 use std::ffi::{c_int, c_long, c_ulong};
 

@@ -55,8 +55,8 @@ pub(super) fn name(control: &Control) -> String {
     spaced.split_whitespace().collect::<Vec<_>>().join("_")
 }
 
-/// Sets what is configured and returns what the camera has now. What it refuses is logged, since it goes on with its own
-/// value. `before` is the configuration until now: what is no longer configured returns to the driver's default.
+/// Sets what is configured and returns what the camera has now. What it refuses is logged, since it goes on with its
+/// own value. `before` is the configuration until now: what is no longer configured returns to the driver's default.
 ///
 /// # Errors
 /// A control that the camera does not have, and a value beyond its range.

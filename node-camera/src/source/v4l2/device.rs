@@ -1,5 +1,5 @@
-//! What a capture asks of a video device: the requests of Video4Linux in terms of their meaning. [`super::kernel`] makes
-//! them of the kernel; tests make them of a fake.
+//! What a capture asks of a video device: the requests of Video4Linux in terms of their meaning. [`super::kernel`]
+//! makes them of the kernel; tests make them of a fake.
 
 use std::io;
 use std::time::Duration;

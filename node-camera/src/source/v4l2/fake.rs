@@ -28,11 +28,11 @@ pub(super) struct FakeImage {
 /// The camera; clones are one.
 #[derive(Debug, Clone)]
 pub(super) struct FakeDevice {
-    pub(super) state: Rc<State>,
+    pub(super) state: Rc<FakeState>,
 }
 
 #[derive(Debug)]
-pub(super) struct State {
+pub(super) struct FakeState {
     pub(super) api: Api,
     pub(super) offered: Vec<Offered>,
     /// Whether it lists its formats.
@@ -57,8 +57,8 @@ impl FakeDevice {
         Self::with(offered, |_| {})
     }
 
-    pub(super) fn with(offered: &[Offered], change: impl FnOnce(&mut State)) -> Self {
-        let mut state = State {
+    pub(super) fn with(offered: &[Offered], change: impl FnOnce(&mut FakeState)) -> Self {
+        let mut state = FakeState {
             api: Api::SinglePlanar,
             offered: offered.to_vec(),
             lists: true,

@@ -204,7 +204,7 @@ impl Device for KernelDevice {
         let mut format: abi::Format = abi::zeroed();
         format.kind = kind(api);
         // Size, code and field are the first four numbers of either layout.
-        let wish = abi::PixFormat {
+        let requested = abi::PixFormat {
             width,
             height,
             pixelformat: u32::from_le_bytes(fourcc),
@@ -213,7 +213,7 @@ impl Device for KernelDevice {
             sizeimage: 0,
             rest: [0; 6],
         };
-        format.fmt.pix = wish;
+        format.fmt.pix = requested;
         self.call(abi::S_FMT, &mut format)?;
         // SAFETY: the kernel answers in the layout of the kind that was asked for; any bytes are valid integers.
         let (pix, planes) = unsafe { (format.fmt.pix, format.fmt.planes) };

@@ -4,7 +4,8 @@ use super::device::{Api, Device, Format, Fraction, Intervals, Sizes};
 use crate::config::V4l2Config;
 use crate::source::pixel_formats::{Coding, FORMATS, PixelFormat};
 
-/// More entries than any camera has, of each list: a driver that never says that it was the last is not followed further.
+/// More entries than any camera has, of each list: a driver that never says that it was the last is not followed
+/// further.
 const MOST_ENTRIES: u32 = 256;
 
 /// Rates that are equal but for their rounding.
@@ -42,8 +43,8 @@ pub(super) fn rates_hz(device: &impl Device, fourcc: [u8; 4], size: [u32; 2]) ->
     rates
 }
 
-/// Sets the best format in exactly the size that is wished. Where a rate is wished, formats in which the camera reaches it
-/// come first: over USB many cameras are slow in all formats but JPEG.
+/// Sets the best format in exactly the size that is wished. Where a rate is wished, formats in which the camera reaches
+/// it come first: over USB many cameras are slow in all formats but JPEG.
 ///
 /// # Errors
 /// What the camera offers instead, in words.
@@ -98,7 +99,7 @@ fn refusal(offers: &[Offer], config: &V4l2Config) -> String {
     };
     let readable = offers
         .iter()
-        .filter(|offer| PixelFormat::of(offer.fourcc).is_some());
+        .filter(|offer| PixelFormat::from_fourcc(offer.fourcc).is_some());
     let readable: Vec<String> = readable.map(Offer::to_string).collect();
     if readable.is_empty() {
         let names = offers.iter().map(|offer| PixelFormat::name(offer.fourcc));
@@ -112,7 +113,8 @@ fn refusal(offers: &[Offer], config: &V4l2Config) -> String {
         };
     }
     format!(
-        "{wished}; it has {}. Write one of these sizes as resolution{} into the file; `sextant camera --probe` shows all with their rates",
+        "{wished}; it has {}. Write one of these sizes as resolution{} into the file; `sextant \
+         camera --probe` shows all with their rates",
         readable.join("; "),
         if config.format.is_some() {
             ", and its format, or leave format out,"

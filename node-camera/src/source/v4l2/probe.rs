@@ -122,7 +122,7 @@ pub(super) fn describe(device: &impl Device, file: &Path) -> std::io::Result<Opt
         };
         CameraFormat {
             format: PixelFormat::name(offer.fourcc),
-            is_readable: PixelFormat::of(offer.fourcc).is_some(),
+            is_readable: PixelFormat::from_fourcc(offer.fourcc).is_some(),
             sizes: sizes.map(size).collect(),
         }
     });
@@ -224,18 +224,29 @@ impl Camera {
         if let Some(rate_hz) = chosen_rate(size) {
             let _ = writeln!(text, "rate_hz = {rate_hz:?}");
         }
-        text += "# exposure_us = 4000          # short against motion blur, with light enough; left out: the camera's choice\n";
+        text += "# exposure_us = 4000          # short against motion blur, with light enough; \
+            left out: the camera's choice\n";
         text += &self.gain_line();
         text += &self.control_lines();
-        text += "\n[network]\nmode = \"client\"\nconnect = [\"tcp/127.0.0.1:7447\"]  # the site's router: the machine of the fusion node\n";
+        text += "\n[network]\nmode = \"client\"\nconnect = [\"tcp/127.0.0.1:7447\"]  # the \
+            site's router: the machine of the fusion node\n";
         Some(text)
     }
 
     fn gain_line(&self) -> String {
         let gain = self.controls.iter().find(|control| control.name == "gain");
-        gain.map_or_else(String::new, |CameraControl { range: [least, most], .. }| {
-            format!("# gain = {least}                    # {least} to {most}, in the driver's units; left out: the camera's choice\n")
-        })
+        gain.map_or_else(
+            String::new,
+            |CameraControl {
+                 range: [least, most],
+                 ..
+             }| {
+                format!(
+                    "# gain = {least}                    # {least} to {most}, in the driver's \
+                units; left out: the camera's choice\n"
+                )
+            },
+        )
     }
 
     /// A lens that focuses by itself has another calibration each time.

@@ -116,7 +116,7 @@ fn images_of_every_raw_layout_arrive() {
 fn the_best_format_that_is_fast_enough_is_chosen() {
     let chosen = |offered: &[Offered], config: &V4l2Config| {
         let device = FakeDevice::new(offered);
-        Setup::of(&device, config).unwrap().format.fourcc
+        Setup::choose(&device, config).unwrap().format.fourcc
     };
     let offered = [
         (*b"MJPG", SIZE, 60),
@@ -142,7 +142,7 @@ fn the_best_format_that_is_fast_enough_is_chosen() {
 fn a_camera_that_lists_nothing_is_asked_for_each_format() {
     let device = FakeDevice::with(&[(*b"UYVY", SIZE, 30)], |state| state.lists = false);
     assert_eq!(
-        Setup::of(&device, &config()).unwrap().format.fourcc,
+        Setup::choose(&device, &config()).unwrap().format.fourcc,
         *b"UYVY"
     );
 }

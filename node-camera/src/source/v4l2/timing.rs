@@ -19,7 +19,7 @@ pub(super) enum Stamp {
 }
 
 impl Stamp {
-    pub(super) fn of(buffer: &Buffer) -> Self {
+    pub(super) fn from_buffer(buffer: &Buffer) -> Self {
         if buffer.flags & FLAG_TIMESTAMP_MASK != FLAG_TIMESTAMP_MONOTONIC {
             return Self::None;
         }
@@ -78,7 +78,7 @@ mod tests {
     use super::*;
 
     fn stamped(flags: u32) -> Stamp {
-        Stamp::of(&Buffer {
+        Stamp::from_buffer(&Buffer {
             index: 0,
             flags,
             timestamp: [2, 5],
@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn only_the_monotonic_clock_is_believed() {
+    fn only_the_monotonic_clock_is_accepted() {
         assert_eq!(stamped(0), Stamp::None);
         assert_eq!(stamped(0x4000), Stamp::None);
         assert_eq!(stamped(0x2000), Stamp::EndOfFrame(2_000_005_000));

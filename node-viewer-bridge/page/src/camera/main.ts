@@ -1,4 +1,5 @@
-// The page that makes a browser a camera of the site: asks, shows what the camera sees, stops in the background and comes back by itself.
+// The page that makes a browser a camera of the site: asks, shows what the camera sees, stops in the background and
+// comes back by itself.
 
 import "../theme.ts";
 import "../style.css";

@@ -1,4 +1,5 @@
-// Grey pixels of an image in the detector's memory: the first plane of a camera's own format without a copy in between, else by a canvas.
+// Grey pixels of an image in the detector's memory: the first plane of a camera's own format without a copy in between,
+// else by a canvas.
 
 import type { Detector, Tag } from "../../../../clients/web/dist/sextant.js";
 

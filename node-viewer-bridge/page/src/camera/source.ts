@@ -45,7 +45,8 @@ export class Source {
       this.#handle = this.video.requestVideoFrameCallback(next);
       this.captured++;
       if (!isWanted()) return;
-      // Browsers state when a local camera took the image, as its driver says; else, or by a clock that is not the page's, this is the best that is known.
+      // Browsers state when a local camera took the image, as its driver says; else, or by a clock that is not the
+      // page's, this is the best that is known.
       const captured = metadata.captureTime ?? -Infinity;
       const latency = performance.now() - captured;
       const isArrival = !(latency >= 0 && latency < LONGEST_LATENCY_MS);

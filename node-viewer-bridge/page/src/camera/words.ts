@@ -58,5 +58,8 @@ export interface Unread {
 
 export type FromWorker = DetectionResult | Report | Link | Unread | { type: "ready" } | { type: "failed"; cause: string };
 
-/** Now, ms since the Unix epoch by a clock that does not step. The page's and a worker's may differ by how the device's was set between their beginnings. */
+/**
+ * Now, ms since the Unix epoch by a clock that does not step. The page's and a worker's may differ by how the device's
+ * was set between their beginnings.
+ */
 export const nowMs = () => performance.timeOrigin + performance.now();

@@ -70,7 +70,10 @@ class Camera {
     }
   }
 
-  /** Looks for tags of the wanted families, as far as the detector reads them. Between images only: it forgets the pixels. */
+  /**
+   * Looks for tags of the wanted families, as far as the detector reads them. Between images only: it forgets the
+   * pixels.
+   */
   #lookForFamilies(): void {
     if (this.#wanted.join() === this.#families) return;
     this.#families = this.#wanted.join();

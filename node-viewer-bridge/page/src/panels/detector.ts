@@ -1,5 +1,5 @@
-// What a camera's detector made of its last image: where the time went, how many candidates there were, why some were turned
-// down. Shown under the enlarged picture, over which the candidates are drawn in the same colours.
+// What a camera's detector made of its last image: where the time went, how many candidates there were, why some were
+// turned down. Shown under the enlarged picture, over which the candidates are drawn in the same colours.
 
 import { fixed, magnitude, plural } from "../format.ts";
 import { CAUSE, STAGE_TIME } from "../palette.ts";

@@ -1,5 +1,5 @@
-// A camera's live picture with tag outlines and ids over it, and on request what the detector turned down. One picture is decoded at a time; newer ones replace waiting
-// ones, so that a slow machine skips pictures and holds none back.
+// A camera's live picture with tag outlines and ids over it, and on request what the detector turned down. One picture
+// is decoded at a time; newer ones replace waiting ones, so that a slow machine skips pictures and holds none back.
 
 import { onPicture, SPAN_NS } from "../matching.ts";
 import { CAUSE, STRANGER } from "../palette.ts";
@@ -114,7 +114,9 @@ export class Picture {
     this.overlay.dataset["rejected"] = String(rejected.length);
   }
 
-  /** What was turned down in the shown image or one beside it; those that came furthest last, so that they lie on top. */
+  /**
+   * What was turned down in the shown image or one beside it; those that came furthest last, so that they lie on top.
+   */
   private rejected(): RejectedCandidate[] {
     if (!this.withRejected || this.shownAt_ns === null) return [];
     return [...(this.camera.reports.near(this.shownAt_ns)?.examples ?? [])].reverse();

@@ -34,7 +34,10 @@ const ATTITUDE: TrackLine[] = [
   { label: "yaw", colour: BLUE, column: TRACK.yaw, factor: 1 },
 ];
 
-/** From the middle of the exposure: until the detector has the image, until its tags are found, until they are published. */
+/**
+ * From the middle of the exposure: until the detector has the image, until its tags are found, until they are
+ * published.
+ */
 const PATH = new Map([["received", BLUE], ["detected", GREEN], ["published", RED]]);
 
 /** A chart of figures: those whose name begins with the prefix, a line each. */

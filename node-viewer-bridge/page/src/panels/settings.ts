@@ -1,4 +1,5 @@
-// Exposure, gain and rate of a camera under its enlarged picture: what is in force, what is possible, and a form for operators.
+// Exposure, gain and rate of a camera under its enlarged picture: what is in force, what is possible, and a form for
+// operators.
 
 import type { CameraStatus } from "../protocol.ts";
 import { effect, inForce, isAnswered, type Key, KEYS, readSetting, SETTINGS, story, type Wanted, wantedBy, written } from "../settings.ts";

@@ -1,4 +1,5 @@
-// Labels that would lie over one another: how far each is lifted so that all can be read. Allocates nothing once it has grown.
+// Labels that would lie over one another: how far each is lifted so that all can be read. Allocates nothing once it has
+// grown.
 
 /** Where a label would lie: its middle at the bottom, and its extent, in pixels of the page. */
 export interface LabelBox {
@@ -8,7 +9,10 @@ export interface LabelBox {
   height: number;
 }
 
-/** The places that are taken. Whoever comes first stays where it is; the caller asks for labels in the same order each time. */
+/**
+ * The places that are taken. Whoever comes first stays where it is; the caller asks for labels in the same order each
+ * time.
+ */
 export class Places {
   private readonly boxes: LabelBox[] = [];
   private count = 0;

@@ -1,5 +1,5 @@
-// The uncertainty of an object's position as an ellipsoid, magnified: real ones are too small to see. It shows through bodies: inside one it
-// would be hidden otherwise.
+// The uncertainty of an object's position as an ellipsoid, magnified: real ones are too small to see. It shows through
+// bodies: inside one it would be hidden otherwise.
 
 import { BufferGeometry, Group, LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshBasicMaterial, SphereGeometry, Vector3 } from "three";
 import { positionEllipsoid } from "../covariance.ts";

@@ -1,5 +1,6 @@
-// Through a camera's eye: its live picture, and over it what fusion and calibration say should be there, projected through the camera's own
-// lens. The picture stays distorted as it is and the drawing is distorted like it, so that any gap between the two is an error.
+// Through a camera's eye: its live picture, and over it what fusion and calibration say should be there, projected
+// through the camera's own lens. The picture stays distorted as it is and the drawing is distorted like it, so that any
+// gap between the two is an error.
 
 import { projectWorld, rotate } from "../lens.ts";
 import { onPicture } from "../matching.ts";

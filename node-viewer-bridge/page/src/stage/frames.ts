@@ -1,4 +1,5 @@
-// Frame scheduling: draws only after a change and while visible, at most 60 times a second, less often where drawing is slow.
+// Frame scheduling: draws only after a change and while visible, at most 60 times a second, less often where drawing is
+// slow.
 
 const SHORTEST_MS = 1000 / 60;
 const LONGEST_MS = 160;

@@ -42,7 +42,10 @@ export class Frustum {
     this.group.visible = false;
   }
 
-  /** Takes the camera's model; drawn `depth` metres deep. Without a pose in the world the camera is not drawn, a carried one not before its carrier has a pose. */
+  /**
+   * Takes the camera's model; drawn `depth` metres deep. Without a pose in the world the camera is not drawn, a carried
+   * one not before its carrier has a pose.
+   */
   model(camera: RigCamera, depth: number): void {
     dispose(this.group);
     this.plane = null;

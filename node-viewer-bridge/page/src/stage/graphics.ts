@@ -1,5 +1,5 @@
-// How the stage is rendered: smooth edges where there is a graphics card; plain and cheap where the processor draws, as in
-// virtual machines and on small boards.
+// How the stage is rendered: smooth edges where there is a graphics card; plain and cheap where the processor draws, as
+// in virtual machines and on small boards.
 
 import { WebGLRenderer } from "three";
 

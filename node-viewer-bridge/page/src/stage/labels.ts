@@ -3,7 +3,10 @@
 import { type PerspectiveCamera, Vector3 } from "three";
 import { type LabelBox, Places } from "./apart.ts";
 
-/** Share of a label's height that lies below its point: zones' names stand above theirs. Those of the first kinds keep their place, others give way. */
+/**
+ * Share of a label's height that lies below its point: zones' names stand above theirs. Those of the first kinds keep
+ * their place, others give way.
+ */
 const BELOW = { camera: 0.5, axis: 0.5, zone: 0, ruler: 0.5, object: 0.5 };
 export type LabelKind = keyof typeof BELOW;
 const ORDER = Object.keys(BELOW);
@@ -155,7 +158,10 @@ export class LabelLayer {
     label.element.remove();
   }
 
-  /** Puts each label where the camera sees its point, beside its object, over no other label. `scale`: pixels of a metre at a distance of one. */
+  /**
+   * Puts each label where the camera sees its point, beside its object, over no other label. `scale`: pixels of a metre
+   * at a distance of one.
+   */
   update(camera: PerspectiveCamera, scale: number, width: number, height: number): void {
     this.places.clear();
     this.bodies.clear();

@@ -1,5 +1,5 @@
-// What a click on the stage means: an object is followed, a camera looked through; with the shift key two objects are measured. A drag is no
-// click.
+// What a click on the stage means: an object is followed, a camera looked through; with the shift key two objects are
+// measured. A drag is no click.
 
 import { type Camera, type Object3D, Raycaster, Vector2 } from "three";
 import type { Selection } from "../selection.ts";

@@ -1,4 +1,5 @@
-// Where an object has been during the last seconds: a line that fades with age. Memory is fixed, and nothing is allocated while it moves.
+// Where an object has been during the last seconds: a line that fades with age. Memory is fixed, and nothing is
+// allocated while it moves.
 
 import { Color, InstancedInterleavedBuffer, InterleavedBufferAttribute } from "three";
 import { LineMaterial } from "three/addons/lines/LineMaterial.js";

@@ -1,4 +1,5 @@
-// From where the stage is seen: orbit controls with z up, a first view that shows everything, and a close one of the followed object.
+// From where the stage is seen: orbit controls with z up, a first view that shows everything, and a close one of the
+// followed object.
 
 import { Box2, PerspectiveCamera, Quaternion, type Sphere, Spherical, Vector2, Vector3 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";

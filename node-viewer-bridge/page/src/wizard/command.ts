@@ -39,7 +39,9 @@ export function readWhole(text: string, field: string, what: string, [least, mos
   return value;
 }
 
-/** Tags as people list them: "3, 4, 5" or "3 4 5:50", a size of its own in millimetres behind a colon; "3-8" is a run. */
+/**
+ * Tags as people list them: "3, 4, 5" or "3 4 5:50", a size of its own in millimetres behind a colon; "3-8" is a run.
+ */
 export function readTags(text: string, size_m: number): TagRequest[] {
   const tags = text
     .split(/[\s,;]+/)

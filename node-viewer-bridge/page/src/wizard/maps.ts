@@ -1,5 +1,5 @@
-// Heat maps that lie over a camera's live picture: where the board has been, what is left of the corners' errors, how well
-// the lens is known.
+// Heat maps that lie over a camera's live picture: where the board has been, what is left of the corners' errors, how
+// well the lens is known.
 
 import type { MapCell } from "../protocol.ts";
 import { errorColour, scaleEnd } from "./colours.ts";
@@ -23,7 +23,9 @@ export function drawCoverage(canvas: HTMLCanvasElement, cells: number[][]): void
   });
 }
 
-/** Cells by their residuals, with the mean as an arrow; tells pixels at the end of the colours and of the longest arrow. */
+/**
+ * Cells by their residuals, with the mean as an arrow; tells pixels at the end of the colours and of the longest arrow.
+ */
 export function drawResiduals(canvas: HTMLCanvasElement, cells: MapCell[][]): { end: number; arrow: number } {
   const seen = cells.flat().filter((cell) => cell.corners > 0);
   const end = scaleEnd(Math.max(...seen.map((cell) => cell.rms_px), 0.2));

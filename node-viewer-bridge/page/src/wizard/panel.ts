@@ -1,5 +1,5 @@
-// The calibration wizards: one place for lens, rig and object, from the form to the kept result. The bridge does the work;
-// this sends a person's requests and shows how far it is, what to do next, and what came out.
+// The calibration wizards: one place for lens, rig and object, from the form to the kept result. The bridge does the
+// work; this sends a person's requests and shows how far it is, what to do next, and what came out.
 
 import { fixed, plural } from "../format.ts";
 import { element, find, testId, Text } from "../panels/dom.ts";

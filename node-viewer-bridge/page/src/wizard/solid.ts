@@ -1,4 +1,5 @@
-// The geometry of a small 3-D picture: squares and lines seen from an orbit, farthest first. Pure; metres in, pixels out.
+// The geometry of a small 3-D picture: squares and lines seen from an orbit, farthest first. Pure; metres in, pixels
+// out.
 
 import type { Point, Quaternion, Vec3 } from "../protocol.ts";
 

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::wizard::samples;
-use sextant_proto::{NodeId, ObjectConfig, Outcome as Answer, Refusal, encode, fingerprint};
+use sextant_proto::{ChangeOutcome as Answer, NodeId, ObjectConfig, Refusal, encode, fingerprint};
 use std::time::Duration;
 
 const LEARN: &str = r#"{"do":"start","wizard":"learn","id":"cube","cameras":["a"],"tags":[

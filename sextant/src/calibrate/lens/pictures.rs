@@ -37,7 +37,8 @@ pub fn write(folder: &Path, report: &LensReport) -> anyhow::Result<()> {
 fn residuals(maps: &LensMaps) -> Canvas {
     let chart = Chart {
         title: "Residuals",
-        words: "Root mean square distance between detected and reprojected corners in 12 x 9 cells of the image. Noise alone \
+        words: "Root mean square distance between detected and reprojected corners in 12 x 9 \
+            cells of the image. Noise alone \
             gives about the same number everywhere and short arrows in all directions. Long parallel arrows mean a \
             bent board or a lens model that does not fit. Hold the board in grey cells, above all in the corners of \
             the image.",

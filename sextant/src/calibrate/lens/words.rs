@@ -36,7 +36,8 @@ pub fn text(report: &LensReport, rig: &Path) -> String {
     }
     if report.alike > 0 {
         lines.push(format!(
-            "{} were left out, since they show the board much as others do (of {} images or fewer all are used); {} show too little of it",
+            "{} were left out, since they show the board much as others do (of {} images or \
+             fewer all are used); {} show too little of it",
             words::count(report.alike, "image"),
             super::MANY,
             report.without_board

@@ -3,8 +3,8 @@
 use nalgebra::{Matrix3, Point2, UnitQuaternion, Vector3};
 use sextant_geometry::Lens;
 
-/// Mean distance, over the picture, between where two lenses show the same ray; the second camera may be turned as a whole, as
-/// the calibration of its pose would turn it.
+/// Mean distance, over the picture, between where two lenses show the same ray; the second camera may be turned as a
+/// whole, as the calibration of its pose would turn it.
 pub(super) fn mean_difference(truth: &Lens, found: &Lens) -> f64 {
     let rays: Vec<_> = (0..32 * 24)
         .map(|at| {

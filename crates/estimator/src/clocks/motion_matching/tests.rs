@@ -7,7 +7,8 @@ const POSES: u64 = 130;
 /// Metres and radians, one sigma, to which poses are known.
 const SIGMA: f64 = 0.0005;
 
-/// Poses by the stamps of a camera whose clock is ahead by so much, of a body that is at `x` metres at a time in seconds.
+/// Poses by the stamps of a camera whose clock is ahead by so much, of a body that is at `x` metres at a time in
+/// seconds.
 fn seen(ahead_s: f64, x: impl Fn(f64) -> f64) -> VecDeque<Sample> {
     let ahead_ns = (ahead_s * 1e9) as u64;
     let sample = |index: u64| {

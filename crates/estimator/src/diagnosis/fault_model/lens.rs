@@ -24,7 +24,8 @@ impl FaultModel for LensFault {
         &[30.0, 0.3]
     }
 
-    /// Self-calibration has moved the tags to where the bent picture shows them, which a straight one contradicts as well.
+    /// Self-calibration has moved the tags to where the bent picture shows them, which a straight one contradicts as
+    /// well.
     fn explains(&self) -> f64 {
         0.3
     }

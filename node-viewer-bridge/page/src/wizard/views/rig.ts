@@ -1,5 +1,5 @@
-// The rig wizard's pictures: what each camera sees with the fields that are covered, the graph of who has seen the object
-// together, and in the end the cameras in their places.
+// The rig wizard's pictures: what each camera sees with the fields that are covered, the graph of who has seen the
+// object together, and in the end the cameras in their places.
 
 import { element, testId } from "../../panels/dom.ts";
 import type { Preview, RigCamera, RigDetails, Wizard, WizardResult } from "../../protocol.ts";

@@ -1,0 +1,94 @@
+//! Words that say less than the term of the field for what they mean, in comments and in names.
+
+use super::Finding;
+use crate::source::{Rust, Source};
+
+/// Phrases of comments, with what to write.
+const PHRASES: &[(&str, &str)] = &[
+    ("foretell", "predict"),
+    ("foretells", "predicts"),
+    ("foretold", "predicted"),
+    ("speak against", "name the test or the likelihood"),
+    ("speaks against", "name the test or the likelihood"),
+    ("held against", "name the test or the likelihood"),
+    ("taken for", "counts as, or is used as"),
+    ("believed", "accepted, or configured"),
+    ("told", "published, reported, estimated or given"),
+    ("hang together", "are correlated"),
+    ("hangs together", "is correlated"),
+    ("who is wrong", "fault isolation"),
+    ("vouches for", "verifies"),
+    ("accused", "suspected, or under test"),
+    ("convict", "confirm"),
+    ("convicted", "confirmed"),
+    ("testimony", "measurement"),
+];
+/// Parts of names, with what to write.
+const PARTS: &[(&str, &str)] = &[
+    ("wish", "request"),
+    ("told", "published, reported, estimated or given"),
+    ("believed", "accepted, or configured"),
+    ("foretold", "predicted"),
+    ("accused", "suspect"),
+    ("convict", "confirm"),
+    ("testimony", "measurement"),
+    ("contender", "hypothesis"),
+];
+
+pub fn check(source: &Source, rust: &Rust) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for (i, comment) in rust.comments.iter().enumerate() {
+        let next = rust.comments.get(i + 1);
+        let next = next.filter(|next| next.line == comment.line + 1);
+        // Phrases go over the end of a line.
+        let text = format!("{} {}", comment.text, next.map_or("", |next| &next.text));
+        let text = text.to_lowercase();
+        for (phrase, remedy) in PHRASES {
+            let begins_here = |at: &usize| *at < comment.text.len();
+            if occurrences(&text, phrase).any(|at| begins_here(&at)) {
+                let remedy = format!("\"{phrase}\": {remedy}");
+                findings.push(Finding::new(&source.path, comment.line, "words", remedy));
+            }
+        }
+    }
+    for identifier in &rust.identifiers {
+        for (part, remedy) in PARTS {
+            if parts(&identifier.name).any(|it| it == *part) {
+                let remedy = format!("{} has \"{part}\": {remedy}", identifier.name);
+                findings.push(Finding::new(&source.path, identifier.line, "words", remedy));
+            }
+        }
+    }
+    findings
+}
+
+/// Where a phrase stands as whole words.
+fn occurrences<'a>(text: &'a str, phrase: &'a str) -> impl Iterator<Item = usize> + 'a {
+    let is_word = |c: Option<char>| c.is_some_and(|c| c.is_alphanumeric() || c == '_');
+    text.match_indices(phrase).filter_map(move |(at, _)| {
+        let before = text[..at].chars().next_back();
+        let after = text[at + phrase.len()..].chars().next();
+        (!is_word(before) && !is_word(after)).then_some(at)
+    })
+}
+
+/// The words of a name in either case style, in lower case.
+fn parts(name: &str) -> impl Iterator<Item = String> {
+    let mut parts = vec![String::new()];
+    for c in name.chars() {
+        if c == '_'
+            || c.is_uppercase()
+                && parts
+                    .last()
+                    .is_some_and(|it| !it.ends_with(char::is_uppercase))
+        {
+            parts.push(String::new());
+        }
+        if c != '_'
+            && let Some(part) = parts.last_mut()
+        {
+            part.push(c);
+        }
+    }
+    parts.into_iter().map(|part| part.to_lowercase())
+}
