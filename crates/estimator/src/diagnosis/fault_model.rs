@@ -12,7 +12,6 @@ use nalgebra::DVector;
 
 use crate::DiagnosisOptions;
 use crate::diagnosis::window::WindowEquations;
-use crate::self_calibration::parameters::Source;
 use camera::CameraPoseFault;
 use clock::ClockFault;
 use lens::LensFault;
@@ -58,18 +57,20 @@ pub(crate) enum FaultHypothesis {
 }
 
 impl FaultHypothesis {
-    /// Both kinds of faults of a source, that with one parameter first.
-    pub fn of(source: Source) -> [Self; 2] {
-        match source {
-            Source::Camera(camera) => [
-                Self::Clock(ClockFault { camera }),
-                Self::Camera(CameraPoseFault { camera }),
-            ],
-            Source::Tag(tag) => [
-                Self::TagSize(TagSizeFault { tag }),
-                Self::TagPose(TagPoseFault { tag }),
-            ],
-        }
+    /// The kinds of faults of a camera, that with one parameter first.
+    pub fn camera_kinds(camera: usize) -> [Self; 2] {
+        [
+            Self::Clock(ClockFault { camera }),
+            Self::Camera(CameraPoseFault { camera }),
+        ]
+    }
+
+    /// The kinds of faults of a tag, that with one parameter first.
+    pub fn tag_kinds(tag: TagId) -> [Self; 2] {
+        [
+            Self::TagSize(TagSizeFault { tag }),
+            Self::TagPose(TagPoseFault { tag }),
+        ]
     }
 
     pub fn model(&self) -> &dyn FaultModel {

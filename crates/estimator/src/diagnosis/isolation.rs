@@ -15,7 +15,7 @@ use crate::diagnosis::fault_model::clock::ClockFault;
 use crate::diagnosis::fault_model::lens::LensFault;
 use crate::diagnosis::likelihood_ratio::{Gain, LikelihoodRatio};
 use crate::diagnosis::window::WindowEquations;
-use crate::self_calibration::parameters::{CLASSES, CLOCK, LENS, SIZE, Source};
+use crate::self_calibration::parameters::{CLASSES, CLOCK, LENS, SIZE};
 use crate::site::ModelledSite;
 use sextant_site_model::PoseSigma;
 
@@ -289,10 +289,10 @@ impl<'a> Test<'a> {
     /// What each camera and tag explains, by its clock or its size alone if that does nearly as well as its pose.
     fn candidates(&self, ratio: &LikelihoodRatio) -> Vec<Candidate> {
         let layout = &self.equations.layout;
-        let cameras = layout.cameras.keys().copied().map(Source::Camera);
-        let tags = layout.tags.keys().copied().map(Source::Tag);
-        let candidate = |source: Source| {
-            let [simple, whole] = FaultHypothesis::of(source);
+        let cameras = layout.cameras.keys().copied();
+        let cameras = cameras.map(FaultHypothesis::camera_kinds);
+        let tags = layout.tags.keys().copied().map(FaultHypothesis::tag_kinds);
+        let candidate = |[simple, whole]: [FaultHypothesis; 2]| {
             let gain = self.gain(ratio, &whole)?;
             let is_reference = simple
                 == FaultHypothesis::Clock(ClockFault {

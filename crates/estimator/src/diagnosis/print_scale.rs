@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 use nalgebra::{SMatrix, SVector, Vector3};
 use sextant_geometry::{Pose, se3};
 
-use crate::measurement::corners::{CalibratedCamera, TagView, WeightedView};
+use crate::measurement::corners::{CalibratedCamera, OF_VIEW, TagView, VIEW_SIZE, WeightedView};
 use crate::measurement::planar_poses::{branches, largest};
 use crate::measurement::rolling_shutter::LinkMotion;
 use crate::site::{ModelledSite, ObjectImage};
@@ -157,12 +157,12 @@ fn fit(
         cost = 0.0;
         for weighted in weigh(&scaled, camera_index, camera) {
             for row in weighted.calibration_rows(&LinkMotion { pose, twist: None })? {
-                let by_size = if is_free { row[8] } else { 0.0 };
+                let by_size = if is_free { row[VIEW_SIZE] } else { 0.0 };
                 let slopes = [row[0], row[1], row[2], row[3], row[4], row[5], by_size];
                 let slopes = SVector::from(slopes);
                 information += slopes * slopes.transpose();
-                gradient += slopes * row[9];
-                cost += row[9].powi(2);
+                gradient += slopes * row[OF_VIEW];
+                cost += row[OF_VIEW].powi(2);
             }
         }
         let step = -information.cholesky()?.solve(&gradient);

@@ -114,9 +114,10 @@ impl Window {
             match source {
                 Source::Camera(camera) => drop(cameras.insert(camera)),
                 Source::Tag(tag) => drop(tags.insert(tag, bodies[&tag])),
+                Source::Scale(_) => {}
             }
         }
-        ParameterLayout::new(&cameras, &tags)
+        ParameterLayout::new(&cameras, &tags, &BTreeSet::new())
     }
 }
 

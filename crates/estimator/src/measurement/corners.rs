@@ -1,22 +1,29 @@
-//! Residuals of the corners of one tag in one image, and how they change with the object's pose.
-//!
-//! r = pi(camera_from_world (R q + t)) - u; with t += dt and R = exp(dr) R:
-//! dr/d(dt, dr) = J_pi R_cw [I | -[R q]x].
+//! Residuals of the corners of one tag in one image, whitened and weighted, and how they change with the object's pose
+//! ([`sextant_adjustment::residuals::corners`]).
 
-use nalgebra::{Matrix2, Matrix2x3, Matrix3, Matrix6, Point2, Point3, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix3, Matrix6, Point2, Point3, Vector2, Vector3};
 use sextant_geometry::{Lens, Pose, tag_corners_in_tag};
 
 use crate::kinematics::chain::ChainLink;
 use crate::kinematics::configuration::Configuration;
 use crate::measurement::ray::Ray;
-use crate::measurement::rolling_shutter::{LinkMotion, RollingShutter, RowPose};
+use crate::measurement::rolling_shutter::{LinkMotion, RollingShutter};
 use crate::measurement::view_equations::{NoiseSource, ViewEquations, robust};
-use crate::measurement::whitening::{PoseRows, Rows, Slopes, Whitening, product};
+use crate::measurement::whitening::{PoseRows, Rows, Whitening, product};
+use sextant_adjustment::residuals::corners::{BodyInCamera, ProjectedCorner};
+use sextant_adjustment::residuals::shutter::{LaterPose, Slopes};
 use sextant_site_model::{LensSigma, ObjectTag, PoseSigma, TagCorners, TagId};
 use sextant_site_report::ClockOffset;
 
 /// Twice the cost of a view that can't be seen from the pose: as bad as a view can be.
 pub(crate) const UNSEEN: f64 = 1e3;
+
+/// What a view's residuals depend on in calibrations: a displacement of its link, focal length, distortion, log size
+/// and log scale. The residual follows.
+pub(crate) const OF_VIEW: usize = 10;
+/// Places of the size and of the scale among them.
+pub(crate) const VIEW_SIZE: usize = 8;
+pub(crate) const VIEW_SCALE: usize = 9;
 
 /// A camera whose pose is known.
 #[derive(Debug, Clone, PartialEq)]
@@ -122,19 +129,6 @@ pub(crate) struct Linearisation {
     square_px: f64,
 }
 
-/// An object before the camera.
-struct Placed {
-    origin_in_camera: Point3<f64>,
-    /// World from object.
-    turn: Matrix3<f64>,
-}
-
-/// A corner and the derivatives of its x and y by (dt, dr), in pixels.
-struct Projected {
-    pixel: Point2<f64>,
-    slopes: Slopes,
-}
-
 /// One tag in one image. "Object" is its link, where the object has links.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct TagView {
@@ -216,9 +210,9 @@ impl TagView {
     }
 
     /// Where the link has gone by the time of a corner's row.
-    fn passage(&self, corner: usize, link: &LinkMotion) -> Option<RowPose> {
+    fn passage(&self, corner: usize, link: &LinkMotion) -> Option<LaterPose> {
         let (twist, after_s) = (link.twist?, self.after_s?);
-        Some(RowPose::of(&link.pose, &twist, after_s[corner]))
+        Some(LaterPose::new(&link.pose, &twist, after_s[corner]))
     }
 
     /// Pose of the tag's link, and its twist where the shutter rolls.
@@ -306,9 +300,10 @@ impl WeightedView<'_> {
         if link.twist.is_some() && self.view.after_s.is_some() {
             self.fill_passing(link, &mut linear)?;
         } else {
-            let placed = self.placed(&link.pose);
+            let body = self.body(&link.pose);
             for corner in 0..4 {
-                self.fill(corner, &self.projected(corner, &placed)?, &mut linear);
+                let seen = self.projected(corner, &body)?;
+                self.fill(corner, &seen, &seen.by_pose(), &mut linear);
             }
         }
         linear.rows = self.view.whitening.whitened(&linear.rows, self.noise);
@@ -317,12 +312,18 @@ impl WeightedView<'_> {
 
     /// The rows of a corner, not whitened.
     #[inline(always)]
-    fn fill(&self, corner: usize, seen: &Projected, linear: &mut Linearisation) {
+    fn fill(
+        &self,
+        corner: usize,
+        seen: &ProjectedCorner,
+        slopes: &Slopes,
+        linear: &mut Linearisation,
+    ) {
         let residual = seen.pixel - self.view.corner(corner, self.distortion_share);
         let (weight, relief) = self.weight(corner, &residual);
         let root = weight.sqrt();
         for axis in 0..2 {
-            let (row, slopes) = (&mut linear.rows[2 * corner + axis], &seen.slopes[axis]);
+            let (row, slopes) = (&mut linear.rows[2 * corner + axis], &slopes[axis]);
             (0..6).for_each(|n| row[n] = slopes[n] * root);
             row[6] = residual[axis] * root;
         }
@@ -358,10 +359,9 @@ impl WeightedView<'_> {
         let mut by_twist = [[0.0; 6]; 8];
         for corner in 0..4 {
             let passage = self.view.passage(corner, link)?;
-            let mut seen = self.projected(corner, &self.placed(&passage.pose))?;
-            let (by_pose, by_rates) = passage.before(&seen.slopes);
-            seen.slopes = by_pose;
-            self.fill(corner, &seen, linear);
+            let seen = self.projected(corner, &self.body(&passage.pose))?;
+            let (by_pose, by_rates) = passage.before(&seen.by_pose());
+            self.fill(corner, &seen, &by_pose, linear);
             let root = linear.weights[corner].sqrt();
             for axis in 0..2 {
                 by_twist[2 * corner + axis] = by_rates[axis].map(|slope| slope * root);
@@ -371,40 +371,45 @@ impl WeightedView<'_> {
         Some(())
     }
 
-    /// Whitened rows by the pose, the focal length (px), the first coefficient of the distortion and the logarithm of
-    /// the tag's size; the residual comes last. `None` where the tag cannot be seen from there.
-    pub fn calibration_rows(&self, link: &LinkMotion) -> Option<Rows<10>> {
-        let mut rows = [[0.0; 10]; 8];
+    /// Whitened rows by the pose, the focal length (px), the first coefficient of the distortion, the logarithm of the
+    /// tag's size and that of the scale of its object; the residual comes last. `None` where the tag cannot be seen
+    /// from there.
+    pub fn calibration_rows(&self, link: &LinkMotion) -> Option<Rows<{ OF_VIEW + 1 }>> {
+        let mut rows = [[0.0; OF_VIEW + 1]; 8];
         let centre = self.view.object_from_tag.translation.vector;
         for corner in 0..4 {
             let passage = self.view.passage(corner, link);
-            let placed = self.placed(&passage.map_or(link.pose, |passage| passage.pose));
-            let seen = self.projected(corner, &placed)?;
+            let body = self.body(&passage.map_or(link.pose, |passage| passage.pose));
+            let seen = self.projected(corner, &body)?;
             let residual = seen.pixel - self.view.corner(corner, self.distortion_share);
             let in_object = self.view.corners_in_object[corner].coords;
-            let in_camera = placed.origin_in_camera + self.camera.turn * (placed.turn * in_object);
+            let in_camera = body.in_camera(&in_object);
             let by_lens = self.camera.lens.parameter_jacobian(&in_camera)?;
-            let from_centre = placed.turn * (in_object - centre);
+            let by_size = seen.by_point * body.in_world(&(in_object - centre));
+            let by_scale = seen.by_point * seen.arm;
             let bend = self.camera.bend_of_pinhole(&in_camera);
-            for axis in 0..2 {
-                let (row, slopes) = (&mut rows[2 * corner + axis], &seen.slopes[axis]);
+            for (axis, slopes) in seen.by_pose().iter().enumerate() {
+                let row = &mut rows[2 * corner + axis];
                 row[..6].copy_from_slice(slopes);
                 row[6] = by_lens[(axis, 0)] + by_lens[(axis, 1)];
                 row[7] = bend.map_or(by_lens[(axis, 4)], |bend| bend[axis]);
-                row[8] = (0..3).map(|n| slopes[n] * from_centre[n]).sum();
-                row[9] = residual[axis];
+                row[VIEW_SIZE] = by_size[axis];
+                row[VIEW_SCALE] = by_scale[axis];
+                row[OF_VIEW] = residual[axis];
             }
         }
         Some(self.view.whitening.whitened(&rows, self.noise))
     }
 
     #[inline(always)]
-    fn placed(&self, world_from_link: &Pose) -> Placed {
-        let origin = Point3::from(world_from_link.translation.vector);
-        Placed {
-            origin_in_camera: self.camera.camera_from_world * origin,
-            turn: world_from_link.rotation.to_rotation_matrix().into_inner(),
-        }
+    fn body(&self, world_from_link: &Pose) -> BodyInCamera<'_> {
+        let camera = self.camera;
+        BodyInCamera::new(
+            &camera.lens,
+            &camera.camera_from_world,
+            &camera.turn,
+            world_from_link,
+        )
     }
 
     /// The robust weight of a corner, and by how much twice the cost exceeds the weighted square.
@@ -416,18 +421,8 @@ impl WeightedView<'_> {
     }
 
     #[inline(always)]
-    fn projected(&self, corner: usize, object: &Placed) -> Option<Projected> {
-        let arm = object.turn * self.view.corners_in_object[corner].coords;
-        let in_camera = object.origin_in_camera + self.camera.turn * arm;
-        let (pixel, by_point) = self.camera.lens.project_with_jacobian(&in_camera)?;
-        let by_place: Matrix2x3<f64> = by_point * self.camera.turn;
-        let slopes = [0, 1].map(|axis| {
-            let place = by_place.row(axis).transpose();
-            // v [arm]x = (v x arm) as a row; the attitude's part is -J [arm]x.
-            let turn = arm.cross(&place);
-            [place.x, place.y, place.z, turn.x, turn.y, turn.z]
-        });
-        Some(Projected { pixel, slopes })
+    fn projected(&self, corner: usize, body: &BodyInCamera<'_>) -> Option<ProjectedCorner> {
+        body.project(&self.view.corners_in_object[corner].coords)
     }
 
     /// Whether the tag's printed side is turned towards the camera.

@@ -1,15 +1,13 @@
 //! Shutters that roll: every row of an image has its own time.
 //!
 //! A corner in row v was taken (v - (rows - 1) / 2) line delays after the capture time, which is that of the middle
-//! row: the middle of the whole exposure. The object went on by its twist meanwhile, T' = T after exp(twist tau) as
-//! predictions have it, so that the corner tells about the twist as well (Oth, Furgale, Kneip, Siegwart 2013, Rolling
-//! shutter camera calibration, sec. 3, with a constant twist over the few milliseconds of an image). With dt' = dt +
-//! tau dv and dr' = E dr + tau J_l(w tau) dw the derivatives follow by the chain rule.
+//! row: the middle of the whole exposure. The object went on by its twist meanwhile
+//! ([`sextant_adjustment::residuals::shutter`]), so that the corner informs about the twist as well.
 
-use nalgebra::{Matrix3, Matrix6, Point2, RowVector3, Vector6};
-use sextant_geometry::{Pose, so3};
+use nalgebra::{Matrix6, Point2, Vector6};
+use sextant_geometry::Pose;
 
-use crate::measurement::whitening::{PoseRows, Rows, Slopes, product};
+use crate::measurement::whitening::{PoseRows, Rows, product};
 
 /// Row times of an image.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,45 +32,6 @@ pub(crate) struct LinkMotion {
     pub pose: Pose,
     /// m/s and rad/s, world axes; `None` where all corners have one time.
     pub twist: Option<Vector6<f64>>,
-}
-
-/// Motion of a link from the capture time to the time of a row.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct RowPose {
-    pub pose: Pose,
-    /// Derivatives of the attitude reached by the attitude before and by the angular velocity.
-    by_attitude: Matrix3<f64>,
-    by_rate: Matrix3<f64>,
-    after_s: f64,
-}
-
-impl RowPose {
-    pub fn of(pose: &Pose, twist: &Vector6<f64>, after_s: f64) -> Self {
-        let turn = twist.fixed_rows::<3>(3) * after_s;
-        let rotation = so3::exp(&turn);
-        let place = pose.translation.vector + twist.fixed_rows::<3>(0) * after_s;
-        Self {
-            pose: Pose::from_parts(place.into(), rotation * pose.rotation),
-            by_attitude: rotation.to_rotation_matrix().into_inner(),
-            by_rate: so3::left_jacobian(&turn) * after_s,
-            after_s,
-        }
-    }
-
-    /// Derivatives by the pose reached as derivatives by pose and twist before.
-    pub fn before(&self, by_pose: &Slopes) -> (Slopes, Slopes) {
-        let (mut pose, mut twist) = (*by_pose, *by_pose);
-        for (axis, slopes) in by_pose.iter().enumerate() {
-            let turn = RowVector3::from_row_slice(&slopes[3..]);
-            let (by_attitude, by_rate) = (turn * self.by_attitude, turn * self.by_rate);
-            for n in 0..3 {
-                pose[axis][3 + n] = by_attitude[n];
-                twist[axis][n] = slopes[n] * self.after_s;
-                twist[axis][3 + n] = by_rate[n];
-            }
-        }
-        (pose, twist)
-    }
 }
 
 /// Normal equations of a view about the twist of its link.

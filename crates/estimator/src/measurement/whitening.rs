@@ -7,8 +7,6 @@ use nalgebra::SMatrix;
 pub(crate) type Rows<const N: usize> = [[f64; N]; 8];
 /// Derivatives by (dt, dr), then the residual; the last place is free.
 pub(crate) type PoseRows = Rows<8>;
-/// Derivatives of x and of y by (dt, dr).
-pub(crate) type Slopes = [[f64; 6]; 2];
 pub(crate) type Matrix8 = SMatrix<f64, 8, 8>;
 
 /// Upper triangle U with Uᵀ U the inverse of the corners' covariance.

@@ -1,14 +1,14 @@
 //! The adjustment: Gauss-Newton over the errors of the site and the pose of each keyframe, the poses eliminated (Schur
 //! complement).
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-use nalgebra::{DMatrix, DVector, SVector, Vector3};
+use nalgebra::{DMatrix, DVector, SVector, Vector3, Vector6};
 use sextant_geometry::Pose;
 
 use crate::measurement::biases::by_tag;
-use crate::measurement::corners::{CalibratedCamera, UNSEEN, WeightedView};
+use crate::measurement::corners::{CalibratedCamera, OF_VIEW, UNSEEN, VIEW_SCALE, WeightedView};
 use crate::measurement::planar_poses::{area, branches};
 use crate::measurement::rolling_shutter::LinkMotion;
 use crate::measurement::view_equations::NoiseSource;
@@ -17,18 +17,18 @@ use crate::self_calibration::arrow::Arrow;
 use crate::self_calibration::design_effect::DesignEffect;
 use crate::self_calibration::evidence::NOTHING;
 use crate::self_calibration::gauge::Gauge;
-use crate::self_calibration::keyframes::{Keyframe, KeyframeView, Keyframes, Path};
+use crate::self_calibration::keyframes::{Body, Keyframe, KeyframeView, Keyframes, Path};
 use crate::self_calibration::normal_equations::{
-    Eliminated, Equations, OF_VIEW, OwnCoupling, Solution, Weighting, camera_map, cost,
-    independence, normal, tag_map,
+    Eliminated, Equations, OwnCoupling, Solution, Weighting, camera_map, cost, independence,
+    normal, tag_map,
 };
 use crate::self_calibration::parameters::{
-    CLASSES, CLOCK, Class, LENS, OF_CAMERA, OF_TAG, ParameterLayout, SIZE, Source,
+    CLASSES, CLOCK, Class, LENS, OF_CAMERA, OF_SCALE, OF_TAG, ParameterLayout, SIZE, Source,
 };
 use crate::self_calibration::variance_components::Scales;
 use crate::site::ModelledSite;
 use crate::site::corrections::{CameraCorrection, Corrections, ObjectFrame, TagCorrection};
-use sextant_site_model::{LensSigma, PoseSigma};
+use sextant_site_model::{LensSigma, ObjectTag, PoseSigma};
 
 /// Steps of one adjustment; most begin next to the minimum, those of few keyframes do not.
 const STEPS: usize = 4;
@@ -42,6 +42,10 @@ const BOUNDS: (f64, f64) = (1e-3, 1e4);
 const COORDINATES: f64 = 8.0;
 /// Median of chi-square with eight degrees of freedom.
 const MEDIAN: f64 = 7.34;
+/// Most that the logarithm of a size is corrected by.
+const MOST_LOG_SIZE: f64 = 0.5;
+/// Most that the logarithm of the scale of an object is: beyond any printer's setting it is another mistake.
+const MOST_LOG_SCALE: f64 = 0.08;
 /// Information that keeps the pose of a keyframe definite, 1/m^2 and 1/rad^2.
 const LEAST_INFORMATION: f64 = 1e-6;
 
@@ -183,7 +187,10 @@ impl Adjustment {
             for (keyframe, own) in trial.iter_mut().zip(&own) {
                 keyframe.advance((own * share).as_slice());
             }
-            let moved = &*errors + step * share;
+            let mut moved = &*errors + step * share;
+            for at in context.layout.scales.values() {
+                moved[*at] = moved[*at].clamp(-MOST_LOG_SCALE, MOST_LOG_SCALE);
+            }
             self.place_tags(&mut trial, context.layout, &moved, context.site);
             if self.objective(&trial, &moved, solution, context) <= before {
                 (*keyframes, *errors) = (trial, moved);
@@ -251,7 +258,7 @@ impl Adjustment {
         self.minimise(&mut keyframe, &cameras);
         let tags = keyframe.views.iter();
         let tags = tags.map(|one| (one.view.tag, keyframe.body())).collect();
-        let layout = ParameterLayout::new(&keyframe.cameras(), &tags);
+        let layout = ParameterLayout::new(&keyframe.cameras(), &tags, &BTreeSet::new());
         let keyframes = std::slice::from_ref(&keyframe);
         let weighting = Weighting {
             excess: excess(&self.squares(keyframes, &cameras)),
@@ -416,11 +423,11 @@ impl Adjustment {
             if let Some(first) = layout.cameras.get(&one.camera_index) {
                 one.clock_s = errors[first + CLOCK];
             }
-            let Some((_, first)) = layout.tags.get(&one.view.tag) else {
+            let Some(first) = layout.tags.get(&one.view.tag) else {
                 continue;
             };
-            let correction = tag_correction(&errors.fixed_rows::<OF_TAG>(*first).into_owned());
             if let Some(place) = site.placement(&one.view.tag) {
+                let correction = tag_correction(layout, errors, *first, &place.file);
                 one.view.set_model(&correction.tag(&place.file));
             }
         }
@@ -552,6 +559,17 @@ impl Adjustment {
                 let at_camera = layout.cameras[&one.camera_index];
                 let at_tag = layout.tags[&one.view.tag].1;
                 equations.add(at_camera, at_tag, (&matrix, &pull), (&of_camera, &of_tag));
+                if let Some(at_scale) = layout.scales.get(&keyframe.body()) {
+                    equations.add_scale(
+                        *at_scale, at_camera, at_tag, &matrix, &pull, &of_camera, &of_tag,
+                    );
+                    let with_scale = matrix.fixed_view::<6, 1>(0, VIEW_SCALE);
+                    let mut coupling = couplings
+                        .entry(*at_scale)
+                        .or_insert_with(|| OwnCoupling::zeros(n_own))
+                        .fixed_columns_mut::<OF_SCALE>(0);
+                    coupling += lever.tr_mul(&with_scale);
+                }
                 let with_camera = lever.tr_mul(&(matrix.fixed_rows::<6>(0) * of_camera));
                 *couplings
                     .entry(at_camera)
@@ -611,7 +629,8 @@ impl Adjustment {
             corrections.cameras.insert(*camera, one);
         }
         for (tag, (body, first)) in &layout.tags {
-            let mut one = tag_correction(&errors.fixed_rows::<OF_TAG>(*first).into_owned());
+            let place = site.placement(tag)?;
+            let mut one = tag_correction(layout, errors, (*body, *first), &place.file);
             one.sigma = pose_sigma(*first);
             corrections.tags.insert(*tag, one);
             if let Some(covariance) = gauge.frame_covariance(*body) {
@@ -710,10 +729,23 @@ fn camera_correction(errors: &SVector<f64, OF_CAMERA>) -> CameraCorrection {
     }
 }
 
-fn tag_correction(errors: &SVector<f64, OF_TAG>) -> TagCorrection {
+/// The errors of a tag, by its body and its first place, together with the scale of its body.
+fn tag_correction(
+    layout: &ParameterLayout,
+    errors: &DVector<f64>,
+    (body, first): (Body, usize),
+    file: &ObjectTag,
+) -> TagCorrection {
+    let log_scale = layout.scales.get(&body).map_or(0.0, |at| errors[*at]);
+    let mut step: Vector6<f64> = errors.fixed_rows::<6>(first).into_owned();
+    if let Some(object_from_tag) = &file.object_from_tag {
+        let place = object_from_tag.translation.vector + step.fixed_rows::<3>(0);
+        let mut position = step.fixed_rows_mut::<3>(0);
+        position += place * log_scale.exp_m1();
+    }
     TagCorrection {
-        step: errors.fixed_rows::<6>(0).into_owned(),
-        log_size: errors[SIZE].clamp(-0.5, 0.5),
+        step,
+        log_size: errors[first + SIZE].clamp(-MOST_LOG_SIZE, MOST_LOG_SIZE) + log_scale,
         sigma: PoseSigma::NONE,
     }
 }

@@ -289,7 +289,11 @@ pub(super) mod tests {
             id,
         };
         let tags = (0..6).map(|id| (tag(id), (id as usize % 3, 0)));
-        ParameterLayout::new(&BTreeSet::from([0, 1]), &tags.collect::<BTreeMap<_, _>>())
+        ParameterLayout::new(
+            &BTreeSet::from([0, 1]),
+            &tags.collect::<BTreeMap<_, _>>(),
+            &BTreeSet::new(),
+        )
     }
 
     /// Positive definite and different in every element, also as a dense matrix.

@@ -12,7 +12,7 @@ use sextant_geometry::so3;
 
 use crate::self_calibration::arrow::{Arrow, ArrowInverse, BodyBlocks, InverseBlocks};
 use crate::self_calibration::keyframes::Body;
-use crate::self_calibration::parameters::ParameterLayout;
+use crate::self_calibration::parameters::{ParameterLayout, SIZE};
 use crate::site::ModelledSite;
 use sextant_site_model::TagId;
 
@@ -31,7 +31,7 @@ struct BodyFrame {
     body: Body,
     /// First place of its tags.
     first: usize,
-    /// Of its own frame, six columns.
+    /// Of its own frame, six columns; and of its scale against the places and sizes of its tags, where it has one.
     own: DMatrix<f64>,
     /// World frame and common scale.
     of_site: DMatrix<f64>,
@@ -40,6 +40,16 @@ struct BodyFrame {
 /// Columns of the world's frame; the common scale follows.
 const OF_WORLD: usize = 6;
 const OF_SITE: usize = OF_WORLD + 1;
+/// Columns of the frame of a body.
+const OF_FRAME: usize = 6;
+
+/// Whether the scale of a body has an error.
+fn is_scaled(layout: &ParameterLayout, body: Body) -> bool {
+    layout
+        .scales
+        .get(&body)
+        .is_some_and(|at| layout.is_open(*at))
+}
 
 impl Gauge {
     pub fn of(layout: &ParameterLayout, precision: &DVector<f64>, site: &ModelledSite) -> Self {
@@ -62,7 +72,10 @@ impl Gauge {
         let frame = |(body, places): &(Body, std::ops::Range<usize>)| BodyFrame {
             body: *body,
             first: places.start,
-            own: DMatrix::zeros(places.len(), 6),
+            own: DMatrix::zeros(
+                places.len(),
+                OF_FRAME + usize::from(is_scaled(layout, *body)),
+            ),
             of_site: DMatrix::zeros(places.len(), OF_SITE),
         };
         let mut frames: Vec<BodyFrame> = layout.bodies.iter().map(frame).collect();
@@ -73,7 +86,13 @@ impl Gauge {
             let (row, place) = (first - frame.first, place(site, tag));
             rigid(&mut frame.own, row, &place);
             scale(&mut frame.of_site, row, &place);
-            frame.of_site[(row + 6, OF_WORLD)] = 1.0;
+            frame.of_site[(row + SIZE, OF_WORLD)] = 1.0;
+            if let Some(at) = layout.scales.get(body).filter(|_| is_scaled(layout, *body)) {
+                let mut against = frame.own.fixed_view_mut::<3, 1>(row, OF_FRAME);
+                against.copy_from(&place);
+                frame.own[(row + SIZE, OF_FRAME)] = 1.0;
+                frame.own[(at - frame.first, OF_FRAME)] = -1.0;
+            }
         }
         Self {
             of_cameras,
@@ -128,7 +147,7 @@ impl Gauge {
         let frame = self.frames.iter().find(|frame| frame.body == body)?;
         let information = weighted(&frame.own, &self.precisions(frame)) * &frame.own;
         information
-            .fixed_view::<6, 6>(0, 0)
+            .fixed_view::<OF_FRAME, OF_FRAME>(0, 0)
             .into_owned()
             .try_inverse()
     }
@@ -143,7 +162,8 @@ impl Gauge {
         let of_cameras = self.precision.rows(0, self.of_cameras.nrows());
         let of_bodies = self.frames.iter().map(|frame| {
             let own = information(&frame.of_site, self.precisions(frame));
-            own.min(site.scale_variance(frame.body.0).recip())
+            // Its tags together, and the print that they share.
+            (own.recip() + site.scale_variance(frame.body.0)).recip()
         });
         let all = information(&self.of_cameras, of_cameras) + of_bodies.sum::<f64>();
         all.recip()

@@ -8,17 +8,16 @@ use nalgebra::{
 };
 
 use crate::measurement::biases::by_camera;
+use crate::measurement::corners::{OF_VIEW, VIEW_SCALE, VIEW_SIZE};
 use crate::self_calibration::arrow::{Arrow, ArrowFactor, ArrowInverse};
 use crate::self_calibration::evidence::Evidence;
 use crate::self_calibration::keyframes::KeyframeView;
 use crate::self_calibration::parameters::{
-    CLOCK, Class, LENS, OF_CAMERA, OF_TAG, ParameterLayout, SIZE,
+    CLOCK, Class, LENS, OF_CAMERA, OF_SCALE, OF_TAG, ParameterLayout, SIZE,
 };
 
 /// Least factor that [`independence`] gives.
 const LEAST_INDEPENDENCE: f64 = 0.01;
-/// By pose displacement, focal length, distortion and log size.
-pub(super) const OF_VIEW: usize = 9;
 type ViewMatrix = SMatrix<f64, OF_VIEW, OF_VIEW>;
 type ViewVector = SVector<f64, OF_VIEW>;
 /// Coupling of a keyframe's own unknowns with the errors of a camera, or of a tag, whose places come first.
@@ -87,7 +86,7 @@ pub(super) fn camera_map(
 pub(super) fn tag_map(by_pose: &Matrix6<f64>) -> SMatrix<f64, OF_VIEW, OF_TAG> {
     let mut map = SMatrix::<f64, OF_VIEW, OF_TAG>::zeros();
     map.fixed_view_mut::<6, 6>(0, 0).copy_from(by_pose);
-    map[(8, SIZE)] = 1.0;
+    map[(VIEW_SIZE, SIZE)] = 1.0;
     map
 }
 
@@ -171,6 +170,31 @@ impl Equations {
         gradient += of_tag.tr_mul(pull);
     }
 
+    /// Adds what a view says of the scale of its body.
+    pub(super) fn add_scale(
+        &mut self,
+        scale: usize,
+        at_camera: usize,
+        at_tag: usize,
+        matrix: &ViewMatrix,
+        pull: &ViewVector,
+        of_camera: &SMatrix<f64, OF_VIEW, OF_CAMERA>,
+        of_tag: &SMatrix<f64, OF_VIEW, OF_TAG>,
+    ) {
+        let with_scale = matrix.row(VIEW_SCALE).into_owned();
+        let at_scale = (scale, OF_SCALE);
+        let mut own = self.information.block_mut(at_scale, at_scale);
+        own[(0, 0)] += with_scale[VIEW_SCALE];
+        let with_tag = with_scale * of_tag;
+        let mut across = self.information.block_mut(at_scale, (at_tag, OF_TAG));
+        across += with_tag;
+        let mut across = self.information.block_mut((at_tag, OF_TAG), at_scale);
+        across += with_tag.transpose();
+        let mut across = self.information.block_mut(at_scale, (at_camera, OF_CAMERA));
+        across += with_scale * of_camera;
+        self.gradient[scale] += pull[VIEW_SCALE];
+    }
+
     /// The Schur complement of a keyframe's own unknowns.
     pub(super) fn eliminate(
         &mut self,
@@ -184,7 +208,7 @@ impl Equations {
             .try_inverse()
             .unwrap_or_else(|| DMatrix::zeros(n_own, n_own));
         let is_camera = |first: usize| layout.classes[first] == Class::CameraPose;
-        let width = |first: usize| if is_camera(first) { OF_CAMERA } else { OF_TAG };
+        let width = |first: usize| layout.width(first);
         let mut eliminated = Eliminated {
             inverse,
             gradient,

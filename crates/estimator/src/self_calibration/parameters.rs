@@ -19,6 +19,8 @@ pub(crate) const CLOCK: usize = 8;
 pub(crate) const OF_TAG: usize = 7;
 /// Place of the size among them.
 pub(crate) const SIZE: usize = 6;
+/// Errors of the scale that the tags of a body share: its logarithm.
+pub(crate) const OF_SCALE: usize = 1;
 /// Standard deviation of an error that is exactly zero: small, but not so small that numbers end.
 const EXACT: f64 = 1e-9;
 
@@ -28,6 +30,8 @@ pub(crate) enum Source {
     /// By its index.
     Camera(usize),
     Tag(TagId),
+    /// What is common to all tags of a body: their print.
+    Scale(Body),
 }
 
 /// Errors of one kind, whose scale is estimated together.
@@ -38,15 +42,17 @@ pub(crate) enum Class {
     Clock,
     TagPose,
     TagSize,
+    Scale,
 }
 
 /// All classes, by their number.
-pub(crate) const CLASSES: [Class; 5] = [
+pub(crate) const CLASSES: [Class; 6] = [
     Class::CameraPose,
     Class::Lens,
     Class::Clock,
     Class::TagPose,
     Class::TagSize,
+    Class::Scale,
 ];
 
 /// The errors of cameras and tags that some keyframe shows.
@@ -56,7 +62,9 @@ pub(crate) struct ParameterLayout {
     pub cameras: BTreeMap<usize, usize>,
     /// Body and first place of each tag's errors.
     pub tags: BTreeMap<TagId, (Body, usize)>,
-    /// Places of each body's tags, which follow those of the cameras.
+    /// Place of the scale of each body that has one, after those of its tags.
+    pub scales: BTreeMap<Body, usize>,
+    /// Places of each body's tags and of its scale, which follow those of the cameras.
     pub bodies: Vec<(Body, Range<usize>)>,
     /// Standard deviation of each prior at scale one; [`EXACT`] where nothing is open.
     pub sigmas: DVector<f64>,
@@ -64,8 +72,12 @@ pub(crate) struct ParameterLayout {
 }
 
 impl ParameterLayout {
-    /// Places for the errors of these cameras and tags, all of them exactly zero.
-    pub fn new(cameras: &BTreeSet<usize>, tags: &BTreeMap<TagId, Body>) -> Self {
+    /// Places for the errors of these cameras and tags, and of the scales of these bodies, all of them exactly zero.
+    pub fn new(
+        cameras: &BTreeSet<usize>,
+        tags: &BTreeMap<TagId, Body>,
+        scaled: &BTreeSet<Body>,
+    ) -> Self {
         let mut layout = Self::default();
         for camera in cameras {
             layout.cameras.insert(*camera, layout.classes.len());
@@ -82,6 +94,10 @@ impl ParameterLayout {
                 layout.tags.insert(*tag, (*body, layout.classes.len()));
                 layout.classes.extend([Class::TagPose; SIZE]);
                 layout.classes.push(Class::TagSize);
+            }
+            if scaled.contains(&body) {
+                layout.scales.insert(body, layout.classes.len());
+                layout.classes.extend([Class::Scale; OF_SCALE]);
             }
             layout.bodies.push((body, first..layout.classes.len()));
         }
@@ -109,7 +125,11 @@ impl ParameterLayout {
             let views = keyframe.views.iter();
             tags.extend(views.map(|one| (one.view.tag, keyframe.body())));
         }
-        let mut layout = Self::new(&cameras, &tags);
+        let scaled = tags.iter().filter_map(|(tag, body)| {
+            let place = site.placement(tag)?;
+            (place.size_prior > 0.0).then_some(*body)
+        });
+        let mut layout = Self::new(&cameras, &tags, &scaled.collect());
         for (camera, first) in layout.cameras.clone() {
             let Some(file) = site.file_camera(camera) else {
                 continue;
@@ -131,6 +151,9 @@ impl ParameterLayout {
                 layout.set(first + SIZE, &[place.size_prior]);
             }
         }
+        for (body, place) in layout.scales.clone() {
+            layout.set(place, &[site.scale_variance(body.0).sqrt()]);
+        }
         layout
     }
 
@@ -141,7 +164,18 @@ impl ParameterLayout {
             cameras.map(|(camera, first)| (Source::Camera(*camera), *first..first + OF_CAMERA));
         let tags = self.tags.iter();
         let tags = tags.map(|(tag, (_, first))| (Source::Tag(*tag), *first..first + OF_TAG));
-        cameras.chain(tags)
+        let scales = self.scales.iter();
+        let scales = scales.map(|(body, at)| (Source::Scale(*body), *at..*at + OF_SCALE));
+        cameras.chain(tags).chain(scales)
+    }
+
+    /// Number of errors of the block at a first place.
+    pub fn width(&self, first: usize) -> usize {
+        match self.classes[first] {
+            Class::CameraPose => OF_CAMERA,
+            Class::Scale => OF_SCALE,
+            _ => OF_TAG,
+        }
     }
 
     /// Sets the standard deviations of a pose's prior, its first place given.

@@ -7,7 +7,7 @@
 
 use nalgebra::DVector;
 
-use crate::self_calibration::parameters::{CLASSES, ParameterLayout};
+use crate::self_calibration::parameters::{CLASSES, Class, ParameterLayout};
 
 /// Errors as which the scale of all classes counts for the scale of one.
 const OF_OTHERS: f64 = 0.2;
@@ -40,7 +40,8 @@ impl Scales {
         let mut determined = [0.0; CLASSES.len()];
         let mut squares = [0.0; CLASSES.len()];
         for (index, class) in CLASSES.iter().enumerate() {
-            for at in layout.places(*class) {
+            // That one print is larger says nothing of other prints.
+            for at in layout.places(*class).filter(|_| *class != Class::Scale) {
                 let prior = layout.sigmas[at].powi(2);
                 let posterior = variances[at] / (prior * self.0[index].powi(2));
                 determined[index] += (1.0 - posterior).clamp(0.0, 1.0);
@@ -51,6 +52,9 @@ impl Scales {
         let sum: f64 = logarithms.map(|(scale, weight)| weight * scale.ln()).sum();
         let common = (sum / (determined.iter().sum::<f64>() + OF_PRIOR)).exp();
         Self(std::array::from_fn(|index| {
+            if CLASSES[index] == Class::Scale {
+                return 1.0;
+            }
             let square = squares[index] + OF_OTHERS * common.powi(2);
             let exactness = OF_EXACTNESS * determined[index] / (1.0 + determined[index]);
             let scale = (square / (determined[index] + OF_OTHERS + exactness)).sqrt();

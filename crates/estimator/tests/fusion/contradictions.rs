@@ -59,7 +59,7 @@ fn tags_that_are_all_printed_larger_are_named_and_allowed_for() {
             })
         };
         let (last, faults) = said.last().unwrap();
-        let found = named(faults).unwrap();
+        let found = named(faults).unwrap_or_else(|| panic!("{cameras} {ratio}: {faults:?}"));
         assert!(
             (found / ratio - 1.0).abs() < 0.05,
             "{cameras} cameras: {found}"
