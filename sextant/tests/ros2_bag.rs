@@ -1,9 +1,7 @@
 //! `sextant convert --ros2`: the folder that `ros2 bag` expects, and what is refused. What other tools read of it: `cargo xtask ros2`.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-mod recording;
-
-use recording::{Recording, refused, sextant, stderr, stdout};
+use crate::recording::{Recording, refused, sextant, stderr, stdout};
 use serde_json::Value;
 use std::ffi::OsStr;
 use std::fs;
