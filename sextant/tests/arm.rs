@@ -2,9 +2,7 @@
 //! limits.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-mod arm_recording;
-
-use arm_recording::{Arm, LINKS};
+use crate::arm_recording::{Arm, LINKS};
 use nalgebra::{Matrix6, Vector6};
 use serde_json::Value;
 use sextant_geometry::{Pose, PoseParts, se3};

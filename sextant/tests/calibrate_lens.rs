@@ -1,10 +1,8 @@
 //! From print to lens: the board that `sextant print` describes, held before a known lens, gives that lens in rig.toml.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-mod recording;
-
+use crate::recording::{refused, sextant, stderr, stdout};
 use nalgebra::{Point2, Point3, UnitQuaternion, Vector3};
-use recording::{refused, sextant, stderr, stdout};
 use serde_json::{Value, json};
 use sextant_geometry::{Intrinsics, Lens, Pose, tag_corners_in_tag};
 use sextant_recordings::{GreyImage, write_grey_png};

@@ -1,11 +1,8 @@
 //! `sextant calibrate rig`: a board carried in front of three cameras gives their poses with standard deviations.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-mod carried;
-mod recording;
-
-use carried::{board, record, rig, through_the_room, without_poses};
-use recording::{refused, sextant, stdout};
+use crate::carried::{board, record, rig, through_the_room, without_poses};
+use crate::recording::{refused, sextant, stdout};
 use serde_json::Value;
 use sextant_geometry::{Pose, se3};
 use sextant_site_files::{read_rig, write_object, write_rig};

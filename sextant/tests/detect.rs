@@ -1,10 +1,8 @@
 //! `sextant detect`: corners through a lens, and what a rig must say for that.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-mod recording;
-
+use crate::recording::{Recording, refused, sextant, stdout};
 use nalgebra::Vector3;
-use recording::{Recording, refused, sextant, stdout};
 use serde_json::Value;
 use sextant_geometry::{Intrinsics, Lens, Pose};
 use sextant_simulator::{ObservedTag, Observer, Path, Random, Scenario, Visibility};

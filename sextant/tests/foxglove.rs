@@ -1,13 +1,10 @@
 //! `sextant foxglove` with a WebSocket client that speaks the protocol of Foxglove and Lichtblick.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-mod posing_site;
-mod recording;
-
+use crate::posing_site::{PATIENCE, Server, Site};
+use crate::recording::{sextant, stdout};
 use foxglove::Decode;
 use foxglove::messages::{FrameTransforms, SceneUpdate, Vector3};
-use posing_site::{PATIENCE, Server, Site};
-use recording::{sextant, stdout};
 use serde_json::{Value, json};
 use std::net::{SocketAddr, TcpStream};
 use std::time::{Duration, Instant};
@@ -170,5 +167,5 @@ fn an_address_that_is_none_is_refused() {
         .args(["foxglove", "--listen", "here"])
         .output()
         .unwrap();
-    recording::refused(&output, 2, "write HOST:PORT");
+    crate::recording::refused(&output, 2, "write HOST:PORT");
 }

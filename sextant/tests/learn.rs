@@ -1,11 +1,8 @@
 //! `sextant learn`: a thing turned before a camera gives the places of its tags.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-mod carried;
-mod recording;
-
-use carried::{before, cap, record, rig, without_poses};
-use recording::{refused, sextant, stdout};
+use crate::carried::{before, cap, record, rig, without_poses};
+use crate::recording::{refused, sextant, stdout};
 use serde_json::Value;
 use sextant_geometry::{Pose, se3};
 use sextant_site_files::{read_object, write_rig};

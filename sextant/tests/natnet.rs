@@ -2,11 +2,8 @@
 //! `clients/python/tests/test_natnet.py` has the clients that people use.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-mod posing_site;
-mod recording;
-
-use posing_site::{PATIENCE, Server, Site};
-use recording::{refused, sextant};
+use crate::posing_site::{PATIENCE, Server, Site};
+use crate::recording::{refused, sextant};
 use std::net::UdpSocket;
 use std::time::{Duration, Instant};
 

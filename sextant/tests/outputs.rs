@@ -1,11 +1,8 @@
 //! Poses on their way to other tools: a router of the test's, poses that it publishes, and the real program.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-mod posing_site;
-mod recording;
-
-use posing_site::{PATIENCE, Site};
-use recording::{refused, sextant, stderr, stdout};
+use crate::posing_site::{PATIENCE, Site};
+use crate::recording::{refused, sextant, stderr, stdout};
 use serde_json::Value;
 use std::io::{BufRead, BufReader};
 use std::process::Stdio;

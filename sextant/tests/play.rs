@@ -2,11 +2,8 @@
 //! end.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-mod posing_site;
-mod recording;
-
-use posing_site::{Ended, PATIENCE, cube, pose, tag};
-use recording::{refused, sextant};
+use crate::posing_site::{Ended, PATIENCE, cube, pose, tag};
+use crate::recording::{refused, sextant};
 use serde_json::Value;
 use sextant_proto::{Keys, ObjectConfig, ObjectPose, Preview, encode, limits};
 use sextant_recordings::compressed_image::RecordedImage;

@@ -1,9 +1,7 @@
 //! `sextant replay` and `sextant detect` on a recording: same poses whichever way, same bytes whenever.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-mod recording;
-
-use recording::{Recording, refused, sextant, stdout};
+use crate::recording::{Recording, refused, sextant, stdout};
 use serde_json::{Value, json};
 use sextant_geometry::PoseParts;
 use std::fs;
@@ -204,7 +202,7 @@ fn in_real_time_the_poses_are_the_same() {
 fn detect_says_one_line_an_image_in_the_order_given() {
     let recording = Recording::new(3);
     let folder = recording.path(recording.camera(0)).join("data");
-    let mut pictures = recording::files_below(&folder);
+    let mut pictures = crate::recording::files_below(&folder);
     pictures.reverse();
     let detect = |threads: &str| {
         let mut command = sextant();
@@ -248,7 +246,7 @@ fn detect_says_one_line_an_image_in_the_order_given() {
 fn detect_follows_tags_from_picture_to_picture() {
     let recording = Recording::new(4);
     let folder = recording.path(recording.camera(0)).join("data");
-    let pictures = recording::files_below(&folder);
+    let pictures = crate::recording::files_below(&folder);
     let detect = |how: &[&str]| {
         let mut command = sextant();
         command.args(["detect", "--json"]).args(how);

@@ -2,9 +2,7 @@
 //! `cargo xtask ros2`.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-mod recording;
-
-use recording::{Recording, refused, sextant, stderr, stdout};
+use crate::recording::{Recording, refused, sextant, stderr, stdout};
 use serde_json::Value;
 use std::ffi::OsStr;
 use std::fs;

@@ -2,9 +2,7 @@
 //! what the rig file can say of that, and without.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-mod recording;
-
-use recording::{Recording, stdout};
+use crate::recording::{Recording, stdout};
 use serde_json::Value;
 use sextant_geometry::PoseParts;
 use sextant_simulator::Scenario;

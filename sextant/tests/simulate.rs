@@ -1,10 +1,8 @@
 //! `sextant simulate`: a recording with the files of a person and the truth beside them.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-mod recording;
-
+use crate::recording::{refused, sextant, stdout};
 use nalgebra::Vector3;
-use recording::{refused, sextant, stdout};
 use serde_json::Value;
 use sextant_simulator::Scenario;
 use sextant_site_files::{read_object, read_rig, read_toml};

@@ -1,9 +1,7 @@
 //! The small commands: `config`, `check`, and those that need a site where there is none.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-mod recording;
-
-use recording::{Recording, refused, sextant, stdout};
+use crate::recording::{Recording, refused, sextant, stdout};
 use serde_json::Value;
 use sextant_recordings::read_picture;
 use std::fs;
@@ -133,7 +131,7 @@ fn a_reader_that_goes_away_ends_the_program_quietly() {
         .spawn()
         .unwrap();
     let picture =
-        recording::files_below(&recording.path(recording.camera(0)).join("data"))[0].clone();
+        crate::recording::files_below(&recording.path(recording.camera(0)).join("data"))[0].clone();
     let line = format!("{}\n", picture.display());
     let mut input = child.stdin.take().unwrap();
     let feeder = std::thread::spawn(move || {
@@ -154,7 +152,7 @@ fn a_reader_that_goes_away_ends_the_program_quietly() {
 fn explain_draws_every_stage() {
     let recording = Recording::new(1);
     let picture =
-        recording::files_below(&recording.path(recording.camera(0)).join("data"))[0].clone();
+        crate::recording::files_below(&recording.path(recording.camera(0)).join("data"))[0].clone();
     let out = recording.path("made/for/it");
     let explain = |picture: &Path, out: &Path| {
         let mut command = sextant();

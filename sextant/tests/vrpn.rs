@@ -1,11 +1,8 @@
 //! `sextant vrpn` with real sockets: clients that speak the protocol, and some that do not.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-mod posing_site;
-mod recording;
-
-use posing_site::{PATIENCE, Server, Site};
-use recording::{refused, sextant};
+use crate::posing_site::{PATIENCE, Server, Site};
+use crate::recording::{refused, sextant};
 use std::io::{ErrorKind, Read, Write};
 use std::net::{TcpListener, TcpStream, UdpSocket};
 use std::time::{Duration, Instant};

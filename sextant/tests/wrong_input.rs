@@ -1,9 +1,7 @@
 //! Wrong input, each with its message, its exit code, and nothing half written.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-mod recording;
-
-use recording::{Recording, files_below, refused, sextant, stderr};
+use crate::recording::{Recording, files_below, refused, sextant, stderr};
 use std::fs;
 use std::path::Path;
 use std::process::Output;

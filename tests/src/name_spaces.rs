@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::process::Command;
 
-/// Runs one test of this program again, in name spaces that end with it, with the environment variable `variable` set
-/// to `folder`.
+/// Runs one test of this program again, by its name without its module, in name spaces that end with it, with the
+/// environment variable `variable` set to `folder`.
 ///
 /// # Panics
 /// When the test fails there.
@@ -15,7 +15,7 @@ pub fn run_in_name_spaces(test: &str, variable: &str, folder: &Path) {
         .args(["--kill-child", "--mount-proc"])
         .args(["sh", "-c", "\"$@\" & wait $!", "sh"])
         .arg(std::env::current_exe().expect("a test has a file"))
-        .args([test, "--exact", "--nocapture"])
+        .args([test, "--nocapture"])
         .env(variable, folder)
         .status()
         .expect("unshare runs: it comes with util-linux");

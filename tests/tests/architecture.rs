@@ -11,6 +11,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use syn::{Item, UseTree, Visibility};
+use system_tests::workspace_root;
 
 /// From the ground up; a package may depend on packages of lower floors only.
 const FLOORS: &[&[&str]] = &[
@@ -127,6 +128,22 @@ fn dependencies_where(is_wanted: impl Fn(&Value) -> bool) -> BTreeMap<String, Ve
             (text(&package["name"]), wanted)
         })
         .collect()
+}
+
+/// The release profile compiles most packages fast; those that compute are on its list of packages that are fast.
+#[test]
+fn packages_that_compute_are_compiled_to_be_fast() {
+    let manifest = fs::read_to_string(workspace_root().join("Cargo.toml")).expect("a manifest");
+    let dependencies = dependencies();
+    for package in FLOORS[..4].concat() {
+        if dependencies[package].iter().any(|name| name == "nalgebra") {
+            let entry = format!("\n{package} = {{ opt-level = 3");
+            assert!(
+                manifest.contains(&entry),
+                "{package} is not in [profile.release.package]"
+            );
+        }
+    }
 }
 
 #[test]

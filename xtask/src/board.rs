@@ -1,15 +1,14 @@
-//! The emulated Cortex-A9 board: its image is made of Debian's packages once and kept in the user's cache, then
-//! `tests/tests/board.rs` runs on it.
+//! The emulated Cortex-A9 board: its image is made of Debian's packages once and kept in the user's cache, where a
+//! fresh checkout finds it, then `tests/tests/board.rs` runs on it.
 //!
 //! The package for it is built and checked in any case; where qemu, Debian's packages or time are missing, the rest is
 //! passed over with a word.
 
 use crate::install;
 use crate::package::{self, BoardFiles};
-use crate::tools::{self, command, root, run, run_with, wait};
+use crate::tools::{self, cache, command, root, run, run_with, wait};
 use sextant_test_needs::{CPIO, KMOD, MKE2FS, MMDEBSTRAP, Need, QEMU_SYSTEM_ARM, note_skip};
 use std::collections::hash_map::DefaultHasher;
-use std::ffi::OsString;
 use std::fs;
 use std::hash::{Hash, Hasher};
 use std::io;
@@ -140,16 +139,6 @@ fn unpack(fresh: &Path) -> Result<(), String> {
     ];
     let arguments = [&what[..], &packages, &without, &hooks].concat();
     run_with(&[("BOARD", &place)], "mmdebstrap", &arguments)
-}
-
-/// Outside of `target`, so that a fresh checkout finds it.
-fn cache() -> Result<PathBuf, String> {
-    let set = |name: &str| std::env::var_os(name).filter(|value: &OsString| !value.is_empty());
-    let folder = set("XDG_CACHE_HOME").map(PathBuf::from);
-    folder
-        .or_else(|| set("HOME").map(|home| Path::new(&home).join(".cache")))
-        .map(|folder| folder.join("sextant"))
-        .ok_or_else(|| "set XDG_CACHE_HOME or HOME: the board's image is kept there".to_owned())
 }
 
 /// Of all that the image is made of but Debian's own.

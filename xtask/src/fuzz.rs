@@ -1,7 +1,7 @@
 //! The fuzz targets of `fuzz/`, each for some seconds: libFuzzer by a stable compiler, by the flags that cargo-fuzz
 //! would pass.
 
-use crate::tools::{root, run, run_with};
+use crate::tools::{root, run, run_with, target};
 use std::env;
 use std::fs;
 use std::process::Command;
@@ -26,24 +26,26 @@ pub fn fuzz() -> Result<(), String> {
     let host = host()?;
     let flags = FLAGS.join(" ");
     let build = ["build", "--release", "--manifest-path", "fuzz/Cargo.toml"];
-    let place = ["--target-dir", "target/fuzz/build", "--target", &host];
+    // Beside the workspace's own build, whose macros and build scripts it shares.
+    let target = target().display().to_string();
+    let place = ["--target-dir", &target, "--target", &host];
     run_with(
         &[("RUSTFLAGS", &flags)],
         "cargo",
         &[&build[..], &place].concat(),
     )?;
-    for target in targets()? {
-        let program = format!("target/fuzz/build/{host}/release/{target}");
-        let folder = format!("target/fuzz/{target}/");
+    for name in targets()? {
+        let program = format!("{target}/{host}/release/{name}");
+        let folder = format!("target/fuzz/{name}/");
         let corpus = format!("{folder}corpus");
         fs::create_dir_all(root().join(&corpus)).map_err(|cause| format!("{corpus}: {cause}"))?;
-        println!("xtask fuzz: {target}, {seconds} s");
+        println!("xtask fuzz: {name}, {seconds} s");
         let time = format!("-max_total_time={seconds}");
         let found = format!("-artifact_prefix={folder}");
         // No input may take longer than a second; ten, for machines that do other things beside.
         let limits = ["-timeout=10", "-rss_limit_mb=2048", "-max_len=65536"];
         let report = ["-len_control=0", "-print_final_stats=1", "-verbosity=0"];
-        let seeds = format!("fuzz/seeds/{target}");
+        let seeds = format!("fuzz/seeds/{name}");
         let inputs = if root().join(&seeds).is_dir() {
             vec![corpus.as_str(), seeds.as_str()]
         } else {

@@ -62,7 +62,7 @@ const CHORES: &[Chore] = &[
     },
     Chore {
         needs: &[&DISK],
-        minutes: 20,
+        minutes: 12,
         ..Chore::new("build", "compiles every program and test", suites::build)
     },
     Chore {
@@ -111,7 +111,7 @@ const CHORES: &[Chore] = &[
     Chore {
         needs: &[&DISK, &QEMU_ARM, &QEMU_AARCH64, &GCC_ARM, &GCC_AARCH64],
         targets: &[AARCH64, ARMV7, NEON],
-        minutes: 8,
+        minutes: 7,
         ..Chore::new(
             "arm",
             "tests of the pure crates for armv7 and of the detector's kernels for aarch64, under qemu",
@@ -120,7 +120,7 @@ const CHORES: &[Chore] = &[
     },
     Chore {
         needs: &[&DISK, &CXX],
-        minutes: 10,
+        minutes: 6,
         ..Chore::new(
             "fuzz",
             "every decoder of foreign bytes, the detector and the estimator under libFuzzer, 5 s \
@@ -135,7 +135,7 @@ const CHORES: &[Chore] = &[
         chores::tidy,
     ),
     Chore {
-        minutes: 5,
+        minutes: 4,
         ..Chore::new(
             "lint",
             "clippy, warnings are errors; planted faults fit the code",
@@ -151,7 +151,7 @@ const CHORES: &[Chore] = &[
         )
     },
     Chore {
-        fetches: &["mdbook, in target/tools"],
+        fetches: &["mdbook, in $XDG_CACHE_HOME/sextant or ~/.cache/sextant"],
         minutes: 2,
         ..Chore::new(
             "book",
@@ -160,8 +160,8 @@ const CHORES: &[Chore] = &[
         )
     },
     Chore {
-        fetches: &["cargo-deny, in target/tools"],
-        minutes: 5,
+        fetches: &["cargo-deny, in $XDG_CACHE_HOME/sextant or ~/.cache/sextant"],
+        minutes: 4,
         ..Chore::new(
             "deny",
             "licences, bans and sources of every dependency",
@@ -177,8 +177,8 @@ const CHORES: &[Chore] = &[
         )
     },
     Chore {
-        fetches: &["cargo-cyclonedx, in target/tools"],
-        minutes: 3,
+        fetches: &["cargo-cyclonedx, in $XDG_CACHE_HOME/sextant or ~/.cache/sextant"],
+        minutes: 2,
         ..Chore::new(
             "sbom",
             "what the program is made of, as CycloneDX: target/sbom/sextant.cdx.json",
@@ -188,7 +188,7 @@ const CHORES: &[Chore] = &[
     Chore {
         needs: &[&GCC_AARCH64],
         targets: &[AARCH64],
-        minutes: 3,
+        minutes: 2,
         ..Chore::new(
             "cross",
             "the camera node compiles for 64-bit boards",
@@ -199,7 +199,7 @@ const CHORES: &[Chore] = &[
         needs: &[&PIP],
         targets: &[WINDOWS, MACOS],
         fetches: &["cargo-zigbuild and zig, in target/tools"],
-        minutes: 6,
+        minutes: 5,
         ..Chore::new(
             "elsewhere",
             "the Rust client compiles for Windows and macOS",
@@ -368,10 +368,8 @@ const LISTS: &[(&str, &str, &[&str])] = &[
             "fmt",
             "lint",
             "docs",
-            "book",
             "deny",
             "advisories",
-            "sbom",
             "cross",
             "elsewhere",
         ],
@@ -380,7 +378,15 @@ const LISTS: &[(&str, &str, &[&str])] = &[
     (
         "release",
         "makes and checks all that a release consists of; uploads nothing",
-        &["npm", "sbom", "package", "wheel", "crates-io", "assemble"],
+        &[
+            "npm",
+            "book",
+            "sbom",
+            "package",
+            "wheel",
+            "crates-io",
+            "assemble",
+        ],
     ),
 ];
 
@@ -402,8 +408,9 @@ fn usage(word: &str) -> String {
         .map(|(word, what)| format!("  {word:<12} {what}"))
         .collect();
     format!(
-        "no chore named '{word}'. cargo xtask [--plan] [--ci] [--skip-missing] CHORE...
+        "no chore named '{word}'. cargo xtask [--plan] [--install] [--ci] [--skip-missing] CHORE...
   --plan          says what would be done, installed and skipped
+  --install       installs what is missing, and does nothing else
   --ci            a skip is a failure, as where the environment variable CI is set
   --skip-missing  skips what needs Debian's packages that are missing
 {}",
@@ -422,6 +429,7 @@ fn run(words: &[String]) -> Result<(), String> {
     for word in words {
         match word.as_str() {
             "--plan" => options.only_plan = true,
+            "--install" => options.only_install = true,
             "--skip-missing" => options.may_skip = true,
             // Said to everything that runs, by its environment.
             "--ci" => {}
@@ -485,7 +493,7 @@ mod tests {
     use sextant_test_needs::PACKAGED;
     use std::collections::BTreeSet;
 
-    /// `.ci/run` is `test`, `check` and `board`; what is in none of them is measured or made.
+    /// `.ci/run` is `test`, `check` and `board`, some beside others; what is in none of them is measured or made.
     #[test]
     fn continuous_integration_runs_each_chore_once() {
         let chores = CHORES.iter().map(|chore| chore.word);
@@ -495,6 +503,7 @@ mod tests {
                     "assemble",
                     "bench",
                     "board",
+                    "book",
                     "crates-io",
                     "faults",
                     "npm",
@@ -502,6 +511,7 @@ mod tests {
                     "page-types",
                     "planted",
                     "python",
+                    "sbom",
                     "simulate",
                     "wasm",
                     "wheel",
@@ -518,10 +528,22 @@ mod tests {
         run.sort_unstable();
         assert_eq!(run, once);
         let script = include_str!("../../.ci/run");
-        let steps = script
+        let mut steps: Vec<_> = script
             .lines()
-            .filter_map(|line| line.strip_prefix("cargo xtask ")?.split(' ').next());
-        assert_eq!(steps.collect::<Vec<_>>(), ["test", "board", "check"]);
+            .filter_map(|line| line.trim().strip_prefix("cargo xtask "))
+            .filter(|words| !words.starts_with("--install"))
+            .flat_map(|words| {
+                words
+                    .split(' ')
+                    .take_while(|word| ![">", "||"].contains(word))
+            })
+            .flat_map(|word| chores_of(word).unwrap())
+            .map(|chore| chore.word)
+            .collect();
+        steps.sort_unstable();
+        once.push("board");
+        once.sort_unstable();
+        assert_eq!(steps, once);
     }
 
     #[test]

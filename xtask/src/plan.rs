@@ -57,6 +57,8 @@ impl Chore {
 pub struct Options {
     /// Ends after the plan.
     pub only_plan: bool,
+    /// Ends when everything is installed.
+    pub only_install: bool,
     /// Skips what needs Debian's packages that are missing and may not be installed.
     pub may_skip: bool,
 }
@@ -104,6 +106,9 @@ pub fn run_in_order(chores: &[&Chore], options: &Options) -> Result<(), String> 
         ));
     }
     print_list("Skipped on this machine:", &blocked);
+    if options.only_install {
+        return Ok(());
+    }
     run_all(chores)
 }
 

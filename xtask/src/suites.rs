@@ -5,13 +5,17 @@
 use crate::chores::{PAGE, page_packages};
 use crate::tools::{command, root, run};
 use sextant_test_needs::NODE;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::Stdio;
+use std::process::{Command, Stdio};
 
 /// Packages that test or measure all others.
 const SYSTEM: &[&str] = &["tests", "tests/simulation", "benches", "benches/examine"];
 
-/// Test programs that take a minute or more; they run after the others of their chore.
+/// The test program whose modules are run one after the other, each as a program of its own: many of them measure latencies.
+const BY_MODULE: &str = "tests/tests/system.rs";
+
+/// Files of tests that take a minute or more; they run after the others of their chore.
 const SLOW: &[&str] = &[
     "tests/tests/page.rs",
     "tests/tests/play.rs",
@@ -129,26 +133,33 @@ fn simulated(copy: &Path) -> Result<String, String> {
 }
 
 fn run_programs(word: &str, is_wanted: impl Fn(&str) -> bool) -> Result<(), String> {
+    let programs = programs()?;
+    let mut suites = Vec::new();
+    for program in programs.iter().filter(|one| is_wanted(&one.folder())) {
+        suites.extend(program.suites()?);
+    }
+    suites.sort_by_key(|suite| (SLOW.contains(&suite.file.as_str()), suite.file.clone()));
     let mut failed = Vec::new();
-    for program in programs()?
-        .iter()
-        .filter(|program| is_wanted(&program.folder()))
-    {
-        let source = program.relative(&program.source);
-        println!("xtask {word}: {source}");
-        let mut test = command(&program.executable);
-        let package = root().join(program.folder());
-        test.arg("--quiet")
-            .env("CARGO_MANIFEST_DIR", &package)
-            .current_dir(&package);
+    for suite in suites {
+        println!("xtask {word}: {}", suite.file);
+        let mut test = suite.program.command();
+        test.arg("--quiet").args(&suite.arguments);
         if !test.status().is_ok_and(|status| status.success()) {
-            failed.push(source);
+            failed.push(suite.file);
         }
     }
     match failed.as_slice() {
         [] => Ok(()),
         _ => Err(failed.join(", ")),
     }
+}
+
+/// What of a test program is run at once.
+struct Suite<'a> {
+    program: &'a Program,
+    /// Where the tests are.
+    file: String,
+    arguments: Vec<String>,
 }
 
 /// A test program of a package.
@@ -170,6 +181,39 @@ impl Program {
             source: text(target, "src_path")?.into(),
             executable: text(line, "executable")?,
         })
+    }
+
+    /// Runs it in the folder of its package, as cargo does.
+    fn command(&self) -> Command {
+        let mut test = command(&self.executable);
+        let package = root().join(self.folder());
+        test.env("CARGO_MANIFEST_DIR", &package)
+            .current_dir(&package);
+        test
+    }
+
+    /// The whole program, or each of its modules.
+    fn suites(&self) -> Result<Vec<Suite<'_>>, String> {
+        let file = self.relative(&self.source);
+        if file != BY_MODULE {
+            return Ok(vec![Suite {
+                program: self,
+                file,
+                arguments: Vec::new(),
+            }]);
+        }
+        let list = self
+            .command()
+            .args(["--list", "--format", "terse"])
+            .output();
+        let list = list.map_err(|cause| format!("{file}: {cause}"))?;
+        let modules = modules(&String::from_utf8_lossy(&list.stdout), &file);
+        let suites = modules.into_iter().map(|(file, tests)| Suite {
+            program: self,
+            file,
+            arguments: std::iter::once("--exact".to_owned()).chain(tests).collect(),
+        });
+        Ok(suites.collect())
     }
 
     /// The package's, within the workspace.
@@ -197,12 +241,21 @@ fn programs() -> Result<Vec<Program>, String> {
         return Err("the tests do not compile".to_owned());
     }
     let lines = String::from_utf8_lossy(&output.stdout);
-    let mut programs: Vec<Program> = lines.lines().filter_map(Program::read).collect();
-    programs.sort_by_key(|program| {
-        let source = program.relative(&program.source);
-        (SLOW.contains(&source.as_str()), source)
-    });
-    Ok(programs)
+    Ok(lines.lines().filter_map(Program::read).collect())
+}
+
+/// The tests that a program lists, by the file of their module.
+fn modules(list: &str, root: &str) -> BTreeMap<String, Vec<String>> {
+    let mut modules = BTreeMap::<_, Vec<_>>::new();
+    for test in list.lines().filter_map(|line| line.strip_suffix(": test")) {
+        let file = match test.split_once("::") {
+            Some((module, _)) => Path::new(root).with_file_name(format!("{module}.rs")),
+            None => PathBuf::from(root),
+        };
+        let file = file.display().to_string();
+        modules.entry(file).or_default().push(test.to_owned());
+    }
+    modules
 }
 
 /// The text of a field of JSON, where it is one without a quotation mark or backslash in it.
@@ -227,6 +280,18 @@ mod tests {
         assert_eq!(program.folder(), "/a b/tests");
         assert_eq!(Program::read(&line("false", "\"/a b/target/fleet\"")), None);
         assert_eq!(Program::read(&line("true", "null")), None);
+    }
+
+    #[test]
+    fn tests_of_a_program_are_sorted_by_their_modules() {
+        let list = "doors::open: test\ndoors::shut: test\nall: test\n\n3 tests, 0 benchmarks\n";
+        let modules: Vec<_> = modules(list, "tests/tests/system.rs").into_iter().collect();
+        let of = |file: &str, tests: &[&str]| {
+            let tests = tests.iter().map(|&test| test.to_owned());
+            (format!("tests/tests/{file}"), tests.collect())
+        };
+        let doors = of("doors.rs", &["doors::open", "doors::shut"]);
+        assert_eq!(modules, [doors, of("system.rs", &["all"])]);
     }
 
     /// The list is that of ARCHITECTURE.md.

@@ -1,9 +1,10 @@
 //! Programs that chores call: those that they install for themselves below `target`, and how one is run.
 
 use sextant_test_needs::locate;
+use std::env;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// An extension of cargo, in exactly this version.
@@ -15,10 +16,12 @@ pub struct CargoTool {
 }
 
 impl CargoTool {
-    /// The program of this version: the one on the path, else one of our own below `target`, installed where it is
-    /// missing.
+    /// The program of this version: the one on the path, else one of our own, installed where it is missing. It takes
+    /// minutes to compile and is
+    /// kept in the user's cache, so that a fresh checkout finds it.
     pub fn program(&self) -> Result<String, String> {
-        let folder = root().join("target/tools");
+        let folder = cache().unwrap_or_else(|_| root().join("target"));
+        let folder = folder.join(format!("tools/{}-{}", self.name, self.version));
         let own = folder.join("bin").join(self.name);
         let installed = locate(self.name).filter(|file| self.is(file));
         if let Some(program) = installed.or_else(|| Some(own.clone()).filter(|file| self.is(file)))
@@ -27,11 +30,14 @@ impl CargoTool {
         }
         println!("xtask: installing {} {}", self.name, self.version);
         let folder = folder.display().to_string();
-        // As they come, both are optimised as a whole, which takes longer than all that they do here.
+        // Optimising them takes longer than all that they do here. What they are made of is largely the same.
+        let built = root().join("target/tools/build").display().to_string();
         let quickly = [
             ("CARGO_PROFILE_RELEASE_LTO", "off"),
             ("CARGO_PROFILE_RELEASE_CODEGEN_UNITS", "16"),
-            ("CARGO_PROFILE_RELEASE_OPT_LEVEL", "1"),
+            ("CARGO_PROFILE_RELEASE_DEBUG", "false"),
+            ("CARGO_PROFILE_RELEASE_OPT_LEVEL", "0"),
+            ("CARGO_TARGET_DIR", &built),
         ];
         let install = [
             "install",
@@ -61,6 +67,18 @@ impl CargoTool {
         };
         says(&["--version"]) || says(&[subcommand, "--version"])
     }
+}
+
+/// The user's cache, for what takes long to make and outlives a checkout.
+pub fn cache() -> Result<PathBuf, String> {
+    let set = |name: &str| env::var_os(name).filter(|value| !value.is_empty());
+    let folder = set("XDG_CACHE_HOME").map(PathBuf::from);
+    folder
+        .or_else(|| set("HOME").map(|home| Path::new(&home).join(".cache")))
+        .map(|folder| folder.join("sextant"))
+        .ok_or_else(|| {
+            "set XDG_CACHE_HOME or HOME: what takes long to make is kept there".to_owned()
+        })
 }
 
 /// Cargo with zig as the linker and C compiler, so that a program needs no newer C library than the one named.
@@ -94,6 +112,12 @@ impl Zigbuild {
 /// The workspace's root.
 pub fn root() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+}
+
+/// Where cargo builds, as it is told by its variable; by default below the root.
+pub fn target() -> PathBuf {
+    let told = env::var_os("CARGO_TARGET_DIR").map(PathBuf::from);
+    root().join(told.unwrap_or_else(|| "target".into()))
 }
 
 /// Runs a program in the workspace's root and fails with its command line.

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod drawing;
-
-use drawing::{Camera, Picture, Random, Tag};
+use crate::drawing::{Camera, Picture, Random, Tag};
 use sextant_apriltag::{Alternative, Detector, Family, Image, Options};
 
 const SIZE: usize = 160;

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod drawing;
-
-use drawing::{Camera, Picture, Random, Tag};
+use crate::drawing::{Camera, Picture, Random, Tag};
 use sextant_apriltag::{Detection, Family};
 use sextant_geometry::{Intrinsics, Lens};
 
@@ -16,7 +14,7 @@ fn draw(camera: &Camera, tags: &[Tag], blur_px: f64) -> Vec<u8> {
 }
 
 fn detect(pixels: &[u8], families: &[Family]) -> Vec<Detection> {
-    drawing::detect(pixels, SIZE, families)
+    crate::drawing::detect(pixels, SIZE, families)
 }
 
 /// A tag so many pixels wide, turned at random, and its board around it.

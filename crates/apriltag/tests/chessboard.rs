@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod drawing;
-
-use drawing::Random;
+use crate::drawing::Random;
 use nalgebra::{Point2, Point3, UnitQuaternion, Vector3};
 use sextant_apriltag::{BoardShape, ChessboardView, Extent, Family, Image, find_chessboard};
 use sextant_geometry::{Intrinsics, Lens, Pose};

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod drawing;
-
-use drawing::{Camera, Picture, Random, Tag};
+use crate::drawing::{Camera, Picture, Random, Tag};
 use nalgebra::{Matrix2, SMatrix, SVector};
 use sextant_apriltag::{Detection, Detector, Family, Image, Options, Refinement};
 use sextant_geometry::CORNER_PAIRS;

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod drawing;
-
-use drawing::{Camera, Picture, Random, Tag};
+use crate::drawing::{Camera, Picture, Random, Tag};
 use sextant_apriltag::{Detection, Family};
 
 fn detect(tag: &Tag, family: Family, seed: u64) -> Vec<Detection> {
@@ -20,7 +18,7 @@ fn draw(tag: &Tag, blur_px: f64, seed: u64) -> Vec<u8> {
 }
 
 fn detect_in(pixels: &[u8], family: Family) -> Vec<Detection> {
-    drawing::detect(pixels, SIZE, &[family])
+    crate::drawing::detect(pixels, SIZE, &[family])
 }
 
 /// A tag so many pixels wide, turned at random.

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod drawing;
-
-use drawing::{Camera, Picture, Random, Tag};
+use crate::drawing::{Camera, Picture, Random, Tag};
 use sextant_apriltag::{Detection, Detector, Image, Options, Refinement};
 use sextant_geometry::{Intrinsics, Lens};
 

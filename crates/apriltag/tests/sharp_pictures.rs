@@ -3,9 +3,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod drawing;
-
-use drawing::detect;
+use crate::drawing::detect;
 use sextant_apriltag::Family;
 use sextant_tag_families::module_is_white;
 

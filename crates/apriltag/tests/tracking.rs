@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod drawing;
-
-use drawing::{Camera, Picture, Random, Tag};
+use crate::drawing::{Camera, Picture, Random, Tag};
 use proptest::prelude::*;
 use sextant_apriltag::{Detection, Detector, Image, Options, Tracker};
 use std::sync::LazyLock;

@@ -145,8 +145,11 @@ pub(crate) const fn parse_packed<const CODES: usize, const BITS: usize>(
     words.keyword(b"packed");
     assert!(words.next().is_empty(), "words after the last");
     let mut i = 0;
-    while let Some((code, rest)) = packed.split_first_chunk() {
-        table.codes[i] = u64::from_be_bytes(*code);
+    // Without a call a word: evaluated by the compiler, calls would take seconds of every build.
+    while let [a, b, c, d, e, f, g, h, rest @ ..] = packed {
+        let high = (*a as u64) << 56 | (*b as u64) << 48 | (*c as u64) << 40 | (*d as u64) << 32;
+        let low = (*e as u64) << 24 | (*f as u64) << 16 | (*g as u64) << 8 | *h as u64;
+        table.codes[i] = high | low;
         packed = rest;
         i += 1;
     }

@@ -24,6 +24,7 @@ pub struct LaterPose {
 
 impl LaterPose {
     /// The pose `after_s` seconds later by a twist, m/s and rad/s in world axes.
+    #[inline]
     pub fn new(pose: &Pose, twist: &Vector6<f64>, after_s: f64) -> Self {
         let turn = twist.fixed_rows::<3>(3) * after_s;
         let rotation = so3::exp(&turn);
@@ -37,6 +38,7 @@ impl LaterPose {
     }
 
     /// Derivatives by the later pose as derivatives by the pose and by the twist before.
+    #[inline]
     pub fn before(&self, by_pose: &Slopes) -> (Slopes, Slopes) {
         let (mut pose, mut twist) = (*by_pose, *by_pose);
         for (axis, slopes) in by_pose.iter().enumerate() {
