@@ -1,9 +1,11 @@
-//! How far estimates depend on which images there are: the delete-one-group jackknife over clusters of images that follow one another (B.
-//! Efron, The jackknife, the bootstrap and other resampling plans, 1982, ch. 2; for clusters: C. F. J. Wu, Annals of Statistics 14, 1986).
+//! How far estimates depend on which images there are: the delete-one-group jackknife over clusters of images that
+//! follow one another (B. Efron, The jackknife, the bootstrap and other resampling plans, 1982, ch. 2; for clusters: C.
+//! F. J. Wu, Annals of Statistics 14, 1986).
 //!
-//! Corners of an image share what no model has: the bend of a board, blur, a lens of another form. Their errors are no independent noise,
-//! so that the information of all corners states more than is known. What clusters disagree by does not: with g and I a cluster's gradient
-//! and information at the optimum and A the information of all, the estimate without it lies (A - I)^-1 g aside.
+//! Corners of an image share what no model has: the bend of a board, blur, a lens of another form. Their errors are no
+//! independent noise, so that the information of all corners states more than is known. What clusters disagree by does
+//! not: with g and I a cluster's gradient and information at the optimum and A the information of all, the estimate
+//! without it lies (A - I)^-1 g aside.
 
 use crate::elimination::ReducedSystem;
 use crate::equations::Equations;
@@ -78,10 +80,11 @@ fn part(bundle: &Bundle, instants: &Range<usize>) -> Bundle {
     }
 }
 
-/// Factors on the variances, at least 1: the ratio of the jackknife's variances to those due to corner noise, summed over a class. One class
-/// holds all camera poses, one all tag poses, one all tag sizes and one the robot, since each is known relative to the others; every lens, every
-/// clock and every line delay is a class of its own. `variances` are those due to corner noise, `sigmas` the standard deviations that make parameters of
-/// different units comparable, and `displacements` the steps of the estimates without one cluster each.
+/// Factors on the variances, at least 1: the ratio of the jackknife's variances to those due to corner noise, summed
+/// over a class. One class holds all camera poses, one all tag poses, one all tag sizes and one the robot, since each
+/// is known relative to the others; every lens, every clock and every line delay is a class of its own. `variances` are
+/// those due to corner noise, `sigmas` the standard deviations that make parameters of different units comparable, and
+/// `displacements` the steps of the estimates without one cluster each.
 pub(crate) fn factors(
     parameters: &[KeptParameter],
     variances: &DVector<f64>,

@@ -1,7 +1,9 @@
-//! Elimination of the instants: what is known of an instant is carried to the next one, and in the end to the kept parameters.
+//! Elimination of the instants: what is known of an instant is carried to the next one, and in the end to the kept
+//! parameters.
 //!
-//! Of an instant, with everything before it eliminated, are known the information `A`, the gradient `g` and the coupling `c` to the kept
-//! parameters. Where a tie leads to the next instant ([`Tie`]), the **noise** `w` between the two is eliminated, not their difference:
+//! Of an instant, with everything before it eliminated, are known the information `A`, the gradient `g` and the
+//! coupling `c` to the kept parameters. Where a tie leads to the next instant ([`Tie`]), the **noise** `w` between the
+//! two is eliminated, not their difference:
 //!
 //! ```text
 //! M = F^-T A F^-1,   h = F^-T g + M e,   k = F^-T c
@@ -10,9 +12,10 @@
 //! kept parameters:   information -= u' u,   gradient += k' e - u' y
 //! ```
 //!
-//! The eigenvalues of `B` are at least one, so that it has a factor for vague and for sharp knowledge alike and for every distance in time.
-//! The last instant of a body, and each one without ties, is eliminated by its Schur complement (B. Triggs et al., Bundle adjustment: a modern
-//! synthesis, 2000, section 6). Back substitution is `w = B^-1 C' (M dx(k+1) + h + k ds)` and `dx(k) = F^-1 (dx(k+1) + e - C w)`.
+//! The eigenvalues of `B` are at least one, so that it has a factor for vague and for sharp knowledge alike and for
+//! every distance in time. The last instant of a body, and each one without ties, is eliminated by its Schur complement
+//! (B. Triggs et al., Bundle adjustment: a modern synthesis, 2000, section 6). Back substitution is `w = B^-1 C' (M
+//! dx(k+1) + h + k ds)` and `dx(k) = F^-1 (dx(k+1) + e - C w)`.
 
 use crate::equations::{Coupling, Equations, Node};
 use crate::residuals::tie::Tie;
@@ -95,8 +98,8 @@ impl<const D: usize> Marginal<D> {
         })
     }
 
-    /// Eliminates the noise up to the next instant: its row, what is known of the next instant, and the gradient of the kept parameters
-    /// that the error of the tie brings about.
+    /// Eliminates the noise up to the next instant: its row, what is known of the next instant, and the gradient of the
+    /// kept parameters that the error of the tie brings about.
     fn carried(mut self, tie: &Tie, columns: &[usize]) -> Option<(Row<D>, Self, DVector<f64>)> {
         let error = tie.error_of::<D>();
         tie.pull_back(&mut self.information);
@@ -143,7 +146,8 @@ impl<const D: usize> Marginal<D> {
 }
 
 impl<const D: usize> ReducedSystem<D> {
-    /// Eliminates the instants with Marquardt damping, a fraction of the diagonal; `None` if an instant remains undetermined.
+    /// Eliminates the instants with Marquardt damping, a fraction of the diagonal; `None` if an instant remains
+    /// undetermined.
     pub(crate) fn new(equations: &Equations<D>, damping: f64) -> Option<Self> {
         let mut reduced = Self {
             information: equations.kept.clone(),
@@ -222,8 +226,8 @@ impl<const D: usize> ReducedSystem<D> {
         })
     }
 
-    /// Logarithm of the determinant of the information of everything that is sought: kept parameters, instants as their noise, stamps; `None`
-    /// where that is not definite.
+    /// Logarithm of the determinant of the information of everything that is sought: kept parameters, instants as their
+    /// noise, stamps; `None` where that is not definite.
     pub(crate) fn log_information(&self, equations: &Equations<D>) -> Option<f64> {
         let half = |lower: &mut dyn Iterator<Item = f64>| lower.map(f64::ln).sum::<f64>();
         let kept = self.information.clone().cholesky()?.unpack();
@@ -239,7 +243,8 @@ impl<const D: usize> ReducedSystem<D> {
     }
 }
 
-/// Rows over all kept columns that wait for their subtraction: one product of large matrices is many times as fast as many small ones.
+/// Rows over all kept columns that wait for their subtraction: one product of large matrices is many times as fast as
+/// many small ones.
 struct Stack<const D: usize> {
     couplings: DMatrix<f64>,
     /// Rows of `couplings` in use.

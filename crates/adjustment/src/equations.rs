@@ -1,5 +1,5 @@
-//! The normal equations: a small dense matrix over the kept parameters, and for every instant its block and its coupling to them. No
-//! Jacobian is stored: images are added one by one.
+//! The normal equations: a small dense matrix over the kept parameters, and for every instant its block and its
+//! coupling to them. No Jacobian is stored: images are added one by one.
 //!
 //! `D` is 6 for independent instants and 12 (pose, twist) if the motion of the object is modelled.
 

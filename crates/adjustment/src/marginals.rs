@@ -6,8 +6,9 @@ use crate::prior_knowledge::PriorKnowledge;
 use crate::values::Bundle;
 use nalgebra::{DMatrix, DVector, Matrix6};
 
-/// Covariance of the kept parameters by the noise of corners and by what clusters of images disagree by: poses over the step of FRAMES.md (position along the outer frame's axes, rotation about
-/// the inner frame's origin), lenses in their own units, clocks in seconds. Always finite.
+/// Covariance of the kept parameters by the noise of corners and by what clusters of images disagree by: poses over the
+/// step of FRAMES.md (position along the outer frame's axes, rotation about the inner frame's origin), lenses in their
+/// own units, clocks in seconds. Always finite.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KeptCovariance {
     parameters: Vec<KeptParameter>,
@@ -18,7 +19,8 @@ pub struct KeptCovariance {
 }
 
 impl KeptCovariance {
-    /// From the information matrix, and what each cluster of images says, both in units of the given noise, whose variance is off by
+    /// From the information matrix, and what each cluster of images says, both in units of the given noise, whose
+    /// variance is off by
     /// `variance_factor`.
     pub(crate) fn new(
         bundle: &Bundle,
@@ -59,8 +61,8 @@ impl KeptCovariance {
         }
     }
 
-    /// The same if the common scale were known: the mean of the logarithms of all sizes that are sought. An error of it displaces
-    /// everything alike, and no number of images makes it smaller.
+    /// The same if the common scale were known: the mean of the logarithms of all sizes that are sought. An error of it
+    /// displaces everything alike, and no number of images makes it smaller.
     pub fn at_known_scale(&self) -> Self {
         let of_size = |p: &KeptParameter| f64::from(matches!(p, KeptParameter::TagSize { .. }));
         let sizes = self.parameters.iter().map(of_size);
@@ -138,8 +140,8 @@ impl KeptCovariance {
     }
 }
 
-/// Inverse of a positive definite matrix whose diagonal spans many orders of magnitude, by scaling. If rounding makes it indefinite,
-/// the covariance of the prior.
+/// Inverse of a positive definite matrix whose diagonal spans many orders of magnitude, by scaling. If rounding makes
+/// it indefinite, the covariance of the prior.
 fn inverse(information: &DMatrix<f64>, sigma: impl Fn(usize) -> f64) -> DMatrix<f64> {
     let n = information.nrows();
     let scale: Vec<f64> = (0..n).map(|at| information[(at, at)].sqrt()).collect();

@@ -1,7 +1,9 @@
-//! Errors of single time stamps, where the stamps of a camera jitter: one number an image, eliminated before the instants.
+//! Errors of single time stamps, where the stamps of a camera jitter: one number an image, eliminated before the
+//! instants.
 //!
-//! A stamp that is ahead by `s` seconds displaces an image as the twist of the object times `-s` does. Its normal equations with everything
-//! else are the column `h`; with its own information `d` and gradient `g` the others become `H - h h' / d` and `b - h g / d`.
+//! A stamp that is ahead by `s` seconds displaces an image as the twist of the object times `-s` does. Its normal
+//! equations with everything else are the column `h`; with its own information `d` and gradient `g` the others become
+//! `H - h h' / d` and `b - h g / d`.
 
 use crate::equations::Node;
 use crate::residuals::corners::KeptBlock;
@@ -32,8 +34,8 @@ impl<const D: usize> StampRow<D> {
         })
     }
 
-    /// Adds a tag of its image: `products` and `pull` over the rows' columns, of which the instant's begin at `first` and the stamp's comes
-    /// last.
+    /// Adds a tag of its image: `products` and `pull` over the rows' columns, of which the instant's begin at `first`
+    /// and the stamp's comes last.
     pub(crate) fn add(
         &mut self,
         blocks: &[KeptBlock],
@@ -53,7 +55,8 @@ impl<const D: usize> StampRow<D> {
         }
     }
 
-    /// Eliminates the error from the equations of its instant and of the kept parameters, of which only the upper triangle is filled.
+    /// Eliminates the error from the equations of its instant and of the kept parameters, of which only the upper
+    /// triangle is filled.
     pub(crate) fn eliminate(
         &self,
         node: &mut Node<D>,

@@ -1,4 +1,5 @@
-//! Parameters and observations of an adjustment: cameras, tags, instants, and the detected corners; and how each of them steps.
+//! Parameters and observations of an adjustment: cameras, tags, instants, and the detected corners; and how each of
+//! them steps.
 
 use crate::layout::{CameraColumns, Layout};
 use crate::residuals::hand_pose::Arm;
@@ -19,7 +20,8 @@ pub enum Freedom {
     Free,
 }
 
-/// Which of a lens's parameters are sought, in the order of [`Lens::parameters`]; entries beyond the lens's own are ignored.
+/// Which of a lens's parameters are sought, in the order of [`Lens::parameters`]; entries beyond the lens's own are
+/// ignored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FreeLens(pub [Freedom; MAX_PARAMETERS]);
 
@@ -45,11 +47,11 @@ pub struct BundleCamera {
     pub clock_offset_s: f64,
     /// Whether that is sought; without [`Bundle::motion`] it cannot be.
     pub clock: Freedom,
-    /// Standard deviation of the error of each capture time beside the offset, seconds, which is sought image by image; zero if
-    /// there is none, and without [`Bundle::motion`].
+    /// Standard deviation of the error of each capture time beside the offset, seconds, which is sought image by image;
+    /// zero if there is none, and without [`Bundle::motion`].
     pub stamp_sigma_s: f64,
-    /// Rolling shutter: seconds from a row to the next, which displace corners as the object moves; without effect without
-    /// [`Bundle::motion`].
+    /// Rolling shutter: seconds from a row to the next, which displace corners as the object moves; without effect
+    /// without [`Bundle::motion`].
     pub line_delay_s: f64,
     /// Whether that is sought; without [`Bundle::motion`] it cannot be.
     pub line_delay: Freedom,
@@ -72,7 +74,8 @@ pub struct BundleTag {
     pub scale: Option<usize>,
 }
 
-/// A common scale of tags, of one object or one printed sheet: their places on the object and their sizes are larger than theirs by it.
+/// A common scale of tags, of one object or one printed sheet: their places on the object and their sizes are larger
+/// than theirs by it.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct ObjectScale {
     /// Logarithm of the factor.
@@ -99,8 +102,8 @@ pub struct Instant {
     pub seconds: f64,
     /// Maps points of the object into the world. Always sought.
     pub world_from_object: Pose,
-    /// Velocity of the object's origin, m/s, and angular velocity, rad/s, in world axes. Sought where the motion is modelled, else without
-    /// meaning.
+    /// Velocity of the object's origin, m/s, and angular velocity, rad/s, in world axes. Sought where the motion is
+    /// modelled, else without meaning.
     pub twist: Vector6<f64>,
 }
 
@@ -124,8 +127,8 @@ pub struct BundleImage {
     pub instant: usize,
     /// Capture time by the camera's own clock less the instant's time, seconds; only read where the motion is modelled.
     pub seconds_after_instant: f64,
-    /// By how much the capture time is ahead beside the camera's clock offset, seconds; sought where [`BundleCamera::stamp_sigma_s`] is not
-    /// zero.
+    /// By how much the capture time is ahead beside the camera's clock offset, seconds; sought where
+    /// [`BundleCamera::stamp_sigma_s`] is not zero.
     pub stamp_error_s: f64,
     /// The observed tags.
     pub tags: Vec<TagObservation>,
@@ -183,7 +186,8 @@ pub enum BundleError {
     Arm,
     /// A clock or line delay is sought although no motion is modelled, or instants of a motion do not ascend in time.
     #[error(
-        "clocks or line delays are sought but the object's motion is not modelled, or its instants do not ascend in time"
+        "clocks or line delays are sought but the object's motion is not modelled, or its instants do not ascend in \
+         time"
     )]
     Time,
     /// The start fits so badly that no step could be computed.
@@ -228,8 +232,8 @@ impl TagObservation {
         }
     }
 
-    /// Corners with the covariances that the detector states, px^2, to each of which `floor_px` squared is added for what
-    /// the detector cannot know. `None` where that is not positive definite.
+    /// Corners with the covariances that the detector states, px^2, to each of which `floor_px` squared is added for
+    /// what the detector cannot know. `None` where that is not positive definite.
     pub fn with_covariance(
         tag: usize,
         corners: [Point2<f64>; 4],

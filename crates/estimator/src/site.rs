@@ -105,6 +105,8 @@ pub(crate) struct ModelledSite {
     /// Size of the tags of an object over that in its file, where all have been printed at another scale; by object
     /// index.
     print_scales: BTreeMap<usize, f64>,
+    /// The scales of objects that self-calibration finds clearly different from one.
+    learned_scales: BTreeMap<usize, f64>,
 }
 
 /// Prior of the clock of a camera, by its image.
@@ -279,6 +281,7 @@ impl ModelledSite {
         let frame_sigma = |object: &ObjectModel| object.frame_sigma().unwrap_or(PoseSigma::NONE);
         self.frame_sigmas = objects.iter().map(frame_sigma).collect();
         self.print_scales.clear();
+        self.learned_scales.clear();
         self.frames.clear();
         self.is_exact = self.has_exact_models();
         Ok(())
@@ -320,6 +323,10 @@ impl ModelledSite {
             place.sigma = Some(sigma).filter(PoseSigma::is_some);
         }
         self.frames.clone_from(&corrections.frames);
+        let clear = corrections.scales.iter().filter(|(_, one)| one.is_clear());
+        self.learned_scales = clear
+            .map(|(object, one)| (*object, one.log_factor.exp()))
+            .collect();
     }
 
     /// Lens and pose of a camera as the rig's file has them.
@@ -360,7 +367,10 @@ impl ModelledSite {
 
     /// Size of the tags of an object over that in its file, where all have been printed at another scale.
     pub fn print_scale(&self, object: usize) -> Option<f64> {
-        self.print_scales.get(&object).copied()
+        let scales = [&self.print_scales, &self.learned_scales];
+        let known = scales.map(|scales| scales.get(&object).copied());
+        let is_known = known.iter().any(Option::is_some);
+        is_known.then(|| known.into_iter().flatten().product())
     }
 
     /// Takes the tags of an object to be larger by a factor than they have been taken to be so far.

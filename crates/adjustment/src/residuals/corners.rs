@@ -1,9 +1,10 @@
 //! The corner of a tag in an image: where it is projected to, and how it moves with everything that it depends on.
 //!
-//! A corner `q` of a tag (in the tag's axes, from its centre) lies in the world at `X = R s (t_tag + R_tag q) + t`, with `(t, R)` the pose of
-//! its body at the time of the corner's row and `s` the scale of the body. Each parameter moves that point, or the point as the camera sees
-//! it, by a simple vector, so that one 2x3 matrix, the derivative `J` of the pixel by a displacement of the point in world axes, gives all
-//! derivatives (steps are those of FRAMES.md: `t += dt`, `R = exp(dr) R`):
+//! A corner `q` of a tag (in the tag's axes, from its centre) lies in the world at `X = R s (t_tag + R_tag q) + t`,
+//! with `(t, R)` the pose of its body at the time of the corner's row and `s` the scale of the body. Each parameter
+//! moves that point, or the point as the camera sees it, by a simple vector, so that one 2x3 matrix, the derivative `J`
+//! of the pixel by a displacement of the point in world axes, gives all derivatives (steps are those of FRAMES.md: `t
+//! += dt`, `R = exp(dr) R`):
 //!
 //! | parameter | displacement of the point |
 //! |---|---|
@@ -125,8 +126,8 @@ impl TagResidual {
     }
 }
 
-/// Whitened, weighted rows of a tag by the columns of its image: those of the camera, of the tag, the scale of its body, the `D` of the
-/// instant, and one for the error of the stamp.
+/// Whitened, weighted rows of a tag by the columns of its image: those of the camera, of the tag, the scale of its
+/// body, the `D` of the instant, and one for the error of the stamp.
 pub(crate) type TagRows = OMatrix<f64, Const<8>, Dyn>;
 
 /// Where the columns of [`TagRows`] begin.

@@ -1,10 +1,12 @@
 //! A robot's poses as observations: the hand carries the object before the cameras, or a camera before the object.
 //!
-//! With the base's pose P, the carried frame's pose H on the hand and what an image shows, M, the hand is at `P M H^-1` in the base. The
-//! residual of an instant is its difference from the robot's pose B as a twist of the hand's axes, `log(B^-1 P M H^-1)`. M is
-//! `world_from_object` where the hand carries the object, and its inverse where it carries the camera: then the frame of the cameras rides on
-//! the hand, and P maps points of the object into the base. Both hand-eye problems, `A X = X B` and `A X = Y B` (F. Dornaika, R. Horaud,
-//! Simultaneous robot-world and hand-eye calibration, 1998), are this one residual.
+//! With the base's pose P, the carried frame's pose H on the hand and what an image shows, M, the hand is at `P M H^-1`
+//! in the base. The residual of an instant is its difference from the robot's pose B as a twist of the hand's axes,
+//! `log(B^-1 P M H^-1)`. M is
+//! `world_from_object` where the hand carries the object, and its inverse where it carries the camera: then the frame of
+//! the cameras rides on
+//! the hand, and P maps points of the object into the base. Both hand-eye problems, `A X = X B` and `A X = Y B` (F.
+//! Dornaika, R. Horaud, Simultaneous robot-world and hand-eye calibration, 1998), are this one residual.
 
 use crate::equations::Node;
 use crate::layout::Layout;
@@ -40,8 +42,8 @@ pub struct Arm {
     pub hands: Vec<Option<Hand>>,
     /// Standard deviation of the robot's poses, per axis.
     pub sigma: PoseSigma,
-    /// Standard deviation of the position of what is carried about the hand's origin, m, before any image: it decides what the motions leave
-    /// open. Infinite for none.
+    /// Standard deviation of the position of what is carried about the hand's origin, m, before any image: it decides
+    /// what the motions leave open. Infinite for none.
     pub reach_m: f64,
 }
 
@@ -85,8 +87,8 @@ pub struct HandError {
 }
 
 impl HandError {
-    /// `log(B^-1 P M H^-1)`, with B `base_from_hand`, P `base_from_site`, M `site_from_carried` and H `hand_from_carried`; derivatives by J.
-    /// Sola et al., A micro Lie theory, 2018, eq. 71 and 180.
+    /// `log(B^-1 P M H^-1)`, with B `base_from_hand`, P `base_from_site`, M `site_from_carried` and H
+    /// `hand_from_carried`; derivatives by J. Sola et al., A micro Lie theory, 2018, eq. 71 and 180.
     pub fn new(
         base_from_hand: &Pose,
         base_from_site: &Pose,
@@ -327,8 +329,9 @@ const ROUNDS: usize = 10;
 const DETERMINED: f64 = 6.0;
 
 impl Arm {
-    /// Estimates the standard deviations of the robot's poses from the residuals of a solution, as variance components (D. MacKay, Bayesian
-    /// interpolation, 1992), with those that disagree down-weighted. Returns the largest change of a logarithm.
+    /// Estimates the standard deviations of the robot's poses from the residuals of a solution, as variance components
+    /// (D. MacKay, Bayesian interpolation, 1992), with those that disagree down-weighted. Returns the largest change of
+    /// a logarithm.
     pub fn learn_sigma(&mut self, residuals: &[ArmResidual]) -> f64 {
         let before = [self.sigma.position_m, self.sigma.orientation_rad];
         let mut sigmas = before;

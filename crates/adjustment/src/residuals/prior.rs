@@ -1,6 +1,7 @@
 //! Priors of kept parameters: values with standard deviations, as additional residuals.
 //!
-//! The error of a pose is its step of FRAMES.md from its prior, `(dt, dr)` over the outer frame's axes; a further step changes it by
+//! The error of a pose is its step of FRAMES.md from its prior, `(dt, dr)` over the outer frame's axes; a further step
+//! changes it by
 //! `(dt, J_l^-1(dr) dr)`. The error of a size is that of its logarithm, as its step is.
 
 use crate::layout::{KeptParameter, Layout};
@@ -29,7 +30,8 @@ pub enum Anchor {
         object_from_tag: Pose,
         /// One deviation an axis.
         sigma: PoseSigma,
-        /// Factor on those across the plane of the object's x and y: along its z, and of the turns about x and y. 1 unless it bends.
+        /// Factor on those across the plane of the object's x and y: along its z, and of the turns about x and y. 1
+        /// unless it bends.
         across: f64,
     },
     /// How large a tag is.
@@ -115,7 +117,8 @@ pub(crate) fn rho(bundle: &Bundle) -> f64 {
     squares.sum()
 }
 
-/// Sum of the logarithms of the precisions of the clocks' anchors: those of the others are the same in all models that are compared.
+/// Sum of the logarithms of the precisions of the clocks' anchors: those of the others are the same in all models that
+/// are compared.
 pub(crate) fn log_prior(bundle: &Bundle) -> f64 {
     let precisions = bundle.anchors.iter().map(|anchor| match anchor {
         Anchor::Clock { camera, sigma, .. } if bundle.cameras[*camera].clock == Freedom::Free => {

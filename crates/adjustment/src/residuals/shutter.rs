@@ -1,8 +1,10 @@
-//! The pose of a body some time after an instant: at the capture time of an image, and at the time of a row where the shutter rolls.
+//! The pose of a body some time after an instant: at the capture time of an image, and at the time of a row where the
+//! shutter rolls.
 //!
-//! With a constant twist `(v, w)` in world axes the pose `tau` seconds later is `(t + v tau, exp(w tau) R)`. For small steps of the earlier
-//! pose and twist, `dt' = dt + tau dv` and `dr' = exp(w tau) dr + tau J_l(w tau) dw` (J. Sola et al., A micro Lie theory, 2018, eq. 145; for
-//! shutters: L. Oth, P. Furgale, L. Kneip, R. Siegwart, Rolling shutter camera calibration, CVPR 2013, with a constant twist over an image).
+//! With a constant twist `(v, w)` in world axes the pose `tau` seconds later is `(t + v tau, exp(w tau) R)`. For small
+//! steps of the earlier pose and twist, `dt' = dt + tau dv` and `dr' = exp(w tau) dr + tau J_l(w tau) dw` (J. Sola et
+//! al., A micro Lie theory, 2018, eq. 145; for shutters: L. Oth, P. Furgale, L. Kneip, R. Siegwart, Rolling shutter
+//! camera calibration, CVPR 2013, with a constant twist over an image).
 
 use nalgebra::{Matrix3, RowVector3, Vector6};
 use sextant_geometry::{Pose, so3};

@@ -6,15 +6,17 @@
 //! dx(k+1) + e = F dx(k) + C w,   C C' = Q = q [dt^3/3, dt^2/2; dt^2/2, dt] of each axis
 //! ```
 //!
-//! (Y. Bar-Shalom, X. R. Li, T. Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 6.2). Neither has an
-//! inverse power of `dt`, so that instants may be as close as they like. Attitudes are compared by `log(R(k+1) R_predicted')`, whose
-//! Jacobians `J_l^-1(e)` and `J_r^-1(e)` are moved to the right side: `J_l(e) J_r^-1(e) = exp(e)`.
+//! (Y. Bar-Shalom, X. R. Li, T. Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section
+//! 6.2). Neither has an inverse power of `dt`, so that instants may be as close as they like. Attitudes are compared by
+//! `log(R(k+1) R_predicted')`, whose Jacobians `J_l^-1(e)` and `J_r^-1(e)` are moved to the right side: `J_l(e)
+//! J_r^-1(e) = exp(e)`.
 
 use crate::values::{Bundle, Instant, Motion};
 use nalgebra::{Dim, Matrix, Matrix3, RawStorageMut, SVector, Vector3};
 use sextant_geometry::{se3, so3};
 
-/// Prior standard deviation of velocity, m/s, and angular velocity, rad/s, which bounds the twist of an isolated instant.
+/// Prior standard deviation of velocity, m/s, and angular velocity, rad/s, which bounds the twist of an isolated
+/// instant.
 pub(crate) const FASTEST: f64 = 10.0;
 
 /// Instants closer than this count as this far apart where steps are damped, s.
@@ -159,8 +161,8 @@ impl Tie {
         }
     }
 
-    /// The diagonal of its information about one of its instants, were the other one known: `12 / (q dt^3)` of a pose and `4 / (q dt)` of a
-    /// twist. Of instants that are almost one it is bounded.
+    /// The diagonal of its information about one of its instants, were the other one known: `12 / (q dt^3)` of a pose
+    /// and `4 / (q dt)` of a twist. Of instants that are almost one it is bounded.
     pub(crate) fn stiffness<const D: usize>(&self) -> SVector<f64, D> {
         let dt = self.dt.max(LEAST_STIFF_S);
         SVector::from_fn(|row, _| {

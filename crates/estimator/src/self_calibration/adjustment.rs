@@ -27,7 +27,9 @@ use crate::self_calibration::parameters::{
 };
 use crate::self_calibration::variance_components::Scales;
 use crate::site::ModelledSite;
-use crate::site::corrections::{CameraCorrection, Corrections, ObjectFrame, TagCorrection};
+use crate::site::corrections::{
+    CameraCorrection, Corrections, ObjectFrame, ScaleCorrection, TagCorrection,
+};
 use sextant_site_model::{LensSigma, ObjectTag, PoseSigma};
 
 /// Steps of one adjustment; most begin next to the minimum, those of few keyframes do not.
@@ -628,6 +630,13 @@ impl Adjustment {
             };
             corrections.cameras.insert(*camera, one);
         }
+        for (body, at) in &layout.scales {
+            let scale = ScaleCorrection {
+                log_factor: errors[*at],
+                sigma: solution.variances[*at].sqrt(),
+            };
+            corrections.scales.insert(body.0, scale);
+        }
         for (tag, (body, first)) in &layout.tags {
             let place = site.placement(tag)?;
             let mut one = tag_correction(layout, errors, (*body, *first), &place.file);
@@ -679,9 +688,8 @@ fn exact(layout: &ParameterLayout, site: &ModelledSite) -> Corrections {
             .keys()
             .map(|tag| (*tag, TagCorrection::NONE))
             .collect(),
-        frames: BTreeMap::new(),
-        unseen: [0.0; 3],
         independence: 1.0,
+        ..Corrections::default()
     }
 }
 

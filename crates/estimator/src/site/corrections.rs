@@ -16,6 +16,8 @@ pub(crate) struct Corrections {
     pub tags: BTreeMap<TagId, TagCorrection>,
     /// By object index.
     pub frames: BTreeMap<usize, ObjectFrame>,
+    /// Of the print of each object, by its index; it is in the corrections of its tags.
+    pub scales: BTreeMap<usize, ScaleCorrection>,
     /// Factors on the priors of what no keyframe shows yet: camera poses, lenses, tag poses.
     pub unseen: [f64; 3],
     /// Factor on all sigmas: errors that are correlated do less than independent ones with the same variances.
@@ -46,6 +48,27 @@ pub(crate) struct TagCorrection {
     /// Standard deviation that is left, relative to the object's other tags.
     pub sigma: PoseSigma,
 }
+
+/// Correction of the common scale of an object's tags.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ScaleCorrection {
+    /// Logarithm of their places and sizes over the file's.
+    pub log_factor: f64,
+    /// Standard deviation that is left.
+    pub sigma: f64,
+}
+
+impl ScaleCorrection {
+    /// Whether the print is clearly not as large as its file says.
+    pub(crate) fn is_clear(&self) -> bool {
+        self.log_factor.abs() > LEAST_LOG_SCALE.max(CLEAR * self.sigma)
+    }
+}
+
+/// Least logarithm of a scale that is worth a message, three times what prints usually are off by; and standard
+/// deviations of it.
+const LEAST_LOG_SCALE: f64 = 0.015;
+const CLEAR: f64 = 3.0;
 
 /// Uncertainty of the frame of an object, and of the common scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -134,6 +157,7 @@ impl Corrections {
             one.step = Vector6::zeros();
             one.log_size = 0.0;
         }
+        self.scales.clear();
         self
     }
 }
