@@ -64,12 +64,12 @@ impl OffsetQuery {
         }
     }
 
-    /// Adds suspected cameras.
+    /// Adds cameras whose clocks are suspected to be off.
     pub fn extend(&mut self, candidates: BTreeSet<usize>) {
         self.candidates.extend(candidates);
     }
 
-    /// The suspected cameras.
+    /// Indices of the cameras whose clocks are suspected to be off.
     pub fn candidates(&self) -> impl Iterator<Item = usize> {
         self.candidates.iter().copied()
     }
