@@ -28,7 +28,7 @@ pub(crate) struct OffsetQuery {
     pub since_ns: u64,
     sweep_ns: u64,
     candidates: BTreeSet<usize>,
-    /// Cameras whose clocks are right, or not to blame as far as can be seen; and those of them whose clocks have been
+    /// Cameras whose clocks are right, or not the cause as far as can be seen; and those of them whose clocks have been
     /// read.
     cleared: BTreeSet<usize>,
     read: BTreeSet<usize>,
