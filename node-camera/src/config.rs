@@ -15,7 +15,7 @@ use sextant_zenoh_bus::{BusError, BusOptions, Identity, Role, Security, Security
 
 pub use self::rza2m::{DrpCircuit, DrpCircuitConfig, Rza2mConfig};
 
-/// The file.
+/// The settings of a camera node: contents of `camera.toml`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CameraNodeConfig {
@@ -26,7 +26,7 @@ pub struct CameraNodeConfig {
     /// Where the images come from; by default the first camera of this host.
     #[serde(default = "SourceConfig::first_camera")]
     pub source: SourceConfig,
-    /// Detector options.
+    /// What the detector looks for, and how hard.
     #[serde(default)]
     pub detection: DetectionConfig,
     /// Preview images.
@@ -175,7 +175,7 @@ pub enum StreamFormat {
     Y4m,
 }
 
-/// A video file.
+/// A video file as source of images.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct VideoConfig {
@@ -200,7 +200,7 @@ pub enum Pace {
     AsFastAsPossible,
 }
 
-/// Detector options.
+/// What the detector looks for, and how hard.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DetectionConfig {
@@ -303,7 +303,7 @@ impl SourceConfig {
         })
     }
 
-    /// A simulated camera.
+    /// A camera of a scenario's file, rendered as the file says.
     pub fn simulator(scenario: impl Into<PathBuf>) -> Self {
         Self::Simulator {
             scenario: scenario.into(),

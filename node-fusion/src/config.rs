@@ -8,7 +8,7 @@ use sextant_zenoh_bus::{BusError, BusOptions, Identity, Role, Security, Security
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// The file.
+/// The settings of a fusion node: contents of `fusion.toml`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FusionConfig {

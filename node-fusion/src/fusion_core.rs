@@ -88,7 +88,7 @@ pub struct CoreState {
     pub models: ModelsState,
 }
 
-/// The fusion node.
+/// The fusion node without network, files and clock.
 #[derive(Debug)]
 pub struct FusionCore {
     keys: Keys,

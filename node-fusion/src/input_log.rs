@@ -24,7 +24,7 @@ pub struct InputLog {
 }
 
 impl InputLog {
-    /// An empty log.
+    /// An empty log of this node's inputs.
     pub fn new(node: NodeId) -> Self {
         Self {
             node,

@@ -141,7 +141,7 @@ impl Put {
 
 /// What every fusion node publishes.
 impl Outbox {
-    /// A heartbeat.
+    /// Publishes a heartbeat for other fusion nodes.
     pub fn heartbeat(&mut self, beat: &Heartbeat) {
         self.stream(self.keys.heartbeat(&self.node), Qos::Pose, beat);
     }
@@ -153,7 +153,7 @@ impl Outbox {
             .push_back(Publication::Models(root, payloads.clone()));
     }
 
-    /// The status.
+    /// Publishes the status, which late subscribers get too.
     pub fn status(&mut self, status: &FusionStatus) {
         self.kept(self.keys.fusion_status(&self.node), Qos::Status, status);
     }

@@ -20,7 +20,7 @@ enum Port {
 }
 
 impl<'a> Ports<'a> {
-    /// None yet.
+    /// No port yet: each opens with its first publication.
     pub fn new(bus: &'a Bus) -> Self {
         Self {
             bus,

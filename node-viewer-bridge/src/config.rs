@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// Longest address of a webhook, bytes.
 const LONGEST_URL: usize = 2048;
 
-/// The file.
+/// The settings of a viewer bridge: contents of `viewer.toml`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ViewerConfig {
@@ -49,7 +49,7 @@ pub struct ViewerConfig {
     pub security: SecurityOptions,
 }
 
-/// `[webhook]` of viewer.toml.
+/// The `[webhook]` section of `viewer.toml`: where events of zones are posted.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WebhookOptions {

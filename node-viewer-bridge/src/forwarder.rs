@@ -100,7 +100,7 @@ impl Forwarder {
         }
         let mut site = self.shared.mirror();
         match up {
-            // A flood of tokens is bounded like everything else, and there is no payload to blame.
+            // A flood of tokens is bounded like everything else, and no payload is refused.
             true => drop(site.handle_joined(monotonic_ns(), kind, &id)),
             false => site.handle_left(monotonic_ns(), kind, &id),
         }

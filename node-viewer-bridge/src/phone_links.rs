@@ -34,7 +34,7 @@ impl Command {
     }
 }
 
-/// Links for browsers.
+/// Links that make browsers cameras of the site.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PhoneLinks {
     /// One per phone with a key; a single one for a site without keys.

@@ -83,7 +83,7 @@ impl AnyMessage {
         })
     }
 
-    /// Its kind.
+    /// The kind of message that this is.
     #[must_use]
     pub fn kind(&self) -> MessageKind {
         match self {

@@ -121,7 +121,7 @@ impl Keys {
         Self { site, root }
     }
 
-    /// The site.
+    /// The site that the keys are of.
     #[must_use]
     pub fn site(&self) -> &SiteId {
         &self.site
@@ -217,7 +217,7 @@ impl Keys {
         self.under(format_args!("fusion/{node}/former/object/{object}"))
     }
 
-    /// [`crate::RigConfig`].
+    /// Key of the [`crate::RigConfig`].
     #[must_use]
     pub fn config_rig(&self) -> String {
         self.under(format_args!("config/rig"))

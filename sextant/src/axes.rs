@@ -3,7 +3,7 @@
 use clap::ValueEnum;
 use sextant_pose_formats::Axes;
 
-/// Value of `--axes`.
+/// Axes of poses in an output, by the values of `--axes`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum AxesName {
     /// Right-handed, z up, as in Sextant and ROS.

@@ -69,7 +69,7 @@ enum Command {
     Revert(RevertArguments),
 }
 
-/// What to get.
+/// What to get from the running site.
 #[derive(Args, Debug)]
 pub struct GetArguments {
     #[command(subcommand)]
@@ -99,7 +99,7 @@ enum GetTarget {
     },
 }
 
-/// What to set.
+/// What to set on the running site.
 #[derive(Args, Debug)]
 pub struct SetArguments {
     #[command(subcommand)]
@@ -126,7 +126,7 @@ enum SetTarget {
     Camera(camera::SetCamera),
 }
 
-/// What to remove.
+/// What to remove from the running site.
 #[derive(Args, Debug)]
 pub struct RemoveArguments {
     #[command(subcommand)]
@@ -144,7 +144,7 @@ enum RemoveTarget {
     },
 }
 
-/// What to revert.
+/// Which change of the running site to take back.
 #[derive(Args, Debug)]
 #[command(args_conflicts_with_subcommands = true)]
 pub struct RevertArguments {

@@ -11,7 +11,7 @@ use sextant_zenoh_bus::{Member, Role};
 use std::path::PathBuf;
 use time::OffsetDateTime;
 
-/// The action.
+/// What to do with the keys of a site's members.
 #[derive(Args, Debug)]
 #[command(after_help = "For example:
   sextant keys init site-keys --site lab

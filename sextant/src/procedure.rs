@@ -55,7 +55,7 @@ pub struct ImageSelection {
     pub chessboard: Option<ChessboardSearch>,
 }
 
-/// The source, opened.
+/// The source of a procedure's images, opened.
 pub enum Images<'a> {
     /// Of a folder or file.
     Recorded {

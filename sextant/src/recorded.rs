@@ -12,7 +12,7 @@ use std::fs;
 use std::path::Path;
 use tempfile::TempDir;
 
-/// An opened recording.
+/// A recording, opened as a folder of images or detections.
 pub struct Recorded {
     /// What is in it.
     pub dataset: Dataset,

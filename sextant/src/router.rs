@@ -39,7 +39,7 @@ pub struct RouterArguments {
     zenohd: bool,
 }
 
-/// The file.
+/// The settings of a router: contents of `router.toml`.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RouterConfig {

@@ -44,7 +44,7 @@ pub struct SimulateArguments {
     demonstration: Demonstration,
 }
 
-/// The demonstration's site.
+/// Size and contents of the demonstration's site.
 #[derive(Args, Debug, Clone, Copy)]
 pub struct Demonstration {
     /// Simulated cameras around the table.
@@ -67,7 +67,7 @@ pub struct Demonstration {
 }
 
 impl Demonstration {
-    /// Its scenario.
+    /// The scenario that these options describe.
     pub fn scenario(&self) -> Scenario {
         let make = if self.arm {
             Scenario::demo_with_arm

@@ -30,7 +30,7 @@ impl Generated {
     }
 }
 
-/// The network's contract.
+/// The network's contract, read from `proto/CONTRACT.md`.
 pub fn contract() -> Result<Contract, String> {
     Contract::read(&read("proto/CONTRACT.md")?).map_err(|cause| cause.to_string())
 }

@@ -363,9 +363,10 @@ const LISTS: &[(&str, &str, &[&str])] = &[
     ),
     (
         "check",
-        "everything beside tests: format, lint, documentation, dependencies, cross builds",
+        "everything beside tests: format, names and sizes, lint, documentation, dependencies, cross builds",
         &[
             "fmt",
+            "tidy",
             "lint",
             "docs",
             "deny",

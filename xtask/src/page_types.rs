@@ -12,13 +12,14 @@ pub const MESSAGES: Generated = Generated {
     chore: "page-types",
     make: module,
 };
-const HEAD: &str = "// The bridge's messages: what each looks like. Written by `cargo xtask page-types` from
-proto/CONTRACT.md and PROTOCOL.md: do not edit.
+const HEAD: &str = "// The bridge's messages: what each looks like. Written by `cargo xtask page-types` from \
+    proto/CONTRACT.md and PROTOCOL.md: do not edit.
 
-import { anyOf, arrayOf, isFlag, isNumber, isText, listOf, oneOf, orNull, record, tuple, variants, type Checked } from
-\"./shape.ts\"; ";
+import { anyOf, arrayOf, isFlag, isNumber, isText, listOf, oneOf, orNull, record, tuple, variants, type Checked } \
+    from \"./shape.ts\";
+";
 
-/// Writes the module.
+/// Writes the page's module of messages.
 pub fn page_types() -> Result<(), String> {
     MESSAGES.write()
 }

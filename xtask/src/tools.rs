@@ -109,7 +109,7 @@ impl Zigbuild {
     }
 }
 
-/// The workspace's root.
+/// The folder of the workspace.
 pub fn root() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
 }

@@ -11,16 +11,16 @@
 //! - that a tag is there twice (a second print): while one image shows both; within 3 s;
 //! - that a tag is on another body (as well): while that one is seen; within 3 s.
 //!
-//! `KIND+unvouched`: nobody says anything about clocks; `KIND+first`: it is wrong from the first image on;
-//! `KIND+stated`: cameras' poses are wrong by what is stated, `KIND+calibrated` by as little as a calibration leaves
-//! and states, and `KIND+unstated` by .2 mm and mrad of which nobody says anything; any of them together. Of what is
-//! right the share of images is printed after which it was named, from its first naming to its last.
+//! `KIND+unvouched`: clock errors are unknown; `KIND+first`: it is wrong from the first image on; `KIND+stated`:
+//! cameras' poses are wrong by their configured deviations, `KIND+calibrated` by as little as a calibration leaves and
+//! reports, and `KIND+unstated` by .2 mm and mrad without configured deviations; any of them together. Of what is right
+//! the share of images is printed after which it was named, from its first naming to its last.
 //!
 //! Of a clock's jump it is printed by how many sigma it stands out at least in the images that tell it within its
 //! bound.
 //!
-//! `examine quiet MINUTES FROM TO` watches sites without a fault, `quiet+unvouched` such of whose clocks nobody says
-//! anything, `quiet+stated`, `quiet+calibrated` and `quiet+unstated` such whose cameras' poses are wrong likewise.
+//! `examine quiet MINUTES FROM TO` watches sites without a fault, `quiet+unvouched` such with unknown clock errors,
+//! `quiet+stated`, `quiet+calibrated` and `quiet+unstated` such whose cameras' poses are wrong likewise.
 
 use std::collections::BTreeMap;
 use std::fmt;

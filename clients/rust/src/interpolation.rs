@@ -143,7 +143,7 @@ pub(crate) mod tests {
         assert!((between.covariance[(2, 2)].sqrt() - error.abs()).abs() < 1e-9);
     }
 
-    /// Wholly correlated and wholly opposed errors are both within the stated covariance.
+    /// Wholly correlated and wholly opposed errors are both within the reported covariance.
     #[test]
     fn the_covariance_holds_for_any_correlation() {
         let mut before = pose(0.0, Vector3::zeros(), Vector3::zeros());

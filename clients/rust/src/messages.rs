@@ -100,7 +100,7 @@ impl<T> Messages<T> {
         self.inbox.counts()
     }
 
-    /// For asynchronous programs.
+    /// The same messages as a stream, for asynchronous programs.
     #[must_use]
     pub fn into_stream(self) -> MessageStream<T> {
         MessageStream(self)

@@ -83,7 +83,7 @@ impl<'a> Image<'a> {
         self.width
     }
 
-    /// Rows.
+    /// Number of rows, pixels.
     pub fn height(&self) -> usize {
         self.height
     }

@@ -50,7 +50,7 @@ impl Default for Options {
     }
 }
 
-/// Invalid options.
+/// Which option is out of its range.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum OptionsError {
     /// No family is configured.

@@ -57,7 +57,7 @@ impl Tracker {
         })
     }
 
-    /// As [`Detector::set_lens`].
+    /// Sets the lens of the detector, as [`Detector::set_lens`] does.
     pub fn set_lens(&mut self, lens: Option<Lens>) {
         self.detector.set_lens(lens);
     }

@@ -166,7 +166,7 @@ fn halos_of_a_sharpened_picture_move_no_corner() {
     }
 }
 
-/// Mean of the errors squared over the stated covariance, per degree of freedom.
+/// Mean of the errors squared over the reported covariance, per degree of freedom.
 fn normalised_error(detection: &Detection, tag: &Tag) -> f64 {
     let corners = detection.corners.iter().zip(tag.corners(&camera()));
     let errors = corners.map(|(c, t)| [f64::from(c[0]) - t[0], f64::from(c[1]) - t[1]]);

@@ -1,5 +1,5 @@
-//! Whether stated standard deviations are honest: of two hundred simulated calibrations each, how many true values lie
-//! within two of them. Ends with 1 where that is not between 90 and 99 %.
+//! Whether reported standard deviations are honest: of two hundred simulated calibrations each, how many true values
+//! lie within two of them. Ends with 1 where that is not between 90 and 99 %.
 //!
 //! `cargo bench -p sextant-calibrator --bench honesty`, for one of them with `-- rig`, `-- lens` or `-- learn`.
 
@@ -27,7 +27,7 @@ use std::process::ExitCode;
 const SEEDS: Range<u64> = 1000..1200;
 const RIG_NOISE_PX: f64 = 0.2;
 
-/// One calibration's errors in units of their stated deviations.
+/// One calibration's errors in units of their reported deviations.
 type Errors = Vec<f64>;
 
 /// Position and attitude of three cameras relative to the first, of a walk with 24 instants.

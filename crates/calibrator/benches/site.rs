@@ -1,5 +1,5 @@
 //! What the calibration of a site from nothing reaches, on simulated recordings: a line a seed with the largest errors
-//! and how many stated standard deviations they are.
+//! and how many reported standard deviations they are.
 //!
 //! `cargo bench -p sextant-calibrator --bench site -- [triggered|free|rolling] [first seed] [seeds]`.
 

@@ -42,7 +42,7 @@ pub struct LearnPlan {
     pub from: Option<ObjectModel>,
 }
 
-/// A learned object.
+/// Result of learning: an object with the poses of its tags, and how good they are.
 #[derive(Clone, Debug)]
 pub struct LearnedObject {
     /// The object with its tag poses.

@@ -5,7 +5,7 @@
 //!
 //! - [`RigSession`]: where every camera is, from an object carried through what they see.
 //! - [`LearnSession`]: where each tag of an object sits, from images of the object being turned.
-//! - [`DiscoverySession`]: the same where nobody said which tags the object has.
+//! - [`DiscoverySession`]: the same where the tags of the object are unknown.
 //! - [`SiteSession`]: lenses, rig, objects and clocks at once, from nothing but sizes.
 //! - [`RobotSession`]: where a robot's base is, and what its hand carries, from its poses and images.
 //! - [`Verdict`]: grade and findings of every procedure.

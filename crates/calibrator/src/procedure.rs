@@ -78,7 +78,7 @@ impl Plan {
     }
 }
 
-/// Which procedure.
+/// What a procedure calibrates or learns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ProcedureKind {

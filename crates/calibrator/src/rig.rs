@@ -37,7 +37,7 @@ pub struct RigPlan {
     pub origin: Origin,
 }
 
-/// A calibrated rig.
+/// Result of a calibration of camera poses, with its accuracy.
 #[derive(Clone, Debug)]
 pub struct CalibratedRig {
     /// Every camera with its pose and, save the reference, how well that is known relative to the reference.

@@ -54,7 +54,7 @@ pub struct MeasuredDistance {
     pub sigma_m: f64,
 }
 
-/// A calibrated site.
+/// Result of a calibration from nothing but sizes of tags, with its accuracy.
 #[derive(Clone, Debug)]
 pub struct CalibratedSite {
     /// Every camera with its lens, and its pose if it could be placed.

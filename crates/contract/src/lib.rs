@@ -30,7 +30,7 @@ pub struct KindRow {
     pub max_bytes: usize,
 }
 
-/// The whole contract.
+/// What the page `CONTRACT.md` defines, in its order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Contract {
     /// Every key.

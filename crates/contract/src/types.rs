@@ -1,6 +1,6 @@
 //! Types of the contract.
 
-/// A named type.
+/// A type that the contract defines by name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Definition {
     /// Its name.
@@ -22,7 +22,7 @@ pub enum Shape {
     OneOf(Vec<String>),
 }
 
-/// A field.
+/// A field of a struct or of a variant.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Field {
     /// Its name.

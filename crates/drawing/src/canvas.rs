@@ -4,7 +4,7 @@ use crate::Font;
 use sextant_recordings::{ColourImage, GreyImage};
 use std::ops::Range;
 
-/// Red, green, blue.
+/// Red, green and blue, 0 to 255 each.
 pub type Colour = [u8; 3];
 
 /// Width of lines, pixels of the canvas.
@@ -52,7 +52,7 @@ impl Canvas {
         Self { image }
     }
 
-    /// What was drawn.
+    /// The picture with everything drawn so far.
     pub fn image(&self) -> &ColourImage {
         &self.image
     }

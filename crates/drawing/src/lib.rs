@@ -10,9 +10,9 @@ pub use canvas::{Canvas, CanvasView, Colour};
 pub use legend::{LegendLine, legend_height, legend_width, write_legend};
 pub use text::{Font, wrapped};
 
-/// Behind everything.
+/// Colour of the background.
 pub const GROUND: Colour = [24, 26, 30];
-/// Text.
+/// Colour of text on [`GROUND`].
 pub const INK: Colour = [235, 235, 235];
 /// Text of less weight.
 pub const FAINT: Colour = [165, 168, 175];

@@ -198,7 +198,7 @@ fn one_image(tags: usize) -> Vec<f64> {
     images_of(&rig(4), plate(0, tags))
 }
 
-/// Where it is stated how well cameras, lenses and tags are known.
+/// With configured deviations of cameras, lenses and tags.
 fn one_image_of_a_known_site() -> Vec<f64> {
     const PLACED: PoseSigma = PoseSigma {
         position_m: 0.001,

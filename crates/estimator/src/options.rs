@@ -56,7 +56,7 @@ FusionOptions {
     /// Pixels of corner noise (one sigma an axis) of a tag 20 px wide where the detector gives none: other detectors
     /// leave 0.2 to 1 on real images. The noise of each camera is estimated from here.
     corner_sigma_px = 0.2 in 0.001 ..= 10.0;
-    /// Pixels added to every stated corner noise: lens and print are never known better.
+    /// Pixels added to every reported corner noise: lens and print are never known better.
     corner_floor_px = 0.003 in 0.0 ..= 10.0;
     /// Corner residuals that the estimate of a camera's noise remembers: many for a steady figure, few for a quick one.
     noise_memory = 800.0 in 10.0 ..= 1e6;
@@ -83,7 +83,7 @@ FusionOptions {
     start_angular_speed = 4.0 in 0.01 ..= 1000.0;
     /// Natural logarithm of the odds against a jolt between two images.
     jolt_odds = 10.0 in 0.0 ..= 100.0;
-    /// Seconds of stated clock error up to which a camera's clock is taken at its word: at 1 m/s less than corner
+    /// Seconds of reported clock error up to which a camera's clock counts as exact: at 1 m/s less than corner
     /// noise.
     right_clock_s = 0.0001 in 0.0 ..= 1.0;
     /// Prior standard deviation of the offset of a clock of which nothing is known, s.

@@ -90,7 +90,7 @@ impl Explanation {
         })
     }
 
-    /// The tags.
+    /// Tags that the detector found in the picture.
     pub fn detections(&self) -> &[Detection] {
         &self.detections
     }

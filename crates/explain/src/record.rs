@@ -29,7 +29,7 @@ pub struct PassRecord {
 }
 
 impl PassRecord {
-    /// In words.
+    /// Name of the pass in file names and reports.
     pub fn name(&self) -> &'static str {
         match self.pass {
             Pass::Black => "black",
@@ -46,7 +46,7 @@ impl Record {
         self.refined.sort_by_key(|(_, tag)| (tag.family, tag.id));
     }
 
-    /// Of all passes.
+    /// Candidates of all passes that were no tag, with the reasons.
     pub fn rejected(&self) -> impl Iterator<Item = &(Rejection, Quad)> {
         self.passes.iter().flat_map(|pass| &pass.rejected)
     }
@@ -94,7 +94,7 @@ pub struct Stopwatch {
 }
 
 impl Stopwatch {
-    /// Starts now.
+    /// Begins the first stage.
     pub fn start() -> Self {
         Self {
             last: Instant::now(),

@@ -6,7 +6,7 @@ use serde::Serialize;
 use sextant_apriltag::{Detection, Rejection, Report, Stage};
 use std::collections::BTreeMap;
 
-/// Contents of `report.json`.
+/// Contents of `report.json`: stages, candidates and tags of one picture.
 #[derive(Serialize)]
 pub struct Summary {
     file: String,

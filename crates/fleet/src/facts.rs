@@ -11,7 +11,7 @@ pub enum Init {
     Busybox,
 }
 
-/// A host.
+/// What is known of a host before a deployment: machine, packages, files.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct HostFacts {
     /// As `uname -m` has it, of the kernel.

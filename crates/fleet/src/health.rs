@@ -20,7 +20,7 @@ pub struct Health {
 }
 
 impl Health {
-    /// Knows nothing yet.
+    /// For these cameras, none of which has a status yet.
     pub fn new(cameras: BTreeSet<CameraId>) -> Self {
         Self {
             cameras,

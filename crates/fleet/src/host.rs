@@ -29,7 +29,7 @@ const SILENCE: Duration = Duration::from_secs(600);
 /// Lines of logs that are handed on.
 const MOST_LOG_LINES: usize = 40;
 
-/// How it ended.
+/// How the deployment on one host ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum DeployOutcome {
@@ -58,7 +58,7 @@ pub struct Report {
     pub host: String,
     /// Its camera.
     pub camera: String,
-    /// How it ended.
+    /// How the deployment on one host ended.
     pub outcome: DeployOutcome,
     /// Version before.
     pub from: Option<String>,
@@ -410,7 +410,7 @@ fn archive(plan: &Plan, desired: &Desired) -> Result<Vec<u8>, FleetError> {
 }
 
 impl Report {
-    /// In a line.
+    /// The outcome in one line, with versions, changes or the cause.
     pub fn words(&self) -> String {
         let changes = self.changes.join(", ");
         let to = self.to.as_deref().unwrap_or("?");

@@ -10,7 +10,7 @@ const NAME: &str = "sextant-camera";
 /// Oldest GNU C library that the packages for 32-bit and for 64-bit systems run with (deploy/README.md).
 const GLIBC: [(u32, [u32; 2]); 2] = [(32, [2, 25]), (64, [2, 28])];
 
-/// A package.
+/// A package file of the camera node, by what its name says.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Package {
     /// The file.

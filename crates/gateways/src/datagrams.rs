@@ -165,12 +165,12 @@ impl DatagramTarget {
         }
     }
 
-    /// Where datagrams go.
+    /// Address that datagrams are sent to.
     pub fn address(&self) -> SocketAddr {
         self.address
     }
 
-    /// What was sent.
+    /// Numbers of datagrams, sent and not.
     pub fn counts(&self) -> DatagramCounts {
         self.counts
     }

@@ -39,7 +39,7 @@ pub struct BodyServer {
     stop: Arc<AtomicBool>,
 }
 
-/// Since the start.
+/// Counts of frames, datagrams and clients since the start.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct BodyCounts {
     /// Frames made.
@@ -67,7 +67,7 @@ pub struct BodyServerCounts {
     pub server: BodyCounts,
 }
 
-/// What is served.
+/// Which objects a NatNet server serves, and by which version.
 #[derive(Debug)]
 pub struct BodyOptions {
     /// What the server says of itself.

@@ -19,7 +19,7 @@ const QUEUE: usize = 1024;
 /// Between two looks for the first models.
 const MODELS_POLL: Duration = Duration::from_millis(5);
 
-/// Where poses go.
+/// An output that poses are handed to, one after the other.
 pub trait PoseReceiver {
     /// What ends the feed.
     type Error: From<BusError>;
@@ -52,7 +52,7 @@ pub enum Next {
     Done,
 }
 
-/// What came.
+/// Counts of received poses since the start.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct FeedCounts {
     /// Poses of the wanted objects.

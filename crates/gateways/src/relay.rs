@@ -55,7 +55,7 @@ pub trait Connection: Sized + Send + 'static {
     fn end(self) -> Result<(), Self::Error>;
 }
 
-/// A server's address.
+/// Address of a server by name or number, with its port.
 #[derive(Debug, Clone)]
 pub struct HostAndPort {
     host: String,
@@ -83,7 +83,7 @@ impl HostAndPort {
         is_host.then_some(Self { host, port })
     }
 
-    /// The host.
+    /// Name or number of the host, without the port.
     pub fn host(&self) -> &str {
         &self.host
     }

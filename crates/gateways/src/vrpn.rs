@@ -55,7 +55,7 @@ impl TrackerServer {
         })
     }
 
-    /// Where it listens.
+    /// Address that the server listens on.
     pub fn address(&self) -> SocketAddr {
         self.server.address()
     }

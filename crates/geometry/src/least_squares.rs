@@ -24,7 +24,7 @@ pub trait Problem<const N: usize> {
     fn step(&self, state: &Self::State, step: &SVector<f64, N>) -> Self::State;
 }
 
-/// When to stop.
+/// When the minimiser stops, and how it begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
     /// Most linearisations after the first. Default 20.

@@ -22,7 +22,7 @@ const SIZES_M: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
 /// The edge for which the inner steps are done, so that their numbers are of the order of one whatever the tag's size.
 const UNIT_SIZE: f64 = 2.0;
 
-/// One branch.
+/// One of the two poses that a planar tag in an image may have.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanarPose {
     /// Pose of the tag in the camera frame, metres; the whole tag lies before the camera.

@@ -17,7 +17,7 @@ const LONGEST_GAP_NS: u64 = 500_000_000;
 /// Highest frame rate of an animation, Hz.
 const MAX_RATE_HZ: u64 = 1000;
 
-/// Nothing to animate.
+/// The recording has no pose that could be animated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("it has no pose of an object that was tracked")]
 pub struct NoPoses;

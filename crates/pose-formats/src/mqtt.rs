@@ -4,7 +4,7 @@
 //! rest. Texts begin with their length in 16 bits; everything is big-endian. No properties are sent: each list of them
 //! is empty.
 
-/// The usual port.
+/// The usual port without TLS.
 pub const MQTT_PORT: u16 = 1883;
 /// The usual port under TLS.
 pub const MQTT_TLS_PORT: u16 = 8883;
@@ -27,7 +27,7 @@ const CLEAN_START: u8 = 0x02;
 /// The longest packet that is read: a client that subscribes to nothing gets short ones.
 const MAX_READ_BYTES: usize = 64 << 10;
 
-/// A greeting.
+/// CONNECT packet: who the client is, and what is published when it is gone.
 #[derive(Debug, Clone)]
 pub struct MqttGreeting {
     /// Name of the client, which the broker knows no other client by.
@@ -41,7 +41,7 @@ pub struct MqttGreeting {
 }
 
 impl MqttGreeting {
-    /// The packet.
+    /// The bytes of the CONNECT packet.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         let user = match self.user {

@@ -9,7 +9,7 @@ use sextant_proto::ObjectPose;
 
 /// The port of a server.
 pub const NT4_PORT: u16 = 5810;
-/// The WebSocket's protocol.
+/// The WebSocket's subprotocol by which NetworkTables 4 is spoken.
 pub const NT4_PROTOCOL: &str = "networktables.first.wpi.edu";
 
 /// Numbers of types.

@@ -12,7 +12,7 @@ pub enum OscArgument {
     Float(f32),
 }
 
-/// A message.
+/// One OSC message: an address and its arguments.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OscMessage {
     /// Begins with `/`.
@@ -31,7 +31,7 @@ impl OscMessage {
         }
     }
 
-    /// The datagram.
+    /// The bytes of the datagram that carries the message.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         let tags = self.arguments.iter().map(|argument| match argument {

@@ -15,7 +15,7 @@ use sextant_site_model::ObjectId;
 use sextant_site_report::State;
 use std::net::{Ipv4Addr, SocketAddrV4};
 
-/// Where receivers listen.
+/// The multicast group on which receivers listen.
 pub const PSN_GROUP: SocketAddrV4 = SocketAddrV4::new(Ipv4Addr::new(236, 10, 10, 10), 56565);
 
 const DATA_PACKET: u16 = 0x6755;

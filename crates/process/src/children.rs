@@ -57,7 +57,7 @@ impl ChildProcess {
         &self.name
     }
 
-    /// The process id.
+    /// The process id, for signals.
     pub fn id(&self) -> u32 {
         self.child.id()
     }

@@ -171,7 +171,7 @@ impl<T, K: Eq + Hash> QueueState<T, K> {
 }
 
 impl<T, K: Eq + Hash + Clone> Queue<T, K> {
-    /// An empty queue.
+    /// An empty queue with these bounds and this drop rule.
     #[must_use]
     pub fn new(bounds: StreamBounds, rule: DropRule) -> Self {
         let state = QueueState {
@@ -291,7 +291,7 @@ impl<T, K: Eq + Hash + Clone> Queue<T, K> {
         self.lock().items.len()
     }
 
-    /// Whether nothing waits.
+    /// Whether no item waits.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

@@ -59,7 +59,7 @@ pub enum ModelsError {
     },
 }
 
-/// Cameras and objects.
+/// The cameras and objects that a replay works from.
 #[derive(Debug)]
 pub struct ReplayModels {
     /// The cameras.

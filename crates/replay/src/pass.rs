@@ -4,7 +4,7 @@ use crate::ledger::Ledger;
 use sextant_estimator::{Fusion, Input, Output};
 use sextant_site_report::ObjectEstimate;
 
-/// Follows a replay.
+/// Follows the inputs and final poses of a replay.
 pub trait ReplayObserver {
     /// What ends the replay.
     type Error;

@@ -137,7 +137,7 @@ impl Plan {
         })
     }
 
-    /// Images by camera.
+    /// Number of images of each camera.
     pub fn images(&self) -> BTreeMap<CameraId, usize> {
         let mut images = BTreeMap::new();
         for (_, input) in self.runs.iter().flat_map(|run| &run.steps) {

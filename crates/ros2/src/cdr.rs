@@ -5,7 +5,7 @@
 /// Encapsulation identifier of little-endian plain CDR, and no options.
 const HEADER: [u8; 4] = [0x00, 0x01, 0x00, 0x00];
 
-/// Writes one message.
+/// Writes one message as CDR bytes.
 #[derive(Debug)]
 pub struct Writer {
     bytes: Vec<u8>,

@@ -27,7 +27,7 @@ pub trait Field {
     }
 }
 
-/// A ROS message.
+/// A struct that is a message of ROS, field by field.
 pub trait RosMessage: Field {
     /// Its type, as in `geometry_msgs/msg/Point`.
     const TYPE_NAME: &'static str;

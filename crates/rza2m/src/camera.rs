@@ -84,7 +84,7 @@ pub struct Frame {
     arrived_ns: u64,
 }
 
-/// A running camera.
+/// A running sensor with its three buffers in on-chip memory.
 #[derive(Debug)]
 pub struct Camera<B> {
     sensor: Imx219<B>,

@@ -133,7 +133,7 @@ impl<D: DrpDevice> Accelerated<D> {
         Ok((accelerated, tests))
     }
 
-    /// The driver's version.
+    /// Version that the DRP's driver reports.
     pub fn version(&self) -> u32 {
         self.pipeline.version()
     }

@@ -45,7 +45,7 @@ pub enum Mark {
     Text([f64; 2], f64, String),
 }
 
-/// A page.
+/// A page of a PDF, by its size and marks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Page {
     /// Width and height of the paper.

@@ -13,7 +13,7 @@ pub const NOTE: f64 = 3.2;
 /// Length of the rulers.
 pub const RULER: f64 = 100.0;
 
-/// Paper size.
+/// Size of the paper that a sheet is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Paper {
     /// 210 x 297 mm.
@@ -31,7 +31,7 @@ impl Paper {
         }
     }
 
-    /// Its common name.
+    /// Name of the size, as printers list it.
     pub fn name(self) -> &'static str {
         match self {
             Self::A4 => "A4",
@@ -46,7 +46,7 @@ pub struct Sheet {
 }
 
 impl Sheet {
-    /// An empty sheet.
+    /// An empty sheet of this paper.
     pub fn new(paper: Paper) -> Self {
         Self {
             page: Page {
@@ -56,7 +56,7 @@ impl Sheet {
         }
     }
 
-    /// The finished page.
+    /// The page with all marks added so far.
     pub fn into_page(self) -> Page {
         self.page
     }

@@ -16,7 +16,7 @@ pub struct ClockFaults {
     pub error_ns: u64,
 }
 
-/// A camera's clock.
+/// The clock of a camera: its offset, drift and steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clock {
     faults: ClockFaults,

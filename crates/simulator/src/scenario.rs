@@ -28,7 +28,7 @@ use serde::{Deserialize, Serialize};
 use sextant_geometry::{Lens, Pose};
 use sextant_tag_families::Family;
 
-/// A simulated site.
+/// A simulated site: cameras, objects, light and faults.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
@@ -191,7 +191,7 @@ pub struct Light {
     pub shadow: f64,
 }
 
-/// The static background.
+/// What is behind all objects, at rest.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Background {

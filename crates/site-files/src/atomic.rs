@@ -57,7 +57,7 @@ impl Replacement {
         Ok(replacement)
     }
 
-    /// The new file.
+    /// The new file, to be written.
     pub fn file(&self) -> &File {
         // Only `commit` takes it, together with the whole.
         self.file.as_ref().unwrap_or_else(|| unreachable!())

@@ -4,7 +4,7 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// An unusable file.
+/// Why a file cannot be used, with its place and a remedy.
 #[derive(Debug, thiserror::Error)]
 pub enum FileError {
     /// It is missing, unreadable, or not text.
@@ -51,7 +51,7 @@ pub struct InvalidFile {
     pub complaint: Complaint,
 }
 
-/// An invalid value.
+/// An invalid value: its key, the cause and a remedy.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Complaint {
     /// Path of the value inside the file, such as `camera[1].lens`; empty for the whole file.
@@ -110,7 +110,7 @@ impl fmt::Display for InvalidFile {
 impl std::error::Error for InvalidFile {}
 
 impl FileError {
-    /// The file concerned.
+    /// The file that cannot be used.
     pub fn path(&self) -> &Path {
         match self {
             Self::Unreadable { path, .. }

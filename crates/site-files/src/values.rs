@@ -15,7 +15,7 @@ use toml::de::{DeInteger, DeString, DeTable, DeValue};
 /// Why a document is not of a type.
 #[derive(Debug)]
 pub(crate) struct Refusal {
-    /// The innermost key or value that is to blame.
+    /// The innermost key or value that is invalid.
     pub(crate) span: Option<Range<usize>>,
     pub(crate) cause: String,
     /// Empty if there is none.

@@ -92,7 +92,7 @@ impl Authority {
         &self.members
     }
 
-    /// A member's keys.
+    /// The files of a member's keys, whether or not there is such a member.
     pub fn folder_of(&self, name: &str) -> KeyFiles {
         KeyFiles::within(&self.dir.join(name))
     }

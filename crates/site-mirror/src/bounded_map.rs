@@ -120,7 +120,7 @@ impl<K: Ord + Clone, V> BoundedMap<K, V> {
         expired.map(|(key, held)| (key, held.value)).collect()
     }
 
-    /// Removes an entry.
+    /// Removes an entry and returns its value.
     pub fn remove(&mut self, key: &K) -> Option<V> {
         Some(self.entries.remove(key)?.value)
     }
@@ -140,7 +140,7 @@ impl<K: Ord + Clone, V> BoundedMap<K, V> {
         self.entries.iter().map(|(key, held)| (key, &held.value))
     }
 
-    /// Number of entries.
+    /// Number of entries, expired ones included until they are removed.
     pub fn len(&self) -> usize {
         self.entries.len()
     }

@@ -35,7 +35,7 @@ pub const CAMERAS: usize = MAX_CAMERAS;
 pub const OBJECTS: usize = MAX_OBJECTS;
 /// Most tags of all objects.
 pub const TAGS: usize = 16_384;
-/// Most fusion nodes.
+/// Most fusion nodes that a mirror keeps.
 pub const FUSION_NODES: usize = 64;
 /// Most nodes of all kinds.
 pub const NODES: usize = 512;

@@ -178,7 +178,7 @@ impl SiteMirror {
         &self.rejections
     }
 
-    /// A camera.
+    /// What is known of a camera.
     #[must_use]
     pub fn camera(&self, id: &CameraId) -> Option<&Camera> {
         self.cameras.get(id)
@@ -189,7 +189,7 @@ impl SiteMirror {
         self.cameras.iter()
     }
 
-    /// An object.
+    /// What is known of an object.
     #[must_use]
     pub fn object(&self, id: &ObjectId) -> Option<&Object> {
         self.objects.get(id)
@@ -223,7 +223,7 @@ impl SiteMirror {
         statuses.flatten().map(|status| &status.message)
     }
 
-    /// A process.
+    /// What is known of a process.
     #[must_use]
     pub fn node(&self, kind: NodeKind, id: &NodeId) -> Option<&Node> {
         self.nodes.get(&(kind, id.clone()))

@@ -16,7 +16,7 @@ pub struct Heard<T> {
     pub at_ns: u64,
 }
 
-/// A camera.
+/// What was heard of a camera.
 #[derive(Debug, Clone, Default)]
 pub struct Camera {
     /// Newest status of its node.
@@ -59,7 +59,7 @@ impl Camera {
     }
 }
 
-/// An object.
+/// What was heard of an object.
 #[derive(Debug, Clone, Default)]
 pub struct Object {
     /// Its tags, links and joints; none before they were announced, or once it is gone.

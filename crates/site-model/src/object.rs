@@ -57,7 +57,7 @@ pub struct ObjectModel {
     world_from_object: Option<Pose>,
 }
 
-/// An invalid object.
+/// What is invalid in a model of an object.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum ObjectError {
     /// An object without tags.
@@ -390,7 +390,7 @@ impl ObjectModel {
         self.articulation.as_ref()?.link(tag.link.as_ref()?)
     }
 
-    /// Its name.
+    /// The name by which the site knows the object.
     pub fn id(&self) -> &ObjectId {
         &self.id
     }

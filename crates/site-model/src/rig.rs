@@ -206,7 +206,7 @@ pub const MOST_LENS_SIGMA_PX: f64 = 100.0;
 /// Longest readout of a rolling shutter, s: the twist of an object is assumed to be constant for this time.
 const LONGEST_READOUT_S: f64 = 0.1;
 
-/// An invalid rig.
+/// What is invalid in a rig.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum RigError {
     /// Two cameras with one name.

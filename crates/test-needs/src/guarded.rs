@@ -69,7 +69,7 @@ pub const PHONE: Guarded = Guarded {
 };
 const BROWSER: &[&Need] = &[&NODE, &CHROMIUM];
 
-/// All of them.
+/// All tests that need more of the machine.
 pub const GUARDED: &[&Guarded] = &[
     &FLEET,
     &HOSTS,

@@ -17,7 +17,7 @@ pub struct RawPublisher {
 }
 
 impl RawPublisher {
-    /// The key.
+    /// The key that it publishes on.
     pub fn key(&self) -> &str {
         self.publisher.key_expr().as_str()
     }
@@ -63,7 +63,7 @@ pub struct RawLatest {
 pub(crate) type LastValue = Arc<Mutex<Option<ZBytes>>>;
 
 impl RawLatest {
-    /// The key.
+    /// The key that it publishes on.
     pub fn key(&self) -> &str {
         self.publisher.key()
     }
@@ -105,7 +105,7 @@ impl<M: Message> Publisher<M> {
         }
     }
 
-    /// The key.
+    /// The key that it publishes on.
     pub fn key(&self) -> &str {
         self.raw.key()
     }
@@ -136,7 +136,7 @@ impl<M: Message> Latest<M> {
         }
     }
 
-    /// The key.
+    /// The key that it publishes on.
     pub fn key(&self) -> &str {
         self.raw.key()
     }

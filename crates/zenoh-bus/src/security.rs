@@ -51,7 +51,7 @@ impl Profile {
     }
 }
 
-/// The `[security]` section.
+/// The `[security]` section of a node's file.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SecurityOptions {
@@ -145,7 +145,7 @@ impl Security {
         Ok(Self { profile, keys })
     }
 
-    /// The profile.
+    /// The profile in force: who may connect, and how.
     pub fn profile(&self) -> Profile {
         self.profile
     }

@@ -1,5 +1,5 @@
 //! A camera behind a program: `rpicam-vid`, `ffmpeg`, `gst-launch-1.0` or any other that writes images to its standard
-//! output. Nobody says when such an image was taken: its time is that of its arrival, less a latency where the file
+//! output. When such an image was taken is unknown: its time is that of its arrival, less a latency where the file
 //! gives one.
 //!
 //! - `program`: the process and its pipes. `frames`: images out of bytes. `jpeg_stream`: where JPEGs begin and end.

@@ -221,7 +221,7 @@ mod tests {
             }
         }
 
-        /// Error of converting a time, and the error that is stated.
+        /// Error of converting a time, and the error that is reported.
         fn error(&self, clock: &ClockComparison, here_ns: u64) -> (f64, f64) {
             let host = clock.host_time(self.there(here_ns)).unwrap();
             let error = host.at_ns as f64 - here_ns as f64;

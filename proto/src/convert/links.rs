@@ -45,7 +45,7 @@ impl From<&LinkEstimate> for LinkPose {
 }
 
 impl LinkPose {
-    /// `world_from_link`.
+    /// Pose of the link, `world_from_link`.
     #[must_use]
     pub fn world_from_link(&self) -> Pose {
         Pose::from(&PoseConfig {

@@ -75,7 +75,7 @@ impl ObjectPose {
         }
     }
 
-    /// `world_from_object`.
+    /// Pose of the object, `world_from_object`.
     #[must_use]
     pub fn world_from_object(&self) -> Pose {
         Pose::from(&PoseConfig {

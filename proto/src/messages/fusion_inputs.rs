@@ -22,7 +22,7 @@ pub struct FusionInputs {
     pub inputs: Vec<FusionInput>,
 }
 
-/// One input.
+/// One input of the estimator, with its time.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FusionInput {
     /// The time that the estimator was given, ns since the Unix epoch by the node's clock.

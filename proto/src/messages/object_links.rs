@@ -31,7 +31,7 @@ pub struct ObjectLinks {
     pub joints: Vec<JointState>,
 }
 
-/// `world_from_link` with covariance.
+/// Pose of a link, `world_from_link`, with its covariance.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LinkPose {
     /// Which link.

@@ -23,7 +23,7 @@ pub enum Run {
 }
 
 impl Run {
-    /// From `--dry-run`.
+    /// Dry if `--dry-run` is given.
     pub fn dry(dry_run: bool) -> Self {
         if dry_run { Self::Dry } else { Self::Real }
     }

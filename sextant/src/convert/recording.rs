@@ -41,7 +41,7 @@ pub struct RecordingConversion<'a> {
     pub objects: &'a [PathBuf],
 }
 
-/// What was converted.
+/// Counts of what was converted.
 #[derive(Debug, Default)]
 pub struct Counts {
     images: usize,

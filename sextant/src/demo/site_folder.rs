@@ -129,7 +129,7 @@ impl SiteFolder {
         Ok(())
     }
 
-    /// The cameras.
+    /// The cameras of the demo's rig.
     pub fn cameras(&self) -> &[CameraId] {
         &self.cameras
     }

@@ -3,7 +3,7 @@
 
 use indicatif::{MultiProgress, ProgressBar, ProgressFinish, ProgressStyle};
 
-/// All lines.
+/// The lines of all hosts of a deployment.
 pub struct Progress {
     lines: MultiProgress,
     hosts: Vec<ProgressBar>,

@@ -3,7 +3,7 @@
 use sextant_tag_families::{Board, Family, FamilyData, UnknownFamily};
 use std::str::FromStr;
 
-/// Value of `--family`.
+/// Families to look for, by the value of `--family`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sought {
     One(Family),

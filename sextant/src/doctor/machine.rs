@@ -15,7 +15,7 @@ const IMAGES_BYTES: u64 = 16 << 20;
 /// Error of a clock from which on poses suffer: 1 mm at 1 m/s.
 const GOOD_CLOCK_NS: u64 = 1_000_000;
 
-/// All findings.
+/// All findings about this machine.
 pub fn findings() -> Vec<Finding> {
     let mut findings = vec![
         clock(now_ns(), ClockQuality::read()),

@@ -32,7 +32,7 @@ impl FromStr for Ids {
 }
 
 impl Ids {
-    /// The ids.
+    /// The ids in the order given.
     pub fn as_slice(&self) -> &[u32] {
         &self.0
     }

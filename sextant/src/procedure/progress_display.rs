@@ -14,7 +14,7 @@ const SPOKEN: Duration = Duration::from_secs(1);
 /// Progress after which another line is printed.
 const STEP: f64 = 0.05;
 
-/// Displays progress.
+/// Displays the progress of a procedure: in place on a terminal, else by lines.
 pub struct ProgressDisplay {
     manner: DisplayMode,
     due: Instant,

@@ -79,7 +79,7 @@ impl ImageReaders {
         self.threads.keys().map(ToString::to_string).collect()
     }
 
-    /// The counts.
+    /// Counts of images since the start.
     pub fn counts(&self) -> &ImageCounts {
         &self.counts
     }

@@ -15,7 +15,7 @@ pub struct Entry {
     pub content: Content,
 }
 
-/// What arrived.
+/// What an entry of the inbox consists of.
 #[derive(Debug)]
 pub enum Content {
     /// A payload.
@@ -32,7 +32,7 @@ pub enum Content {
 /// The queue between those who receive and the one who writes.
 pub type Inbox = Queue<Entry>;
 
-/// An empty inbox.
+/// An empty inbox, which drops the newest when full.
 pub fn inbox() -> Inbox {
     Queue::new(BOUNDS, DropRule::Newest)
 }

@@ -27,7 +27,7 @@ pub struct Figures {
 }
 
 impl Figures {
-    /// For people.
+    /// The figures in one line, for people.
     pub fn text(&self) -> String {
         let seconds = self.seconds.max(1e-3);
         let megabytes = self.bytes as f64 / 1e6;
@@ -55,7 +55,7 @@ impl Figures {
     }
 }
 
-/// The line.
+/// The line on standard error that shows how a recording goes.
 pub struct ProgressLine {
     format: Format,
     is_drawn: bool,
@@ -102,7 +102,7 @@ impl ProgressLine {
         out.flush()
     }
 
-    /// Removes the line.
+    /// Removes the line from the terminal.
     pub fn end(&mut self) {
         if std::mem::take(&mut self.is_drawn) {
             eprint!("\r\x1b[K");

@@ -41,7 +41,7 @@ struct Object {
 }
 
 impl Summary {
-    /// Of a replay.
+    /// Counts and findings of a replay.
     pub fn new(replayed: &Replayed) -> Self {
         let notices = replayed.faults.iter().map(ToString::to_string);
         let imperfections = replayed.imperfections.iter().map(ToString::to_string);
@@ -64,7 +64,7 @@ impl Summary {
         }
     }
 
-    /// For people.
+    /// The summary as lines, for people.
     pub fn text(&self) -> String {
         let mut lines = vec![format!(
             "{} images of {} cameras",

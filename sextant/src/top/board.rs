@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 /// Time for which departed cameras, nodes and objects are shown, ns.
 const SHOWN_NS: u64 = 60_000_000_000;
 
-/// The site.
+/// The site as it is shown: what was heard of it, and rates of poses.
 pub struct Board {
     /// Its keys.
     pub keys: Keys,

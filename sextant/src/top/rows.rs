@@ -10,7 +10,7 @@ const RATE_WINDOW_NS: u64 = 2_000_000_000;
 /// Most poses that are counted in it.
 const MOST_POSES: usize = 2048;
 
-/// A camera.
+/// A camera's row of the board.
 #[derive(Debug)]
 pub struct CameraRow<'a> {
     /// Its name.
@@ -29,7 +29,7 @@ pub struct CameraRow<'a> {
     pub lacks_images: bool,
 }
 
-/// An object.
+/// An object's row of the board.
 #[derive(Debug)]
 pub struct ObjectRow<'a> {
     /// Its name.

@@ -11,7 +11,7 @@ const SCRIPTS: &[&str] = &["postinst", "prerm", "postrm"];
 /// Always the same, so that the package is.
 const DATE: &str = "Thu, 01 Jan 2026 00:00:00 +0000";
 
-/// Writes `NAME_VERSION_ARCHITECTURE.deb`.
+/// Writes the package as `NAME_VERSION_ARCHITECTURE.deb` and returns its path.
 pub fn write(staged: &Staged, version: &str) -> Result<PathBuf, String> {
     let folder = &staged.folder;
     let failed = |cause: io::Error| format!("{}: {cause}", folder.display());

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 /// What such a system reads: no unit, no manual page.
 const PARTS: &[&str] = &["usr/bin", "etc/default", "etc/init.d", "usr/share/doc"];
 
-/// Writes `NAME-VERSION-TARGET.tar.gz`.
+/// Writes the archive as `NAME-VERSION-TARGET.tar.gz` and returns its path.
 pub fn write(staged: &Staged) -> Result<PathBuf, String> {
     let Package { name, .. } = staged.package;
     let init = format!("deploy/init.d/S90{name}");

@@ -11,7 +11,7 @@ use std::fmt;
 pub struct Finding {
     path: String,
     line: usize,
-    rule: &'static str,
+    pub rule: &'static str,
     remedy: String,
 }
 

@@ -7,13 +7,9 @@ use std::path::Path;
 use std::process::Command;
 
 /// Folders and files whose contents nobody writes by hand, or that are data.
-const DATA: &[&str] = &[
-    "/dist/",
-    "fuzz/seeds/",
-    "sextant/tests/board-on-robot/",
-];
+const DATA: &[&str] = &["/dist/", "fuzz/seeds/", "sextant/tests/board-on-robot/"];
 
-/// One file.
+/// A file with its text, and what is known of it.
 pub struct Source {
     /// From the root of the workspace.
     pub path: String,

@@ -14,7 +14,7 @@ use sextant_tag_families::Family;
 use std::cell::RefCell;
 use std::fmt::Display;
 
-/// Room for numbers.
+/// Length of the array by which JavaScript and this module exchange numbers.
 pub const N_NUMBERS: usize = 16;
 /// Returned instead of a count.
 pub const FAILED: i32 = -1;

@@ -136,7 +136,7 @@ fn unit(
     if let Some(middle) = stated.get(stated.len() / 2) {
         return Some(*middle);
     }
-    // The stated size is that of most tags.
+    // The given size is that of most tags.
     let usual = plan.size_m?;
     let alike = |part: &f64| {
         let near = relative

@@ -3,7 +3,7 @@
 use sextant_site_model::TagId;
 use thiserror::Error;
 
-/// Cause and remedy.
+/// Why a lens is not calibrated, with a remedy.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum LensRefusal {
     /// The board file has no pose of a tag.

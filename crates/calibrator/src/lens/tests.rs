@@ -77,7 +77,7 @@ fn a_lens_without_distortion_is_a_pinhole() {
     assert!(mean_difference(&truth, &found.lens) < 0.05);
 }
 
-/// Errors of every lens parameter in units of their stated deviations, over calibrations with 15 images each.
+/// Errors of every lens parameter in units of their reported deviations, over calibrations with 15 images each.
 fn normalised_errors(seeds: std::ops::Range<u64>) -> Vec<Vec<f64>> {
     let truth = ordinary();
     let of_seed = |seed| {

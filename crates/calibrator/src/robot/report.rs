@@ -8,7 +8,7 @@ use serde::Serialize;
 use sextant_adjustment::{Arm, ArmPose, KeptParameter, Mount};
 use sextant_geometry::{Pose, PoseParts, so3};
 
-/// A calibrated robot.
+/// Result of a hand-eye calibration, with its accuracy.
 #[derive(Clone, Debug)]
 pub struct CalibratedRobot {
     /// Maps points of the world into the robot's base. Where the hand carries the camera, the world is the frame of the

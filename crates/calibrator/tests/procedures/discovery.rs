@@ -1,4 +1,4 @@
-//! Objects of which nobody said the tags.
+//! Objects with unknown tags.
 
 use crate::scene::*;
 use nalgebra::{Isometry3, Vector3};

@@ -404,7 +404,7 @@ fn two_cameras_that_see_the_board_from_the_front_only_are_found() {
     assert!(mm < 2.0 && deg < 0.1, "{mm} {deg} {}", found.report.verdict);
 }
 
-/// The largest error in units of what is stated of it, over all cameras but the first.
+/// The largest error in reported deviations, over all cameras but the first.
 fn worst_in_sigmas(found: &CalibratedRig, truth: &Rig) -> f64 {
     let relative = |rig: &Rig, at: usize| {
         let pose = |at: usize| rig.cameras()[at].world_from_camera.unwrap();
@@ -487,7 +487,7 @@ fn a_camera_alone_among_others_keeps_its_pose_and_is_named() {
     assert_eq!(found.report.cameras.len(), 3);
 }
 
-/// Part of the true values within two stated deviations.
+/// Part of the true values within two reported deviations.
 fn part_within(seeds: std::ops::Range<u64>) -> f64 {
     let truth = rig();
     let (mut inside, mut all) = (0, 0);

@@ -85,7 +85,7 @@ fn static_tags_are_the_world_and_distances_the_scale() {
         .iter()
         .find(|object| object.id().as_str() == "room");
     assert_eq!(room.unwrap().tags().len(), 2);
-    // All prints are 1 % larger than stated, as a measured distance shows.
+    // All prints are 1 % larger than given, as a measured distance shows.
     let place = |at: usize| truth.objects[0].tags()[at].object_from_tag.unwrap();
     let apart = (place(0).translation.vector - place(1).translation.vector).norm();
     let mut plan = truth.plan();

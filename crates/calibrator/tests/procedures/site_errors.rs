@@ -5,7 +5,7 @@ use sextant_calibrator::CalibratedSite;
 use sextant_geometry::{Pose, se3};
 use sextant_site_model::{ObjectModel, Rig};
 
-/// Largest errors, and the largest in units of their stated standard deviations.
+/// Largest errors, and the largest in units of their reported standard deviations.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SiteErrors {
     pub camera_mm: f64,

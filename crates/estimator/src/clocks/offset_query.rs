@@ -28,7 +28,7 @@ pub(crate) struct OffsetQuery {
     pub since_ns: u64,
     sweep_ns: u64,
     candidates: BTreeSet<usize>,
-    /// Cameras whose clocks are right, or not to blame as far as can be seen; and those of them whose clocks have been
+    /// Cameras whose clocks are right, or not the cause as far as can be seen; and those of them whose clocks have been
     /// read.
     cleared: BTreeSet<usize>,
     read: BTreeSet<usize>,
@@ -64,12 +64,12 @@ impl OffsetQuery {
         }
     }
 
-    /// Adds suspected cameras.
+    /// Adds cameras whose clocks are suspected to be off.
     pub fn extend(&mut self, candidates: BTreeSet<usize>) {
         self.candidates.extend(candidates);
     }
 
-    /// The suspected cameras.
+    /// Indices of the cameras whose clocks are suspected to be off.
     pub fn candidates(&self) -> impl Iterator<Item = usize> {
         self.candidates.iter().copied()
     }

@@ -1,4 +1,4 @@
-//! What contradicts a site as a whole, so that no single camera or tag is to blame: named, and not called tracking.
+//! What contradicts a site as a whole, so that no single camera or tag is the cause: named, and not called tracking.
 
 use sextant_estimator::{Fusion, FusionOptions, Input};
 use sextant_geometry::{Intrinsics, Lens, Pose};

@@ -1,5 +1,5 @@
-//! What is no fault is named by nobody: bodies that are thrown, cameras that stand as well as is stated. What is one
-//! among such cameras is.
+//! No fault is reported where there is none: for bodies that are thrown, and cameras within their configured
+//! deviations. A fault among such cameras is.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use sextant_estimator::{Fusion, FusionOptions, Input};

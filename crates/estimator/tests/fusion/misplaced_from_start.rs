@@ -1,5 +1,4 @@
-//! A camera that stands wrong from the very first image, of whose clock nobody says anything: is it where it stands, or
-//! when it looks?
+//! A camera that stands wrong from the very first image, with an unknown clock error: is the pose wrong, or the clock?
 
 use nalgebra::{UnitQuaternion, Vector3};
 use sextant_estimator::{FusionOptions, Input};

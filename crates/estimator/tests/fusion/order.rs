@@ -54,8 +54,9 @@ fn plain_arm(seed: u64) -> Show {
     }
 }
 
-/// An arm whose joints move, before rolling shutters and lenses that bend, by clocks of which nobody says anything and
-/// one of which is off, with unstated noise. The files are exact: errors of files are learned in order of arrival.
+/// An arm whose joints move, before rolling shutters and lenses that bend, by clocks with unknown
+/// errors, one of which is off, and with unknown noise. The files are exact: errors of files are learned in order of
+/// arrival.
 fn with_everything(seed: u64) -> Show {
     let rig = with_cameras(&rig(3), |camera| {
         let intrinsics = camera.lens.intrinsics();

@@ -260,7 +260,7 @@ impl Eye<'_> {
     }
 }
 
-/// Options for scenes whose noise is exactly what is stated.
+/// Options for scenes whose noise is exactly the reported one.
 pub fn exact_options() -> FusionOptions {
     FusionOptions {
         corner_floor_px: 0.0,

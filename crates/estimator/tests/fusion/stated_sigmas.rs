@@ -1,4 +1,5 @@
-//! What calibration leaves wrong for good is in the covariance, as far as it is stated: Monte Carlo over calibrations.
+//! What calibration leaves wrong for good is in the covariance, as far as files have its deviation: Monte Carlo over
+//! calibrations.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use sextant_estimator::FusionOptions;
@@ -42,7 +43,7 @@ struct Site {
 const SECONDS: f64 = 2.4;
 const APART: usize = 11;
 
-/// NEES per degree of freedom after some seconds at many sites, with what is stated about them and without.
+/// NEES per degree of freedom after some seconds at many sites, with the configured deviations and without.
 fn with_and_without(
     calibrated: impl Fn(&mut Random) -> Site,
     state: impl Fn(&Site) -> (Rig, ObjectModel),

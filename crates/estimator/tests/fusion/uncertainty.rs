@@ -125,7 +125,7 @@ fn noise_that_is_twice_what_is_stated_is_found_out() {
 }
 
 /// The images of a run in which each tag seems turned about its middle by as much as each corner is off by itself, and
-/// what is stated of it.
+/// the reported covariance.
 fn turned(image: &mut ImageObservation, random: &mut Random) {
     const SIGMA_PX: f64 = 0.05;
     for tag in &mut image.tags {
@@ -147,7 +147,7 @@ fn turned(image: &mut ImageObservation, random: &mut Random) {
     }
 }
 
-/// Mean squared position error in m² and NEES per degree of freedom, where `change` is done to what is stated.
+/// Mean squared position error in m² and NEES per degree of freedom, where `change` is done to the reported covariance.
 fn of_turned(change: impl Fn(&mut TagCorners)) -> (f64, f64) {
     let (rig, object) = (rig(4), cube());
     let (mut square, mut sum, mut n) = (0.0, 0.0, 0.0);

@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::Notify;
 
-/// Most clients.
+/// Most clients that are served at once.
 pub const MAX_CLIENTS: usize = 16;
 /// Most channels: some for each camera and object of a site.
 const MAX_CHANNELS: usize = 8192;
@@ -60,7 +60,7 @@ struct HubState {
     counts: HubCounts,
 }
 
-/// Since the start.
+/// Counts of clients and frames since the start.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct HubCounts {
     /// Clients that were served.
@@ -119,7 +119,7 @@ impl Hub {
         self.invalid.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// What happened.
+    /// Counts of clients and frames since the start.
     pub fn counts(&self) -> HubCounts {
         HubCounts {
             invalid: self.invalid.load(Ordering::Relaxed),

@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 /// Interval of pings.
 const PING: Duration = Duration::from_secs(3);
 
-/// A broker.
+/// Address of an MQTT broker, and how it is trusted.
 #[derive(Debug, Clone)]
 pub struct Broker {
     server: HostAndPort,

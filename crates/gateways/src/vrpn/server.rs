@@ -43,7 +43,7 @@ pub enum StartError {
     System(#[from] io::Error),
 }
 
-/// Since the start.
+/// Counts of clients and messages since the start.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct ServerCounts {
     /// Reports handed to the network, one for each client.
@@ -90,7 +90,7 @@ impl Server {
         })
     }
 
-    /// Where it listens.
+    /// Address that the server listens on.
     pub fn address(&self) -> SocketAddr {
         // A bound socket has an address.
         self.listener
@@ -98,7 +98,7 @@ impl Server {
             .unwrap_or(SocketAddr::from(([0; 4], 0)))
     }
 
-    /// What happened.
+    /// Counts of clients and messages since the start.
     pub fn counts(&self) -> ServerCounts {
         self.counts
     }

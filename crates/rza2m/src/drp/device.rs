@@ -16,7 +16,7 @@ pub trait DrpDevice {
     fn request(&mut self, number: u32, record: &mut Record) -> io::Result<()>;
 }
 
-/// `/dev/drp`.
+/// The driver's device file, `/dev/drp`, held by one process at a time.
 #[derive(Debug)]
 pub struct DrpFile {
     file: File,

@@ -142,7 +142,7 @@ impl<D: DrpDevice> Pipeline<D> {
         self.stages.iter().map(|stage| stage.model)
     }
 
-    /// The driver's version.
+    /// Version that the DRP's driver reports.
     pub fn version(&self) -> u32 {
         self.session.version()
     }

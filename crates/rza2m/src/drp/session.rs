@@ -87,7 +87,7 @@ fn meaning(code: i32) -> &'static str {
     }
 }
 
-/// An open driver.
+/// The DRP's driver as one process has it open: circuits loaded, tiles running.
 #[derive(Debug)]
 pub struct Session<D> {
     device: D,
@@ -122,7 +122,7 @@ impl<D: DrpDevice> Session<D> {
         Ok(session)
     }
 
-    /// The driver's version.
+    /// Version that the DRP's driver reports.
     pub fn version(&self) -> u32 {
         self.version
     }

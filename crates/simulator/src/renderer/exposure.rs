@@ -41,7 +41,7 @@ impl Exposure {
         self.brightness = longer * gain;
     }
 
-    /// Scales light.
+    /// Scales light by the exposure and gain in force.
     pub fn apply(&self, light: &mut [f32]) {
         if self.brightness != 1.0 {
             light

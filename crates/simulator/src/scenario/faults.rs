@@ -80,7 +80,7 @@ pub struct CameraFileError {
 }
 
 impl Displacement {
-    /// As a motion.
+    /// The displacement as a rigid motion.
     pub fn motion(&self) -> Pose {
         Isometry3::from_parts(
             Translation3::from(Vector3::from(self.position)),

@@ -410,12 +410,14 @@ fn files_are_recognised_by_their_content() {
     let json = r#"{"image_width": 640, "image_height": 480,
         "camera_matrix": {"type_id": "opencv-matrix", "rows": 3, "cols": 3, "dt": "d", "data": [650.0, 0.0, 319.5, 0.0, 660.0, 239.5, 0.0, 0.0, 1.0]},
         "distortion_coefficients": {"type_id": "opencv-matrix", "rows": 5, "cols": 1, "dt": "d", "data": [-0.41, 0.57, 0.0, 0.001, -2.2]}}"#;
-    let xml = "<?xml
-version=\"1.0\"?>\n<opencv_storage>\n<image_width>640</image_width>\n<image_height>480</image_height> <camera_matrix
-type_id=\"opencv-matrix\"><rows>3</rows><cols>3</cols><dt>d</dt><data>\n 650. 0. 319.5 0. 660. 239.5 0. 0.
-1.</data></camera_matrix> <distortion_coefficients
-type_id=\"opencv-matrix\"><rows>5</rows><cols>1</cols><dt>d</dt><data>-0.41 0.57 0. 0.001
--2.2</data></distortion_coefficients> </opencv_storage>\n";
+    let xml = "<?xml version=\"1.0\"?>\n<opencv_storage>\n<image_width>640</image_width>\n\
+        <image_height>480</image_height>
+<camera_matrix type_id=\"opencv-matrix\"><rows>3</rows><cols>3</cols><dt>d</dt><data>\n    650. \
+0. 319.5 0. 660. 239.5 0. 0. 1.</data></camera_matrix>
+<distortion_coefficients \
+type_id=\"opencv-matrix\"><rows>5</rows><cols>1</cols><dt>d</dt><data>-0.41 0.57 0. 0.001 \
+-2.2</data></distortion_coefficients>
+</opencv_storage>\n";
     let wpical = r#"{"camera_matrix": [650.0, 0.0, 319.5, 0.0, 660.0, 239.5, 0.0, 0.0, 1.0], "img_size": [640, 480],
         "distortion_coefficients": [-0.41, 0.57, 0.0, 0.001, -2.2], "avg_reprojection_error": 0.3}"#;
     let matlab = r#"{"RadialDistortion": [-0.41, 0.57, -2.2], "TangentialDistortion": [0.0, 0.001], "ImageSize": [480, 640],
@@ -424,17 +426,20 @@ type_id=\"opencv-matrix\"><rows>5</rows><cols>1</cols><dt>d</dt><data>-0.41 0.57
         "K": [[650.0, 0, 320.5], [0, 660.0, 240.5], [0, 0, 1]]}"#;
     let nerfstudio = r#"{"camera_model": "OPENCV", "fl_x": 650.0, "fl_y": 660.0, "cx": 320.0, "cy": 240.0, "w": 640, "h": 480,
         "k1": -0.41, "k2": 0.57, "k3": -2.2, "p2": 0.001, "frames": []}"#;
-    let anipose = "[cam_0]\nname = \"north\"\nsize = [640, 480]\nmatrix = [[650.0, 0.0, 319.5], [0.0, 660.0, 239.5],
-[0.0, 0.0, 1.0]] distortions = [-0.41, 0.57, 0.0, 0.001, -2.2]\n\n[metadata]\nadjusted = false\n";
+    let anipose = "[cam_0]\nname = \"north\"\nsize = [640, 480]\n\
+        matrix = [[650.0, 0.0, 319.5], [0.0, 660.0, 239.5], [0.0, 0.0, 1.0]]
+distortions = [-0.41, 0.57, 0.0, 0.001, -2.2]\n\n[metadata]\nadjusted = false\n";
     let caliscope = anipose
         .replace("[cam_0]", "[cameras.0]")
         .replace("name = \"north\"\n", "port = 0\n");
-    let euroc = "sensor_type: camera\nT_BS:\n cols: 4\n rows: 4\n data: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0,
-1]\nresolution: [640, 480] camera_model: pinhole\nintrinsics: [650.0, 660.0, 319.5, 239.5]\ndistortion_model:
-radial-tangential\ndistortion_coefficients: [-0.41, 0.57, 0.0, 0.001, -2.2]\n";
-    let orb = "%YAML:1.0\nCamera.type: \"PinHole\"\nCamera1.fx: 650.0\nCamera1.fy: 660.0\nCamera1.cx: 319.5\nCamera1.cy:
-239.5 Camera1.k1: -0.41\nCamera1.k2: 0.57\nCamera1.p1: 0.0\nCamera1.p2: 0.001\nCamera1.k3: -2.2\nCamera.width:
-640\nCamera.height: 480\n";
+    let euroc = "sensor_type: camera\nT_BS:\n  cols: 4\n  rows: 4\n  data: [1, 0, 0, 0, 0, 1, 0, \
+        0, 0, 0, 1, 0, 0, 0, 0, 1]\nresolution: [640, 480]
+camera_model: pinhole\nintrinsics: [650.0, 660.0, 319.5, 239.5]\n\
+distortion_model: radial-tangential\ndistortion_coefficients: [-0.41, 0.57, 0.0, 0.001, -2.2]\n";
+    let orb = "%YAML:1.0\nCamera.type: \"PinHole\"\nCamera1.fx: 650.0\nCamera1.fy: 660.0\n\
+        Camera1.cx: 319.5\nCamera1.cy: 239.5
+Camera1.k1: -0.41\nCamera1.k2: 0.57\nCamera1.p1: 0.0\nCamera1.p2: 0.001\nCamera1.k3: -2.2\n\
+Camera.width: 640\nCamera.height: 480\n";
     let stella = "Camera:\n  name: \"any\"\n  model: \"perspective\"\n  fx: 650.0\n  fy: \
         660.0\n  cx: 319.5\n  cy: 239.5\n  k1: -0.41\n  k2: 0.57\n  p1: 0.0
   p2: 0.001\n  k3: -2.2\n  cols: 640\n  rows: 480\n";
@@ -443,9 +448,8 @@ radial-tangential\ndistortion_coefficients: [-0.41, 0.57, 0.0, 0.001, -2.2]\n";
         "resolution": [[640, 480]]}}"#;
     let realsense = r#"{"width": 640, "height": 480, "ppx": 319.5, "ppy": 239.5, "fx": 650.0, "fy": 660.0, "model": "distortion.brown_conrady",
         "coeffs": [-0.41, 0.57, 0.0, 0.001, -2.2]}"#;
-    let metashape = "<?xml
-version=\"1.0\"?>\n<calibration>\n\
-<projection>frame</projection><width>640</width><height>480</height><f>660</f><b1>-10</b1>
+    let metashape = "<?xml version=\"1.0\"?>\n<calibration>\n\
+        <projection>frame</projection><width>640</width><height>480</height><f>660</f><b1>-10</b1>
 <k1>-0.41</k1><k2>0.57</k2><k3>-2.2</k3><p1>0.001</p1><date>2023-01-01</date></calibration>\n";
     let expected = parsed(OPENCV).unwrap().1.cameras()[0].lens;
     for (text, format) in [

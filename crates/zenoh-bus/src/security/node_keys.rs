@@ -46,7 +46,7 @@ impl KeyFiles {
         self.folder.join("certificate.pem")
     }
 
-    /// Secret.
+    /// The private key of the node, which is secret.
     pub fn private_key(&self) -> PathBuf {
         self.folder.join("key.pem")
     }

@@ -20,7 +20,7 @@ const ENOUGH_WIDTH: u32 = 1280;
 /// Sizes that are asked for where a camera takes any.
 const USUAL_SIZES: [[u32; 2]; 4] = [[640, 480], [1280, 720], [1280, 800], [1920, 1080]];
 
-/// A video device.
+/// A video device of this machine, with its formats and controls.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Camera {
     /// Its file: by its place on the bus, where udev gives it such a name.

@@ -240,3 +240,57 @@ impl Visit<'_> for Rules<'_> {
         visit::visit_item_const(self, item);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(text: &str) -> Vec<String> {
+        let source = Source::new("a.rs", text.to_owned()).unwrap();
+        let (findings, _) = check(&source, source.rust.as_ref().unwrap());
+        findings.iter().map(ToString::to_string).collect()
+    }
+
+    fn rules(text: &str) -> Vec<&'static str> {
+        let source = Source::new("a.rs", text.to_owned()).unwrap();
+        let (findings, _) = check(&source, source.rust.as_ref().unwrap());
+        findings.iter().map(|finding| finding.rule).collect()
+    }
+
+    #[test]
+    fn a_function_of_61_lines_is_too_long_and_a_test_of_61_is_not() {
+        let long = format!("fn f() {{\n{}}}\n", "    g();\n".repeat(59));
+        let expected = "a.rs:1: length: `f` has 61 lines: split it, 60 are the most";
+        assert_eq!(found(&long), [expected]);
+        let test = format!("#[cfg(test)]\nmod tests {{\n{long}}}\n");
+        assert_eq!(rules(&test), [""; 0]);
+    }
+
+    #[test]
+    fn tuples_and_of_are_found_but_where_a_trait_asks_for_them() {
+        let text = "fn f(a: (u8, u8)) {} impl A { fn of((b, c): &(u8, u8)) {} }
+            impl From<(u8, u8)> for A { fn from(pair: (u8, u8)) -> Self { A } }
+            fn g(a: [u8; 2], nothing: ()) {}";
+        assert_eq!(rules(text), ["tuple", "fn of", "tuple"]);
+    }
+
+    #[test]
+    fn documentation_of_a_public_item_says_more_than_its_name() {
+        let text = "/// The board layout.\npub struct BoardLayout;
+            /// Width.\npub fn width() {}
+            /// Width of the board, metres.\npub fn width_m() {}
+            /// A step.\nstruct Step;";
+        assert_eq!(rules(text), ["docs", "docs"]);
+    }
+
+    #[test]
+    fn generic_type_names_are_reported_where_there_are_two() {
+        let types = |text: &str| {
+            let source = Source::new("a.rs", text.to_owned()).unwrap();
+            check(&source, source.rust.as_ref().unwrap()).1
+        };
+        assert!(check_generic_types(types("struct State; enum Kind {}")).is_empty());
+        let both = check_generic_types(types("struct State; mod m { enum State {} }"));
+        assert_eq!(both.len(), 2, "{both:?}");
+    }
+}

@@ -35,3 +35,30 @@ pub fn check(source: &Source) -> Vec<Finding> {
     };
     wide.map(finding).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lines(path: &str, text: String) -> Vec<String> {
+        let findings = check(&Source::new(path, text).unwrap());
+        findings.iter().map(ToString::to_string).collect()
+    }
+
+    #[test]
+    fn columns_are_characters() {
+        let line = |n: usize| format!("# {}\n", "é".repeat(n - 2));
+        assert_eq!(lines("a.py", line(120)), Vec::<String>::new());
+        let expected = "a.py:2: width: 121 columns: wrap it at 120";
+        assert_eq!(lines("a.py", line(120) + &line(121)), [expected]);
+    }
+
+    #[test]
+    fn verbatim_texts_and_code_of_the_page_may_be_wide() {
+        let wide = "x".repeat(130);
+        let raw = format!("const A: &str = r#\"\n{wide}\n\"#;\n");
+        assert_eq!(lines("a.rs", raw), Vec::<String>::new());
+        assert_eq!(lines("a.ts", wide.clone()), Vec::<String>::new());
+        assert_eq!(lines("a.ts", format!("  // {wide}")).len(), 1);
+    }
+}

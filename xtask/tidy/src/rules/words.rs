@@ -12,6 +12,16 @@ const PHRASES: &[(&str, &str)] = &[
     ("speaks against", "name the test or the likelihood"),
     ("held against", "name the test or the likelihood"),
     ("taken for", "counts as, or is used as"),
+    ("at its word", "counts as exact"),
+    ("nobody says", "is unknown"),
+    ("nobody said", "is unknown"),
+    ("to blame", "the cause, invalid, or faulty"),
+    ("as is stated", "as configured, or as reported"),
+    ("what is stated", "the configured or the reported deviation"),
+    ("stated deviation", "reported, or configured"),
+    ("stated deviations", "reported, or configured"),
+    ("stated standard deviation", "reported, or configured"),
+    ("stated standard deviations", "reported, or configured"),
     ("believed", "accepted, or configured"),
     ("told", "published, reported, estimated or given"),
     ("hang together", "are correlated"),
@@ -91,4 +101,38 @@ fn parts(name: &str) -> impl Iterator<Item = String> {
         }
     }
     parts.into_iter().map(|part| part.to_lowercase())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(text: &str) -> Vec<String> {
+        let source = Source::new("a.rs", text.to_owned()).unwrap();
+        let rust = source.rust.as_ref().unwrap();
+        let findings = check(&source, rust);
+        findings.iter().map(ToString::to_string).collect()
+    }
+
+    #[test]
+    fn a_phrase_is_found_over_the_end_of_a_line_and_not_within_words_or_strings() {
+        let text = "// It is taken\n// for another one.\nfn f() {}\n// Untold, retold.\n\
+            const A: &str = \"\n// told\";\n";
+        let expected = "a.rs:1: words: \"taken for\": counts as, or is used as";
+        assert_eq!(found(text), [expected]);
+    }
+
+    #[test]
+    fn a_part_of_a_name_is_found_in_every_case() {
+        let text = "struct BoardWish; const MOST_TOLD: u8 = 0; fn is_believed() {} fn untold() {}";
+        let parts = ["wish", "told", "believed"].map(|part| format!("has \"{part}\""));
+        let found = found(text);
+        assert_eq!(found.len(), 3, "{found:?}");
+        assert!(
+            found
+                .iter()
+                .zip(&parts)
+                .all(|(found, part)| found.contains(part))
+        );
+    }
 }
