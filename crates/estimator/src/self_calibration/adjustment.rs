@@ -598,7 +598,7 @@ impl Adjustment {
         let precision = layout.precision(&self.scales.0);
         let gauge = Gauge::of(layout, &precision, site);
         let relative = gauge.relative(solution.covariance)?;
-        let independent = independence(&relative, &solution.equations.eliminated);
+        let independent = independence(layout, &relative, &solution.equations.eliminated);
         let variance = |at: usize| relative.get(at, at).max(0.0) * independent;
         let pose_sigma = |first: usize| PoseSigma {
             position_m: ((0..3).map(|axis| variance(first + axis)).sum::<f64>() / 3.0).sqrt(),

@@ -278,7 +278,11 @@ impl Solution {
 
 /// By how much less errors that are correlated do to the poses of keyframes than independent ones with the same
 /// variances: the trackers take them as independent. A mean of the ratios of position and attitude.
-pub(super) fn independence(covariance: &Arrow, keyframes: &[Eliminated]) -> f64 {
+pub(super) fn independence(
+    layout: &ParameterLayout,
+    covariance: &Arrow,
+    keyframes: &[Eliminated],
+) -> f64 {
     let mut sums = [[0.0; 2]; 2];
     for Eliminated {
         inverse,
@@ -294,7 +298,9 @@ pub(super) fn independence(covariance: &Arrow, keyframes: &[Eliminated]) -> f64 
         let caused = (&by_errors * &of_errors).component_mul(&by_errors);
         for axis in 0..6 {
             sums[axis / 3][0] += caused.row(axis).sum();
-            let own = (0..n).map(|at| by_errors[(axis, at)].powi(2) * of_errors[(at, at)]);
+            // What a body's tags share is no error of a tag.
+            let taken = (0..n).filter(|at| layout.classes[columns[*at]] != Class::Scale);
+            let own = taken.map(|at| by_errors[(axis, at)].powi(2) * of_errors[(at, at)]);
             sums[axis / 3][1] += own.sum::<f64>();
         }
     }
