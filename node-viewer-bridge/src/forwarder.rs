@@ -1,12 +1,13 @@
 //! Payloads of the site's keys into the mirror of the site and the hub. Runs on the network's threads: decodes, writes JSON, never waits.
 
+use crate::changes::Offer;
+use crate::changes::edit::version_of;
 use crate::frame::{Frame, frame_of};
 use crate::hub::Slot;
 use crate::link_frames::Part;
 use crate::message::{Message, Models};
 use crate::metrics::Moment;
 use crate::shared::Shared;
-use crate::wizard::Offer;
 use crate::{link_frames, translate};
 use sextant_process::{fail_point, monotonic_ns, now_ns};
 use sextant_proto::{AnyMessage, KeyRef, Keys, NodeKind};
@@ -237,15 +238,18 @@ impl Forwarder {
             let slot = Slot::Object(object.id.to_string());
             return self.show(slot, &translate::object(object));
         }
+        let version = version_of(object);
         let parts = link_frames::parts(object);
-        parts.into_iter().try_for_each(|part| self.show_part(part))
+        let mut parts = parts.into_iter();
+        parts.try_for_each(|part| self.show_part(part, version.clone()))
     }
 
-    fn show_part(&self, part: Part) -> Result<(), Rejection> {
+    fn show_part(&self, part: Part, version: String) -> Result<(), Rejection> {
         let message = Message::Object {
             id: &part.id,
             tags: part.tags,
             world_from_object: None,
+            version,
         };
         let slot = Slot::Object(part.id.clone());
         self.show(slot, &message)

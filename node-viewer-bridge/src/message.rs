@@ -37,6 +37,7 @@ pub(crate) enum Message<'a> {
         tags: Vec<ObjectTag>,
         #[serde(skip_serializing_if = "Option::is_none")]
         world_from_object: Option<PoseConfig>,
+        version: String,
     },
     /// There is no such object any more.
     ObjectGone {

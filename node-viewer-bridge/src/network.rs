@@ -2,9 +2,9 @@
 //! reports are subscribed to only while a client is connected, because cameras make them only for subscribers.
 
 use crate::camera_network;
+use crate::changes::Outgoing;
 use crate::forwarder::Forwarder;
 use crate::shared::Shared;
-use crate::wizard::Outgoing;
 use anyhow::anyhow;
 use sextant_process::{Exit, Shutdown, WithExit, fail_point, monotonic_ns};
 use sextant_proto::{Keys, Message, NodeKind, limits};

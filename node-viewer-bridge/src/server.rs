@@ -3,6 +3,7 @@
 use crate::access::{Denied, PageRole};
 use crate::assets;
 use crate::camera_socket;
+use crate::changes::edit::{EditRequest, MAX_EDIT_BYTES};
 use crate::connections::Connections;
 use crate::frame::frame_of;
 use crate::hub::Slot;
@@ -32,7 +33,7 @@ use std::net::TcpListener;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
-use tokio::sync::watch;
+use tokio::sync::{oneshot, watch};
 
 /// Threads for commands, which may read files; further commands wait.
 const COMMAND_THREADS: usize = 2;
@@ -105,6 +106,10 @@ fn router(context: Context) -> Router {
         .route(
             "/api/wizard",
             post(wizard).layer(DefaultBodyLimit::max(wizard::MAX_COMMAND_BYTES)),
+        )
+        .route(
+            "/api/models",
+            post(models).layer(DefaultBodyLimit::max(MAX_EDIT_BYTES)),
         )
         .route(
             "/api/zones",
@@ -237,6 +242,36 @@ async fn wizard(
         shared.wizard.command(&command, &site)
     };
     answer_command(role, &headers, obey).await
+}
+
+/// An edit of the rig or an object. The answer comes when a fusion node has decided on it.
+async fn models(
+    State(context): State<Context>,
+    Extension(role): Extension<PageRole>,
+    headers: HeaderMap,
+    body: Bytes,
+) -> Response<Body> {
+    let shared = context.shared;
+    let (sender, receiver) = oneshot::channel();
+    let obey = move || {
+        let request = EditRequest::parse(&body)?;
+        let site = shared.mirror().clone();
+        // The receiver waits below.
+        let _ = sender.send(shared.wizard.edit(&request, &site)?);
+        Ok(())
+    };
+    let response = answer_command(role, &headers, obey).await;
+    let Ok(answer) = receiver.await else {
+        return response;
+    };
+    match answer.await {
+        Ok(Ok(said)) => {
+            let json = serde_json::json!({ "said": said });
+            as_json(StatusCode::OK, format!("{json}\n").into())
+        }
+        Ok(Err(refusal)) => refused(&refusal),
+        Err(_) => refused(&Refusal::not_now("the bridge is stopping")),
+    }
 }
 
 /// A change of the zones, published as the message `zones`.

@@ -6,9 +6,7 @@
 
 mod command;
 mod machine;
-mod offers;
 mod plan;
-mod publication;
 mod run;
 #[cfg(test)]
 pub(crate) mod samples;
@@ -16,7 +14,5 @@ mod service;
 mod state;
 
 pub(crate) use command::{Command, MAX_BYTES as MAX_COMMAND_BYTES};
-pub(crate) use offers::Offer;
-pub(crate) use publication::Outgoing;
 pub(crate) use run::run;
 pub(crate) use service::WizardService;

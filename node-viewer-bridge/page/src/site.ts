@@ -9,7 +9,7 @@ import { OutlineHistory, ReportHistory } from "./matching.ts";
 import { RateMeter, Recent } from "./measure.ts";
 import { objectColour } from "./palette.ts";
 import {
-  type CameraClock, type CameraStatus, type FusionStatus, type JointValue, type Message, type PrintedTag, type Observations, type Offer, type Pose, type RigCamera, type SiteEvent, STAGES,
+  type CameraClock, type CameraStatus, type FusionStatus, type JointValue, type Message, type Object as ObjectModel, type PrintedTag, type Observations, type Offer, type Pose, type RigCamera, type SiteEvent, STAGES,
   type State, type Transform, type Truth, type Zone,
 } from "./protocol.ts";
 import { rmsResidual } from "./residuals.ts";
@@ -61,6 +61,8 @@ export class CameraState {
 
 export class ObjectState {
   tags: PrintedTag[] = [];
+  /** Of its model; empty while that is unknown. */
+  version = "";
   /** Where it stands by its file, of a landmark. */
   place: Transform | null = null;
   /** The newest. */
@@ -133,7 +135,7 @@ export class Site {
       case "rig":
         return this.rig(message.cameras, now);
       case "object":
-        return this.model(message.id, message.tags, message.world_from_object ?? null);
+        return this.model(message);
       case "object_gone":
         return this.gone(message.id);
       case "pose":
@@ -366,10 +368,11 @@ export class Site {
     camera.statusAt = now;
   }
 
-  private model(id: string, tags: PrintedTag[], place: Transform | null): void {
+  private model({ id, tags, world_from_object, version }: ObjectModel): void {
     const object = this.object(id);
     object.tags = tags;
-    object.place = place;
+    object.version = version;
+    object.place = world_from_object ?? null;
     this.disown(object);
     for (const tag of tags) this.tagOwners.set(`${tag.family}/${tag.id}`, object);
   }

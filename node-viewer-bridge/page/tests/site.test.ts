@@ -18,6 +18,7 @@ const camera = (id: string): RigCamera => ({
   resolution: [640, 480],
   lens: { model: "pinhole", fx: 1, fy: 1, cx: 0, cy: 0 },
   world_from_camera: null,
+  version: "1",
 });
 
 function siteOf(...messages: Message[]): Site {
@@ -26,7 +27,7 @@ function siteOf(...messages: Message[]): Site {
   return site;
 }
 
-const object = (id: string, ...tags: number[]): Message => ({ type: "object", id, tags: tags.map(tag) });
+const object = (id: string, ...tags: number[]): Message => ({ type: "object", id, tags: tags.map(tag), version: "1" });
 
 test("an object that is gone is forgotten with its tags, and its colour is free", () => {
   const site = siteOf(object("cube", 1), object("box", 2));
@@ -71,7 +72,7 @@ test("a carried camera is where its carrier was when the image was taken", () =>
 });
 
 test("a landmark is where its file says until it has poses", () => {
-  const site = siteOf({ type: "object", id: "post", tags: [tag(7)], world_from_object: { position: [1, 2, 3], orientation: [0, 0, 0, 1] } });
+  const site = siteOf({ type: "object", id: "post", tags: [tag(7)], world_from_object: { position: [1, 2, 3], orientation: [0, 0, 0, 1] }, version: "1" });
   const post = site.objects.get("post");
   assert.equal(post?.condition(0), "landmark");
   const pose = blankPose("post");

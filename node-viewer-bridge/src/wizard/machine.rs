@@ -2,11 +2,11 @@
 
 use super::command::{Command, Start};
 use super::plan::{plan, subject};
-use super::publication::{Answered, Outgoing, Publication};
 use super::state::WizardState;
+use crate::changes::{Answered, Outgoing, Publication};
 use crate::refusal::Refusal;
 use sextant_calibrator::procedure::{Outcome, Procedure, Product};
-use sextant_proto::{ConfigAnswer, NodeKind};
+use sextant_proto::{ConfigAnswer, NodeKind, ObjectConfig, RigConfig};
 use sextant_site_mirror::SiteMirror;
 use sextant_site_model::{ImageObservation, Rig};
 use std::time::Instant;
@@ -145,7 +145,7 @@ impl Machine {
         let (outcome, publication) = if !has_fusion {
             (outcome.clone(), None)
         } else {
-            let message = Outgoing::of(&outcome.product);
+            let message = message_of(&outcome.product);
             let publication = Publication::of(&message, now).map_err(Refusal::not_now)?;
             let outcome = outcome.clone();
             self.jobs.push(Job::Publish(message));
@@ -254,12 +254,13 @@ impl Machine {
         };
         match publication.as_ref().map(|waiting| waiting.answered(now)) {
             Some(Answered::NotYet) => return,
-            Some(Answered::Refused(cause)) => {
-                running.cause = Some(cause);
+            Some(Answered::Refused(refusal)) => {
+                running.cause = Some(refusal.cause);
                 let outcome = outcome.clone();
                 return self.go(Phase::Solved(outcome));
             }
             Some(Answered::Done(said)) => words.extend(said),
+            Some(Answered::Silence(said)) => words.push(said),
             None => words.push(
                 "no fusion node lives: it is in force when one starts with this file".to_owned(),
             ),
@@ -316,6 +317,14 @@ impl Machine {
             Phase::Keeping(outcome, ..) => state.solved("keeping", outcome, &[]),
             Phase::Kept(outcome, words) => state.solved("kept", outcome, words),
         }
+    }
+}
+
+/// The message that puts a result into force.
+fn message_of(product: &Product) -> Outgoing {
+    match product {
+        Product::Rig(rig) => Outgoing::Rig(RigConfig::from(rig)),
+        Product::Object(object) => Outgoing::Object(ObjectConfig::from(object)),
     }
 }
 

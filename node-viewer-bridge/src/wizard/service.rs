@@ -5,9 +5,9 @@
 
 use super::command::{Command, check_settings};
 use super::machine::{Job, Machine, Site};
-use super::offers::{Offer, Offers};
-use super::publication::Outgoing;
 use super::state::WizardState;
+use crate::changes::edit::{self, EditRequest};
+use crate::changes::{Answered, Offer, Offers, Outgoing, Publication};
 use crate::refusal::Refusal;
 use sextant_calibrator::procedure::Outcome;
 use sextant_proto::{ConfigAnswer, NodeId, Proposal};
@@ -20,11 +20,23 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
+use tokio::sync::oneshot;
 
 /// Images that wait for the wizard's thread; further ones are missed, and counted.
 const QUEUE: usize = 256;
 /// Answers that wait for it; the oldest give way.
 const MOST_ANSWERS: usize = 256;
+
+/// What became of an edit: a sentence for each fusion node, or why nothing has changed.
+pub(crate) type EditAnswer = Result<Vec<String>, Refusal>;
+
+/// An edit on its way, and who waits for its answer.
+#[derive(Debug)]
+struct PendingEdit {
+    outgoing: Outgoing,
+    publication: Publication,
+    reply: oneshot::Sender<EditAnswer>,
+}
 
 /// One for the whole bridge.
 #[derive(Debug)]
@@ -40,6 +52,7 @@ pub(crate) struct WizardService {
     missed: AtomicU64,
     offers: Mutex<Offers>,
     outgoing: Mutex<VecDeque<Outgoing>>,
+    edit: Mutex<Option<PendingEdit>>,
 }
 
 impl WizardService {
@@ -55,6 +68,7 @@ impl WizardService {
             missed: AtomicU64::new(0),
             offers: Mutex::default(),
             outgoing: Mutex::default(),
+            edit: Mutex::default(),
         }
     }
 
@@ -86,6 +100,51 @@ impl WizardService {
         self.is_collecting
             .store(machine.is_collecting(), Ordering::Relaxed);
         answer
+    }
+
+    /// Publishes an edit; what becomes of it comes by the receiver.
+    pub(crate) fn edit(
+        &self,
+        request: &EditRequest,
+        mirror: &SiteMirror,
+    ) -> Result<oneshot::Receiver<EditAnswer>, Refusal> {
+        let outgoing = edit::change(request, mirror)?;
+        let publication = Publication::of(&outgoing, Instant::now()).map_err(Refusal::not_now)?;
+        let mut pending = locked(&self.edit);
+        if pending.is_some() {
+            return Err(Refusal::not_now(
+                "another edit is under way; try again in a moment",
+            ));
+        }
+        self.send(outgoing.clone())?;
+        let (reply, answer) = oneshot::channel();
+        *pending = Some(PendingEdit {
+            outgoing,
+            publication,
+            reply,
+        });
+        Ok(answer)
+    }
+
+    fn answer_edit(&self, answers: &VecDeque<ConfigAnswer>, now: Instant) {
+        let mut slot = locked(&self.edit);
+        let Some(pending) = slot.as_mut() else {
+            return;
+        };
+        answers.iter().for_each(|it| pending.publication.take(it));
+        if pending.publication.take_repeat(now) {
+            self.post(pending.outgoing.clone());
+        }
+        let answer = match pending.publication.answered(now) {
+            Answered::NotYet => return,
+            Answered::Refused(refusal) => Err(refusal),
+            Answered::Done(said) => Ok(said),
+            Answered::Silence(said) => Err(Refusal::not_now(said)),
+        };
+        if let Some(answered) = slot.take() {
+            // Who asked may have gone.
+            let _ = answered.reply.send(answer);
+        }
     }
 
     /// Publishes what a fusion node offers; the node's status shows the outcome.
@@ -182,6 +241,7 @@ impl WizardService {
 
     pub(super) fn tick(&self, now: Instant) -> Vec<Job> {
         let answers = std::mem::take(&mut *locked(&self.answers));
+        self.answer_edit(&answers, now);
         let mut machine = self.machine();
         answers.iter().for_each(|answer| machine.answered(answer));
         machine.tick(now, self.folder.is_some());
