@@ -44,7 +44,11 @@ impl Offers {
             };
             return Err(Refusal::not_now(format!("fusion node {node} {what}")));
         };
-        Ok(Outgoing::Models(proposal.clone()))
+        Ok(Outgoing::Models(match offer {
+            // The node applies what it has proposed under this number.
+            Offer::Refinement => Proposal::none(proposal.node.clone(), proposal.t_ns),
+            Offer::Former => proposal.clone(),
+        }))
     }
 }
 
@@ -75,7 +79,7 @@ mod tests {
         offers.take(Offer::Refinement, proposal("a"));
         assert_eq!(
             offers.change(&node("a"), Offer::Refinement).ok(),
-            Some(Outgoing::Models(proposal("a")))
+            Some(Outgoing::Models(Proposal::none(node("a"), 1)))
         );
         assert!(offers.change(&node("a"), Offer::Former).is_err());
         offers.take(Offer::Refinement, Proposal::none(node("a"), 2));
