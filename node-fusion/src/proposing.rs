@@ -1,4 +1,5 @@
-//! Refined calibrations of the estimator: as a message, as changes of the site, as a notice, and those on offer, which a request names by number.
+//! Refined calibrations of the estimator: as a message, as changes of the site, as a notice, and those on offer, which
+//! a request names by number.
 
 use crate::models::Change;
 use sextant_estimator::{HeldBack, Proposal};
@@ -38,7 +39,8 @@ impl Proposals {
         self.offered.back().map(|(_, proposal)| proposal)
     }
 
-    /// Offers another proposal, whose number is its time where that is greater than all before, or withdraws all; whether that changes anything.
+    /// Offers another proposal, whose number is its time where that is greater than all before, or withdraws all;
+    /// whether that changes anything.
     pub fn offer(&mut self, proposal: Option<Proposal>, now_ns: u64) -> bool {
         if proposal.as_ref() == self.newest() {
             return false;

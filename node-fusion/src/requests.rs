@@ -28,7 +28,8 @@ pub fn of(keys: &Keys, item: &Item, proposals: &Proposals) -> Option<Request> {
     })
 }
 
-/// The changes that a payload asks for. One without models names those that a node has proposed, by the node and the number.
+/// The changes that a payload asks for. One without models names those that a node has proposed, by the node and the
+/// number.
 fn changes(about: &KeyRef, payload: &[u8], proposals: &Proposals) -> Result<Vec<Change>, Refusal> {
     if *about == KeyRef::ConfigModels
         && let Ok(named) = decode::<Proposal>(payload)

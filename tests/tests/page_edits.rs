@@ -1,5 +1,5 @@
-//! The page's editor in a real browser, on a site of two fusion nodes: an edit is in force on both and in the files of both, a wrong one is
-//! refused with its cause, and the last one is taken back.
+//! The page's editor in a real browser, on a site of two fusion nodes: an edit is in force on both and in the files of
+//! both, a wrong one is refused with its cause, and the last one is taken back.
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 

@@ -2,9 +2,9 @@
 //
 //     node e2e/edit.mjs URL --camera CAMERA --object OBJECT --taken TAG [--screenshots DIR] [--timeout SECONDS]
 //
-// Moves the camera by 5 cm along x, is refused a wrong one, takes the move back and makes it again; gives the object's first tag a size
-// of 55 mm, and is refused TAG, which another object has; a second browser that edits the same camera hears that its version is old. Writes a
-// line per check on stderr; exit code 1 when a check failed, 2 for wrong usage.
+// Moves the camera by 5 cm along x, is refused a wrong one, takes the move back and makes it again; gives the object's
+// first tag a size of 55 mm, and is refused TAG, which another object has; a second browser that edits the same camera
+// hears that its version is old. Writes a line per check on stderr; exit code 1 when a check failed, 2 for wrong usage.
 
 import { mkdir } from "node:fs/promises";
 import { join } from "node:path";
@@ -36,7 +36,8 @@ const visible = (locator) => locator.waitFor({ state: "visible", timeout });
 async function says(page, part, words) {
   const found = box(page, part).filter({ hasText: words });
   await visible(found).catch(async () => {
-    throw new Error(`${part} says "${await box(page, part).innerText()}", not "${words}"; ${await page.innerText("[data-testid=edit-cause]")}`);
+    const cause = await box(page, "cause").innerText();
+    throw new Error(`${part} says "${await box(page, part).innerText()}", not "${words}"; ${cause}`);
   });
 }
 
@@ -50,7 +51,10 @@ async function openCamera(page) {
 }
 
 const shownX = async (page) => Number(await box(page, "position-x").inputValue());
-const inForce = (page) => page.evaluate((camera) => window.sextant.site.cameras.get(camera).model.world_from_camera.position[0], camera);
+const inForce = (page) => {
+  const x = (camera) => window.sextant.site.cameras.get(camera).model.world_from_camera.position[0];
+  return page.evaluate(x, camera);
+};
 
 async function waitForX(page, expected) {
   const end = Date.now() + timeout;

@@ -1,7 +1,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { quaternionOf, rollPitchYaw } from "../src/attitude.ts";
-import { readOrientation, readPosition, readSigma, writtenLength, writtenOrientation, writtenPosition } from "../src/edit/values.ts";
+import { keepUntouched, readOrientation, readPosition, readSigma } from "../src/edit/values.ts";
+import { writtenLength, writtenOrientation, writtenPosition } from "../src/edit/values.ts";
 import type { Quaternion, Vec3 } from "../src/protocol.ts";
 import { post, sentence, Wrong } from "../src/wizard/command.ts";
 
@@ -14,7 +15,8 @@ test("angles become the quaternion that shows these angles", () => {
   for (const angles of cases) {
     const quaternion = quaternionOf(angles);
     assert.ok(Math.abs(Math.hypot(...quaternion) - 1) < 1e-12);
-    rollPitchYaw(quaternion).forEach((angle, at) => assert.ok(Math.abs(angle - angles[at]!) < 1e-9, `${angles} as ${rollPitchYaw(quaternion)}`));
+    const read = rollPitchYaw(quaternion);
+    read.forEach((angle, at) => assert.ok(Math.abs(angle - angles[at]!) < 1e-9, `${angles} as ${read}`));
   }
 });
 
@@ -49,10 +51,20 @@ test("a quaternion is brought to length one, and a sigma may be left open", () =
   assert.deepEqual(writtenOrientation([0, 0, 0, 1], "angles"), ["0", "0", "0"]);
 });
 
+test("what nobody has touched stays exactly as it is", () => {
+  const given = quaternionOf([12.3456789, 1.23456789, 0]);
+  const read = readOrientation(["12.3457", "1.2346", "90"], "angles", given, (at) => at === 2) as Quaternion;
+  const angles = rollPitchYaw(read);
+  [12.3456789, 1.23456789, 90].forEach((angle, at) => assert.ok(Math.abs(angle - angles[at]!) < 1e-9, `${angles}`));
+  assert.deepEqual(keepUntouched([1, 2, 3], [1.00001, 2.00001, 3.00001], (at) => at === 1), [1.00001, 2, 3.00001]);
+});
+
 test("an answer brings what became of an edit, or the complaint with its field", async () => {
-  const ask = (status: number, body: unknown) => (async () => new Response(JSON.stringify(body), { status })) as typeof fetch;
+  const ask = (status: number, body: unknown) =>
+    (async () => new Response(JSON.stringify(body), { status })) as typeof fetch;
   assert.deepEqual(await post("api/models", {}, ask(200, { said: ["in force"] })), { said: ["in force"] });
-  assert.deepEqual(await post("api/models", {}, ask(409, { field: "tags", cause: "taken" })), { field: "tags", cause: "taken" });
+  const refusal = { field: "tags", cause: "taken" };
+  assert.deepEqual(await post("api/models", {}, ask(409, refusal)), refusal);
   assert.deepEqual(await post("api/models", {}, ask(500, null)), { field: null, cause: "The bridge answered 500." });
   assert.equal(sentence("in force on fusion node main"), "In force on fusion node main.");
 });

@@ -1,7 +1,8 @@
-//! Edits of a camera or an object on the page: the change of the site that a request asks for, made from what is in force.
+//! Edits of a camera or an object on the page: the change of the site that a request asks for, made from what is in
+//! force.
 //!
-//! Input: a request of `POST /api/models` and the site as heard. Output: the message that `sextant config set` would publish, or a refusal
-//! that names the field. Knows no network and no clock.
+//! Input: a request of `POST /api/models` and the site as heard. Output: the message that `sextant config set` would
+//! publish, or a refusal that names the field. Knows no network and no clock.
 
 mod camera;
 mod object;

@@ -1,4 +1,5 @@
-//! A change on its way to the running site: published as `sextant config set` does, and what the fusion node that publishes the poses answers.
+//! A change on its way to the running site: published as `sextant config set` does, and what the fusion node that
+//! publishes the poses answers.
 
 use crate::refusal::{Refusal, RefusalKind};
 use sextant_proto::{
@@ -71,6 +72,11 @@ impl Publication {
             deadline: now + PATIENCE,
             repeat_due: Some(now + REPEAT),
         })
+    }
+
+    /// When time changes something at the latest.
+    pub(crate) fn due(&self) -> Instant {
+        self.repeat_due.unwrap_or(self.deadline).min(self.deadline)
     }
 
     /// Whether the change is to be published again now, once: the fusion node that decides may just have been replaced.

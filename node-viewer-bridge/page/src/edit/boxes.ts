@@ -31,7 +31,12 @@ export class Boxes {
 
   /** Whether somebody has written another value than was shown. */
   get isEdited(): boolean {
-    return this.texts.some((text, at) => text.trim() !== this.shown[at]);
+    return this.texts.some((_, at) => this.isBoxEdited(at));
+  }
+
+  /** The same of one box. */
+  isBoxEdited(at: number): boolean {
+    return this.texts[at]?.trim() !== this.shown[at];
   }
 
   /** Shows a value in boxes of these names. */

@@ -67,7 +67,8 @@ export class CameraForm implements EditForm {
     this.note.hidden = true;
     this.pose.show(mount?.carrier_from_camera ?? this.model?.world_from_camera ?? null, this.convention);
     const sigma = this.model?.sigma;
-    this.sigma.show(["position mm", "angle °"], sigma ? [writtenLength(sigma.position_m, MM), writtenAngle(sigma.orientation_rad * DEGREES)] : []);
+    const written = sigma ? [writtenLength(sigma.position_m, MM), writtenAngle(sigma.orientation_rad * DEGREES)] : [];
+    this.sigma.show(["position mm", "angle °"], written);
     this.preview(null);
   }
 
@@ -78,11 +79,13 @@ export class CameraForm implements EditForm {
 
   request(): object {
     const id = readName(this.name.text, "id");
-    return { do: "edit_camera", camera: this.id, version: this.version, id, pose: this.pose.read(), sigma: this.readSigma() };
+    const [pose, sigma] = [this.pose.read(), this.readSigma()];
+    return { do: "edit_camera", camera: this.id, version: this.version, id, pose, sigma };
   }
 
   complain({ field, cause }: Complaint): boolean {
-    const places = { id: this.name, position: this.pose.position, orientation: this.pose.orientation, sigma: this.sigma };
+    const { position, orientation } = this.pose;
+    const places = { id: this.name, position, orientation, sigma: this.sigma };
     const place = places[field as keyof typeof places];
     place?.complain(cause);
     return place !== undefined;
@@ -102,7 +105,8 @@ export class CameraForm implements EditForm {
     const [position = "", angle = ""] = this.sigma.texts;
     const [position_m, orientation_rad] = [readSigma(position, "sigma", MM), readSigma(angle, "sigma", 1 / DEGREES)];
     if (position_m === null && orientation_rad === null) return null;
-    if (position_m === null || orientation_rad === null) throw new Wrong("sigma", "Write both, or leave both empty: then the defaults apply");
+    if (position_m === null || orientation_rad === null)
+      throw new Wrong("sigma", "Write both, or leave both empty: then the defaults apply");
     return { position_m, orientation_rad };
   }
 

@@ -1,6 +1,7 @@
 // The form of an object, or of a link of one: its name, its place if it stands still, and its tags.
 
 import { element, pressButton, testId } from "../panels/dom.ts";
+import type { PrintedTag } from "../protocol.ts";
 import type { ObjectState, Site } from "../site.ts";
 import { type Complaint, readName, Wrong } from "../wizard/command.ts";
 import { Field, textBox } from "../wizard/fields.ts";
@@ -30,7 +31,8 @@ export class ObjectForm implements EditForm {
   ) {
     this.name = new Field("edit-id", "Name", textBox(""));
     this.place = new PoseBoxes("edit-place", "m", () => {});
-    this.placed = element("div", "fields", element("h3", "", "Place in the world"), this.place.position.root, this.place.orientation.root);
+    const { position, orientation } = this.place;
+    this.placed = element("div", "fields", element("h3", "", "Place in the world"), position.root, orientation.root);
     const add = pressButton("Add a tag", "edit-add-tag", () => this.add());
     this.root.append(this.name.root, this.placed, element("h3", "", "Tags"), this.list, this.complaint, add);
     this.load();
@@ -41,7 +43,10 @@ export class ObjectForm implements EditForm {
   }
 
   get hint(): string {
-    return "Positions are those of the tags' centres in the frame of the object. Leave all boxes of a tag empty where its place is not known: fusion does not use it until it is learned.";
+    return (
+      "Positions are those of the tags' centres in the frame of the object. " +
+      "Leave all boxes of a tag empty where its place is not known: fusion does not use it until it is learned."
+    );
   }
 
   get removal(): object | null {
@@ -137,7 +142,7 @@ export class ObjectForm implements EditForm {
     named[0]?.root.scrollIntoView({ block: "nearest" });
   }
 
-  private boxes(...[given, like]: [ConstructorParameters<typeof TagBoxes>[1], ConstructorParameters<typeof TagBoxes>[2]]): TagBoxes {
+  private boxes(given: PrintedTag | null, like: PrintedTag | null): TagBoxes {
     const actions = { edited: () => (this.complaint.textContent = ""), remove: (tag: TagBoxes) => this.remove(tag) };
     return new TagBoxes(`edit-tag-${this.counted++}`, given, like, this.convention, actions);
   }

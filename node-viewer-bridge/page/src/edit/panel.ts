@@ -1,5 +1,5 @@
-// The editor: a camera or an object as it is in force, to be changed by whoever may change the site. The bridge makes the change and says
-// what became of it.
+// The editor: a camera or an object as it is in force, to be changed by whoever may change the site. The bridge makes
+// the change and says what became of it.
 
 import { element, find, pressButton, testId, Text } from "../panels/dom.ts";
 import type { RigCamera } from "../protocol.ts";
@@ -30,7 +30,8 @@ export class EditorPanel {
   private readonly conventions: Segments<Convention>;
   private readonly newer: HTMLElement;
   private readonly why = new Text(element("span"));
-  private readonly outcome = testId(element("ul", "kept"), "edit-outcome");
+  private readonly said = element("ul", "kept");
+  private readonly outcome = testId(element("div", "", this.said), "edit-outcome");
   private readonly complaint = testId(element("p", "complaint"), "edit-cause");
   private readonly apply = button("Apply", "edit-apply", "primary");
   private readonly revert: HTMLButtonElement;
@@ -42,7 +43,8 @@ export class EditorPanel {
     private readonly site: Site,
     private readonly preview: (camera: RigCamera | null) => void,
   ) {
-    this.conventions = new Segments<Convention>("Orientations as", CONVENTIONS, this.convention, (convention) => this.write(convention));
+    const write = (convention: Convention): void => this.write(convention);
+    this.conventions = new Segments<Convention>("Orientations as", CONVENTIONS, this.convention, write);
     const load = pressButton("Load it", "edit-load", () => this.load());
     this.newer = testId(element("p", "caution", this.why.element, " ", load), "edit-newer");
     this.newer.setAttribute("role", "status");
@@ -134,7 +136,8 @@ export class EditorPanel {
     const inForce = form.inForce();
     const isNewer = form.version !== inForce;
     if (isNewer && !form.isEdited && inForce !== null) return this.load();
-    this.why.set(inForce === null ? "It is not there any more." : "It has been changed meanwhile: a newer version is in force.");
+    const changed = "It has been changed meanwhile: a newer version is in force.";
+    this.why.set(inForce === null ? "It is not there any more." : changed);
     find<HTMLElement>("button", this.newer).hidden = inForce === null;
     this.newer.hidden = !isNewer || this.isSending;
   }
@@ -171,7 +174,8 @@ export class EditorPanel {
         this.say(answer.said);
         return true;
       }
-      if (!form.complain(answer)) this.complain(sentence(answer.cause));
+      const complaint = { field: answer.field, cause: sentence(answer.cause) };
+      if (!form.complain(complaint)) this.complain(complaint.cause);
       return false;
     } finally {
       this.busy(false);
@@ -224,7 +228,7 @@ export class EditorPanel {
   }
 
   private say(said: string[]): void {
-    this.outcome.replaceChildren(...said.map((each) => element("li", "", sentence(each))));
+    this.said.replaceChildren(...said.map((each) => element("li", "", sentence(each))));
   }
 
   private complain(cause: string): void {

@@ -3,7 +3,8 @@
 import type { Quaternion, Transform, Vec3 } from "../protocol.ts";
 import { Wrong } from "../wizard/command.ts";
 import { Boxes } from "./boxes.ts";
-import { type Convention, PARTS, readOrientation, readPosition, writtenOrientation, writtenPosition } from "./values.ts";
+import { type Convention, keepUntouched, PARTS, readOrientation, readPosition } from "./values.ts";
+import { writtenOrientation, writtenPosition } from "./values.ts";
 
 /** Units of length, m. */
 const SCALES = { m: 1, mm: 0.001 } as const;
@@ -59,12 +60,16 @@ export class PoseBoxes {
   }
 
   private readPosition(): Vec3 | null {
-    if (!this.position.isEdited) return this.given?.position ?? null;
-    return readPosition(this.position.texts, SCALES[this.unit]);
+    const { position: given = null } = this.given ?? {};
+    if (!this.position.isEdited) return given;
+    const read = readPosition(this.position.texts, SCALES[this.unit]);
+    return read && keepUntouched(read, given ?? [], (at) => this.position.isBoxEdited(at));
   }
 
   private readOrientation(): Quaternion | null {
-    if (!this.orientation.isEdited) return this.given?.orientation ?? null;
-    return readOrientation(this.orientation.texts, this.convention);
+    const { orientation: given = null } = this.given ?? {};
+    if (!this.orientation.isEdited) return given;
+    const isTouched = (at: number): boolean => this.orientation.isBoxEdited(at);
+    return readOrientation(this.orientation.texts, this.convention, given, isTouched);
   }
 }

@@ -45,10 +45,12 @@ export class TagBoxes {
     this.sigmas = new Boxes(`${key}-sigma`, "Standard deviation", "", edited);
     this.sigmas.show(["edge mm", "place mm", "angle °"], this.writtenSigmas());
     const remove = pressButton("Remove", `${key}-remove`, () => actions.remove(this));
-    const head = element("div", "tag-head", labelled("Tag", this.id), labelled("Edge mm", this.size), labelled("Family", this.family), remove);
+    const labels = [labelled("Tag", this.id), labelled("Edge mm", this.size), labelled("Family", this.family)];
+    const head = element("div", "tag-head", ...labels, remove);
     const more = element("details", "", element("summary", "", "Standard deviations"), this.sigmas.root);
     more.open = given?.sigma !== undefined || given?.size_sigma_m !== undefined;
-    this.root = testId(element("li", "tag", head, this.pose.position.root, this.pose.orientation.root, more, this.complaint), key);
+    const { position, orientation } = this.pose;
+    this.root = testId(element("li", "tag", head, position.root, orientation.root, more, this.complaint), key);
   }
 
   get isEdited(): boolean {
@@ -103,15 +105,19 @@ export class TagBoxes {
   private writtenSigmas(): string[] {
     const { size_sigma_m, sigma } = this.given ?? {};
     const edge = size_sigma_m === undefined ? "" : writtenLength(size_sigma_m, MM);
-    return [edge, sigma ? writtenLength(sigma.position_m, MM) : "", sigma ? writtenAngle(sigma.orientation_rad * DEGREES) : ""];
+    if (!sigma) return [edge, "", ""];
+    return [edge, writtenLength(sigma.position_m, MM), writtenAngle(sigma.orientation_rad * DEGREES)];
   }
 
   private readSigmas(): object {
-    if (!this.sigmas.isEdited) return { size_sigma_m: this.given?.size_sigma_m ?? null, sigma: this.given?.sigma ?? null };
+    const { size_sigma_m = null, sigma = null } = this.given ?? {};
+    if (!this.sigmas.isEdited) return { size_sigma_m, sigma };
     const [edge = "", place = "", angle = ""] = this.sigmas.texts;
     const [position_m, orientation_rad] = [readSigma(place, "sigma", MM), readSigma(angle, "sigma", 1 / DEGREES)];
-    if ((position_m === null) !== (orientation_rad === null)) throw new Wrong("sigma", "Write place and angle, or leave both empty");
-    return { size_sigma_m: readSigma(edge, "sigma", MM), sigma: position_m === null ? null : { position_m, orientation_rad } };
+    if ((position_m === null) !== (orientation_rad === null))
+      throw new Wrong("sigma", "Write place and angle, or leave both empty");
+    const written = position_m === null ? null : { position_m, orientation_rad };
+    return { size_sigma_m: readSigma(edge, "sigma", MM), sigma: written };
   }
 }
 

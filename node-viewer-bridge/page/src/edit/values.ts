@@ -1,5 +1,5 @@
-// What the editor shows of poses and sizes, and what a person wrote there. What nobody has touched stays exactly as it is. Touches no
-// element of the page.
+// What the editor shows of poses and sizes, and what a person wrote there. What nobody has touched stays exactly as it
+// is. Touches no element of the page.
 
 import { quaternionOf, rollPitchYaw } from "../attitude.ts";
 import type { Quaternion, Vec3 } from "../protocol.ts";
@@ -8,7 +8,10 @@ import { Wrong } from "../wizard/command.ts";
 /** How orientations are written. */
 export type Convention = "angles" | "quaternion";
 
-export const PARTS: Record<Convention, readonly string[]> = { angles: ["roll", "pitch", "yaw"], quaternion: ["x", "y", "z", "w"] };
+export const PARTS: Record<Convention, readonly string[]> = {
+  angles: ["roll", "pitch", "yaw"],
+  quaternion: ["x", "y", "z", "w"],
+};
 
 /** Degrees, metres and millimetres are shown to this many decimals: finer than anybody can place a camera or a tag. */
 const DECIMALS = 4;
@@ -19,15 +22,26 @@ const LENGTH_TOLERANCE = 0.01;
 const written = (value: number, decimals: number): string => String(Number(value.toFixed(decimals)) || 0);
 
 /** A length of `value` metres in another unit; `scale` is that of the unit, m. */
-export const writtenLength = (value: number, scale: number): string => written(value / scale, scale === 1 ? DECIMALS + 2 : DECIMALS);
+export const writtenLength = (value: number, scale: number): string =>
+  written(value / scale, scale === 1 ? DECIMALS + 2 : DECIMALS);
 
 export const writtenAngle = (degrees: number): string => written(degrees, DECIMALS);
 
-export const writtenPosition = (position: Vec3, scale: number): string[] => position.map((value) => writtenLength(value, scale));
+export const writtenPosition = (position: Vec3, scale: number): string[] =>
+  position.map((value) => writtenLength(value, scale));
 
 export function writtenOrientation(orientation: Quaternion, convention: Convention): string[] {
   if (convention === "quaternion") return orientation.map((value) => written(value, QUATERNION_DECIMALS));
   return rollPitchYaw(orientation).map(writtenAngle);
+}
+
+/** What was read, with the exact values of the boxes that nobody has touched. */
+export function keepUntouched<T extends number[]>(
+  read: T,
+  exact: readonly number[],
+  isTouched: (at: number) => boolean,
+): T {
+  return read.map((value, at) => (isTouched(at) ? value : (exact[at] ?? value))) as T;
 }
 
 /** A number as people write it, with a point or a comma; `null` where nothing is written. */
@@ -54,10 +68,19 @@ export function readPosition(texts: readonly string[], scale: number): Vec3 | nu
   return values && (values.map((value) => Number((value * scale).toPrecision(12))) as Vec3);
 }
 
-export function readOrientation(texts: readonly string[], convention: Convention): Quaternion | null {
+/** The orientation of three angles or four parts of a quaternion; angles that nobody touched are those of `given`. */
+export function readOrientation(
+  texts: readonly string[],
+  convention: Convention,
+  given: Quaternion | null = null,
+  isTouched: (at: number) => boolean = () => true,
+): Quaternion | null {
   const values = readTogether(texts, "orientation", PARTS[convention]);
   if (values === null) return null;
-  if (convention === "angles") return quaternionOf(values as Vec3);
+  if (convention === "angles") {
+    const exact = given ? rollPitchYaw(given) : [];
+    return quaternionOf(keepUntouched(values as Vec3, exact, isTouched));
+  }
   const length = Math.hypot(...values);
   if (Math.abs(length - 1) > LENGTH_TOLERANCE)
     throw new Wrong("orientation", `The quaternion's length is ${written(length, 4)}; it has to be 1`);

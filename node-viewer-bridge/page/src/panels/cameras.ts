@@ -57,7 +57,8 @@ export class CamerasPanel {
   private card(camera: CameraState): CameraCard {
     const known = this.cards.get(camera.id);
     if (known) return known;
-    const card = new CameraCard(camera, this.site, this.selection, (canvas) => this.pictureShown(camera, canvas), this.edit);
+    const shown = (canvas: HTMLCanvasElement): void => this.pictureShown(camera, canvas);
+    const card = new CameraCard(camera, this.site, this.selection, shown, this.edit);
     this.cards.set(camera.id, card);
     const next = [...this.cards.keys()].sort().find((id) => id > camera.id);
     this.root.insertBefore(card.root, (next && this.cards.get(next)?.root) || null);

@@ -128,7 +128,8 @@ class ObjectRow {
     this.edit.classList.add("edit");
     this.edit.setAttribute("aria-label", `Edit ${id}`);
     this.edit.title = "Name and tags of this object";
-    const name = element("th", link === undefined ? "name" : "name link", swatch, button, this.edit, this.joints.element);
+    const kind = link === undefined ? "name" : "name link";
+    const name = element("th", kind, swatch, button, this.edit, this.joints.element);
     name.scope = "row";
     this.condition = new Condition(testId(element("span", "condition"), `object-${id}-state`));
     const cells = COLUMNS.map((column) => this.cell(column));

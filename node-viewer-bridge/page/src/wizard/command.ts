@@ -89,8 +89,13 @@ export async function send(path: Path, request: object, ask: typeof fetch = fetc
   return "cause" in answer ? answer : null;
 }
 
+/** What became of a request, a sentence each. */
+export interface Said {
+  said: string[];
+}
+
 /** Sends a request; what the bridge answers, or its complaint. */
-export async function post(path: Path, request: object, ask: typeof fetch = fetch): Promise<{ said: string[] } | Complaint> {
+export async function post(path: Path, request: object, ask: typeof fetch = fetch): Promise<Said | Complaint> {
   let answer: Response;
   try {
     const headers = { "content-type": "application/json" };
@@ -98,7 +103,7 @@ export async function post(path: Path, request: object, ask: typeof fetch = fetc
   } catch {
     return { field: null, cause: "The bridge does not answer." };
   }
-  const content = (await answer.json().catch(() => null)) as (Partial<Complaint> & { said?: string[] }) | null;
+  const content = (await answer.json().catch(() => null)) as Partial<Complaint & Said> | null;
   if (answer.ok) return { said: content?.said ?? [] };
   return { field: content?.field ?? null, cause: content?.cause ?? `The bridge answered ${answer.status}.` };
 }

@@ -11,7 +11,8 @@ use sextant_site_mirror::SiteMirror;
 use sextant_site_model::{LinkId, ObjectId, ObjectModel};
 use sextant_tag_families::Family;
 
-/// The edited object; with another name also the removal of the former one, and the rig where the object carries cameras.
+/// The edited object; with another name also the removal of the former one, and the rig where the object carries
+/// cameras.
 pub(super) fn edit(edit: &ObjectEdit, site: &SiteMirror) -> Result<Outgoing, Refusal> {
     let before = match &edit.object {
         Some(id) => Some(known(

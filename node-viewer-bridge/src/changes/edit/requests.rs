@@ -31,7 +31,8 @@ pub(crate) struct CameraEdit {
     pub version: String,
     /// Its name from now on.
     pub id: String,
-    /// `world_from_camera`, or `carrier_from_camera` of a camera that an object carries; none where it is not calibrated.
+    /// `world_from_camera`, or `carrier_from_camera` of a camera that an object carries; none where it is not
+    /// calibrated.
     pub pose: Option<PoseConfig>,
     /// Standard deviation of that pose; none where the file gives none.
     pub sigma: Option<SigmaConfig>,
@@ -47,7 +48,8 @@ pub(crate) struct Removal {
     pub version: String,
 }
 
-/// An object, or one link of an articulated object, as it is to be. What is not named here stays: joints, other links, sigmas of frame and scale.
+/// An object, or one link of an articulated object, as it is to be. What is not named here stays: joints, other links,
+/// sigmas of frame and scale.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ObjectEdit {

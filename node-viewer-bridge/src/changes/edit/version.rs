@@ -1,4 +1,5 @@
-//! Versions of what can be edited: a text that differs where the content does, so that no edit overwrites what its author has not seen.
+//! Versions of what can be edited: a text that differs where the content does, so that no edit overwrites what its
+//! author has not seen.
 
 use crate::refusal::Refusal;
 use sextant_proto::{CameraConfig, Message, RigConfig, encode, fingerprint};
