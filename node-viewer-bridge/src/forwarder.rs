@@ -170,7 +170,7 @@ impl Forwarder {
                 self.show_object(&message)
             }
             AnyMessage::ConfigAnswer(answer) => {
-                self.shared.wizard.take_answer(&answer);
+                self.shared.wizard.put_answer(answer);
                 Ok(())
             }
             AnyMessage::Proposal(proposal) => match key {
@@ -203,7 +203,7 @@ impl Forwarder {
             Offer::Refinement => self.show(Slot::Proposal(node), &Message::Proposal(models)),
             Offer::Former => self.show(Slot::Former(node), &Message::Former(models)),
         }?;
-        self.shared.wizard.take_offer(offer, proposal);
+        self.shared.wizard.put_offer(offer, proposal);
         Ok(())
     }
 
@@ -213,7 +213,7 @@ impl Forwarder {
             // There was room for it, or it was never shown.
             let _ = self.take_offer(offer, Proposal::none(node.clone(), 0));
         }
-        self.shared.wizard.forget_offers(node);
+        self.shared.wizard.node_left(node.clone());
     }
 
     fn show_status(&self, status: &FusionStatus) -> Result<(), Rejection> {
@@ -272,7 +272,7 @@ impl Forwarder {
     /// To the clients, and to the wizard that may be at work.
     fn show_image(&self, message: &Observations) -> Result<(), Rejection> {
         let service = &self.shared.wizard;
-        service.offer(|| with_real_tags(ImageObservation::from(message)));
+        service.put_image(|| with_real_tags(ImageObservation::from(message)));
         let slot = Slot::Observations(message.camera.to_string());
         self.show(slot, &translate::observations(message))
     }

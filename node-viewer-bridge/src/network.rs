@@ -171,7 +171,7 @@ impl NetworkSession<'_> {
 
     /// What a person keeps of a wizard's result, or takes of a fusion node's offer, under the name of this bridge.
     fn publish_change(&self) -> anyhow::Result<()> {
-        while let Some(outgoing) = self.shared.wizard.take_outgoing() {
+        while let Some(outgoing) = self.shared.wizard.next_outgoing() {
             match outgoing {
                 Outgoing::Rig(rig) => self.publish(&self.keys.config_rig(), &rig)?,
                 Outgoing::Object(object) => {
@@ -184,6 +184,7 @@ impl NetworkSession<'_> {
                     self.publish(&self.keys.config_models(), &proposal)?;
                 }
             }
+            self.shared.wizard.note_published();
         }
         Ok(())
     }

@@ -17,7 +17,7 @@ use crate::session;
 use crate::shared::Shared;
 use crate::socket;
 use crate::webhook::Webhook;
-use crate::wizard;
+use crate::wizard::{self, Command, UserRequest};
 use crate::zones;
 use anyhow::Context as _;
 use axum::Router;
@@ -33,7 +33,7 @@ use std::net::TcpListener;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
-use tokio::sync::{oneshot, watch};
+use tokio::sync::watch;
 
 /// Threads for commands, which may read files; further commands wait.
 const COMMAND_THREADS: usize = 2;
@@ -235,13 +235,11 @@ async fn wizard(
     headers: HeaderMap,
     body: Bytes,
 ) -> Response<Body> {
-    let shared = context.shared;
-    let obey = move || {
-        let command = wizard::Command::parse(&body)?;
-        let site = shared.mirror().clone();
-        shared.wizard.command(&command, &site)
-    };
-    answer_command(role, &headers, obey).await
+    let read = move || Ok(UserRequest::Command(Command::parse(&body)?));
+    match ask(context.shared, role, &headers, read).await {
+        Ok(_) => as_json(StatusCode::ACCEPTED, "{}\n".into()),
+        Err(response) => response,
+    }
 }
 
 /// An edit of the rig or an object. The answer comes when a fusion node has decided on it.
@@ -251,26 +249,32 @@ async fn models(
     headers: HeaderMap,
     body: Bytes,
 ) -> Response<Body> {
-    let shared = context.shared;
-    let (sender, receiver) = oneshot::channel();
-    let obey = move || {
-        let request = EditRequest::parse(&body)?;
-        let site = shared.mirror().clone();
-        // The receiver waits below.
-        let _ = sender.send(shared.wizard.edit(&request, &site)?);
-        Ok(())
-    };
-    let response = answer_command(role, &headers, obey).await;
-    let Ok(answer) = receiver.await else {
-        return response;
-    };
-    match answer.await {
-        Ok(Ok(said)) => {
+    let read = move || Ok(UserRequest::Edit(EditRequest::parse(&body)?));
+    match ask(context.shared, role, &headers, read).await {
+        Ok(said) => {
             let json = serde_json::json!({ "said": said });
             as_json(StatusCode::OK, format!("{json}\n").into())
         }
-        Ok(Err(refusal)) => refused(&refusal),
-        Err(_) => refused(&Refusal::not_now("the bridge is stopping")),
+        Err(response) => response,
+    }
+}
+
+/// Has a request of an operator handled by the wizard's thread.
+async fn ask(
+    shared: Arc<Shared>,
+    role: PageRole,
+    headers: &HeaderMap,
+    read: impl FnOnce() -> Result<UserRequest, Refusal> + Send + 'static,
+) -> Result<Vec<String>, Response<Body>> {
+    let queue = move || {
+        let request = read()?;
+        let site = shared.mirror().clone();
+        shared.wizard.request(request, site)
+    };
+    let reply = obey(role, headers, queue).await?;
+    match reply.await {
+        Ok(reply) => reply.map_err(|refusal| refused(&refusal)),
+        Err(_) => Err(refused(&Refusal::not_now("the bridge is stopping"))),
     }
 }
 
@@ -289,29 +293,40 @@ async fn zones(
     answer_command(role, &headers, obey).await
 }
 
-/// Obeys a command of an operator on a thread that may wait for files.
+/// Obeys a command of an operator, and says no more than that.
 async fn answer_command(
     role: PageRole,
     headers: &HeaderMap,
-    obey: impl FnOnce() -> Result<(), Refusal> + Send + 'static,
+    command: impl FnOnce() -> Result<(), Refusal> + Send + 'static,
 ) -> Response<Body> {
+    match obey(role, headers, command).await {
+        Ok(()) => as_json(StatusCode::ACCEPTED, "{}\n".into()),
+        Err(response) => response,
+    }
+}
+
+/// Obeys a command of an operator on a thread that may wait for files.
+async fn obey<T: Send + 'static>(
+    role: PageRole,
+    headers: &HeaderMap,
+    command: impl FnOnce() -> Result<T, Refusal> + Send + 'static,
+) -> Result<T, Response<Body>> {
     if role < PageRole::Operator {
-        return forbidden();
+        return Err(forbidden());
     }
     // No form of a foreign page can send this type without asking first.
     if !is_json(headers) {
-        return assets::plain(
+        return Err(assets::plain(
             StatusCode::UNSUPPORTED_MEDIA_TYPE,
             "send application/json\n",
-        );
+        ));
     }
-    match tokio::task::spawn_blocking(obey).await {
-        Ok(Ok(())) => as_json(StatusCode::ACCEPTED, "{}\n".into()),
-        Ok(Err(refusal)) => refused(&refusal),
-        Err(_) => assets::plain(
+    match tokio::task::spawn_blocking(command).await {
+        Ok(result) => result.map_err(|refusal| refused(&refusal)),
+        Err(_) => Err(assets::plain(
             StatusCode::INTERNAL_SERVER_ERROR,
             "the command failed by a fault of this program; the log says more\n",
-        ),
+        )),
     }
 }
 
