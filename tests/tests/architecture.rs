@@ -32,7 +32,8 @@ const FLOORS: &[&[&str]] = &[
         "sextant-process",
         "sextant-election",
         "sextant-rza2m",
-        "sextant-pose-formats",
+        "sextant-pose-files",
+        "sextant-pose-streams",
         "sextant-test-needs",
     ],
     &[
