@@ -77,7 +77,7 @@ function send(message) {
 
 sockets.on("connection", (socket) => {
   const greet = (message) => socket.send(JSON.stringify(message));
-  greet({ type: "hello", site: "mock", version: "0.0.0", protocol: 1, now_ns: nowNs(), role: "operator" });
+  greet({ type: "hello", site: "mock", version: "0.0.0", protocol: 1, now_ns: nowNs(), role: "operator", silence: { seconds: 3, messages: 3 } });
   greet({ type: "rig", cameras });
   for (const object of objects) greet({ type: "object", ...object });
   greet({ type: "zones", zones, kept: true });

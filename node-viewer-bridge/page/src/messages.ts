@@ -7,6 +7,11 @@ export const isHello = record({
   version: isText,
   protocol: isNumber,
   now_ns: isNumber,
+  /** what was not heard of for longer is silent; of slower messages as many are missed first */
+  silence: record({
+    seconds: isNumber,
+    messages: isNumber,
+  }),
   /** what this client may do */
   role: oneOf("viewer", "operator"),
 });
@@ -41,9 +46,10 @@ export const isMount = record({
 });
 export type Mount = Checked<typeof isMount>;
 
-/** the same along each axis */
 export const isPoseSigma = record({
+  /** the same along each axis */
   position_m: isNumber,
+  /** the same along each axis */
   orientation_rad: isNumber,
 });
 export type PoseSigma = Checked<typeof isPoseSigma>;
