@@ -398,7 +398,7 @@ fn edit_of_cube(version: &str) -> String {
 
 #[test]
 fn an_edit_is_published_and_answered_as_the_fusion_node_decides() {
-    let mut site = Site::open();
+    let site = Site::open();
     let node = NodeId::new("main").unwrap();
     let alive = site.keys.alive(NodeKind::Fusion, &node);
     let _alive = site.bus.alive(&alive).unwrap();
@@ -441,7 +441,6 @@ fn an_edit_is_published_and_answered_as_the_fusion_node_decides() {
         status == 200 && body.contains("keeps it in its files"),
         "{body}"
     );
-    site.end();
 }
 
 #[test]

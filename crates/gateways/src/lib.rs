@@ -1,11 +1,13 @@
-//! A running site in other tools. Each gateway subscribes to the site, holds a mirror of it (`sextant-site-mirror`) and passes it on in
-//! the protocol of the tool: `sextant-recordings`, `sextant-ros2` and `sextant-pose-streams` define which message becomes what.
+//! A running site in other tools. Each gateway subscribes to the site, holds a mirror of it (`sextant-site-mirror`) and
+//! passes it on in the protocol of the tool: `sextant-recordings`, `sextant-ros2` and `sextant-pose-streams` define
+//! which message becomes what.
 //!
 //! - [`site`]: the session on a site that every tool has.
 //! - [`foxglove`], [`ros2`]: everything that a site publishes.
 //! - [`pose_feed`]: poses only, for [`osc`], [`mavlink`], [`vrpn`], [`natnet`], [`mqtt`], [`nt4`], [`psn`] and [`camera_tracking`], and for anything that implements [`PoseReceiver`].
 //!
-//! A gateway never waits for a slow reader. What a person should know while it runs goes to a [`Reporter`]; nothing is printed here.
+//! A gateway never waits for a slow reader. What a person should know while it runs goes to a [`Reporter`]; nothing is
+//! printed here.
 
 pub mod camera_tracking;
 pub mod datagrams;

@@ -1,6 +1,7 @@
 //! Recorded poses and sites as files of other tools.
 //!
-//! - [`Animation`], [`AnimationBuilder`]: a recorded site as a scene over time; [`write_usda`] and [`glb`] write it as USD and glTF.
+//! - [`Animation`], [`AnimationBuilder`]: a recorded site as a scene over time; [`write_usda`] and [`glb`] write it as
+//!   USD and glTF.
 //! - [`c3d()`]: recorded poses for biomechanics.
 //!
 //! Input is what fusion reports: metres, x y z w, world with z up. Nothing here opens a file.

@@ -1,4 +1,4 @@
-// When something is silent: one rule for cameras, objects and nodes. The bridge gives its figures, which all programs share.
+// When something is silent: one rule for cameras, objects and nodes, with the figures of the bridge.
 
 import type { Hello } from "./protocol.ts";
 
@@ -10,7 +10,7 @@ export class Silence {
     this.rule = rule;
   }
 
-  /** Whether what was last heard at a time is silent now, s; `rateHz` is how often it speaks, 0 where that is unknown. */
+  /** Whether what was last heard at a time, s, is silent now; `rateHz` is its rate, 0 where that is unknown. */
   holds(heardAt: number, now: number, rateHz = 0): boolean {
     const slow = rateHz > 0 ? this.rule.messages / rateHz : 0;
     return now - heardAt > Math.max(this.rule.seconds, slow);
