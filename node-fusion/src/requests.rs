@@ -1,13 +1,14 @@
 //! Requests for changes of the site, as opposed to what a fusion node announces to be in force.
 
 use crate::models::Change;
+use crate::proposing::Proposals;
 use crate::refusals::undecodable;
 use crate::replica::{Origin, Request};
-use sextant_proto::{ANNOUNCED, DecodeError, Keys, fingerprint};
+use sextant_proto::{ANNOUNCED, DecodeError, KeyRef, Keys, Proposal, Refusal, decode, fingerprint};
 use sextant_zenoh_bus::{Item, Payload};
 
-/// The request of a message; none where it is no request.
-pub fn parse(keys: &Keys, item: &Item) -> Option<Request> {
+/// The request of a message; none where it is no request. It may name a proposal of this node.
+pub fn parse(keys: &Keys, item: &Item, proposals: &Proposals) -> Option<Request> {
     let about = keys.parse(&item.key)?;
     let is_announced = |sender: &str| sender.starts_with(ANNOUNCED);
     if !about.is_config() || item.sender.as_deref().is_some_and(is_announced) {
@@ -17,7 +18,7 @@ pub fn parse(keys: &Keys, item: &Item) -> Option<Request> {
         key: Keys::below_site(&item.key).to_owned(),
         fingerprint: item.bytes().map_or(0, fingerprint),
         changes: match &item.payload {
-            Payload::Bytes(bytes) => Change::read_all(&about, bytes),
+            Payload::Bytes(bytes) => changes(&about, bytes, proposals),
             Payload::TooLong(length) => Err(undecodable(DecodeError::TooLong(*length))),
         },
         origin: Origin::Request {
@@ -27,12 +28,28 @@ pub fn parse(keys: &Keys, item: &Item) -> Option<Request> {
     })
 }
 
+/// The changes that a payload asks for. One without models names those that a node has proposed, by the node and the
+/// number.
+fn changes(about: &KeyRef, payload: &[u8], proposals: &Proposals) -> Result<Vec<Change>, Refusal> {
+    if *about == KeyRef::ConfigModels
+        && let Ok(named) = decode::<Proposal>(payload)
+        && named.is_empty()
+    {
+        return proposals.changes(&named.node, named.t_ns);
+    }
+    Change::read_all(about, payload)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sextant_proto::{ModelPayload, NodeId, ObjectConfig, Proposal, Refusal, encode};
+    use sextant_proto::{ModelPayload, NodeId, ObjectConfig, encode};
     use sextant_site_files::parse_object;
     use std::path::Path;
+
+    fn of(keys: &Keys, item: &Item) -> Option<Request> {
+        super::of(keys, item, &Proposals::new(NodeId::new("main").unwrap()))
+    }
 
     fn keys() -> Keys {
         Keys::new("lab").unwrap()
@@ -77,6 +94,9 @@ mod tests {
             &changes[..],
             [Change::Removal(_), Change::Object(_)]
         ));
+        let named = Proposal::none(NodeId::new("main").unwrap(), 7);
+        let named = parse(&keys(), &item("models", encode(&named).unwrap(), None)).unwrap();
+        assert!(matches!(named.changes, Err(Refusal::Other { .. })));
         let garbage = parse(&keys(), &item("rig", vec![1], None)).unwrap();
         assert!(matches!(garbage.changes, Err(Refusal::Undecodable { .. })));
         let long = Item {

@@ -34,7 +34,8 @@ const FLOORS: &[&[&str]] = &[
         "sextant-process",
         "sextant-election",
         "sextant-rza2m",
-        "sextant-pose-formats",
+        "sextant-pose-files",
+        "sextant-pose-streams",
         "sextant-test-needs",
     ],
     &[
