@@ -47,8 +47,8 @@ mod tests {
     use sextant_site_files::parse_object;
     use std::path::Path;
 
-    fn of(keys: &Keys, item: &Item) -> Option<Request> {
-        super::of(keys, item, &Proposals::new(NodeId::new("main").unwrap()))
+    fn parsed(keys: &Keys, item: &Item) -> Option<Request> {
+        super::parse(keys, item, &Proposals::new(NodeId::new("main").unwrap()))
     }
 
     fn keys() -> Keys {
@@ -73,9 +73,9 @@ mod tests {
         let payload = encode(&cube()).unwrap();
         let announced = item("object/cube", payload.clone(), Some("fusion/other"));
         let elsewhere = item("else", payload.clone(), None);
-        assert_eq!(parse(&keys(), &announced), None);
-        assert_eq!(parse(&keys(), &elsewhere), None);
-        let request = parse(&keys(), &item("object/cube", payload, Some("ann@desk"))).unwrap();
+        assert_eq!(parsed(&keys(), &announced), None);
+        assert_eq!(parsed(&keys(), &elsewhere), None);
+        let request = parsed(&keys(), &item("object/cube", payload, Some("ann@desk"))).unwrap();
         assert_eq!(request.key, "config/object/cube");
         assert_eq!(request.changes.unwrap().len(), 1);
     }
@@ -89,21 +89,21 @@ mod tests {
             .map(|one| ModelPayload::encode(one).unwrap())
             .collect();
         let asked = item("models", encode(&proposal).unwrap(), None);
-        let changes = parse(&keys(), &asked).unwrap().changes.unwrap();
+        let changes = parsed(&keys(), &asked).unwrap().changes.unwrap();
         assert!(matches!(
             &changes[..],
             [Change::Removal(_), Change::Object(_)]
         ));
         let named = Proposal::none(NodeId::new("main").unwrap(), 7);
-        let named = parse(&keys(), &item("models", encode(&named).unwrap(), None)).unwrap();
+        let named = parsed(&keys(), &item("models", encode(&named).unwrap(), None)).unwrap();
         assert!(matches!(named.changes, Err(Refusal::Other { .. })));
-        let garbage = parse(&keys(), &item("rig", vec![1], None)).unwrap();
+        let garbage = parsed(&keys(), &item("rig", vec![1], None)).unwrap();
         assert!(matches!(garbage.changes, Err(Refusal::Undecodable { .. })));
         let long = Item {
             payload: Payload::TooLong(1 << 20),
             ..asked
         };
-        let long = parse(&keys(), &long).unwrap();
+        let long = parsed(&keys(), &long).unwrap();
         assert!(matches!(long.changes, Err(Refusal::Undecodable { .. })));
     }
 }

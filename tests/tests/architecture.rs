@@ -22,7 +22,11 @@ const FLOORS: &[&[&str]] = &[
         "sextant-drp-circuits",
     ],
     &["sextant-apriltag", "sextant-site-model"],
-    &["sextant-adjustment", "sextant-site-report", "sextant-simulator"],
+    &[
+        "sextant-adjustment",
+        "sextant-site-report",
+        "sextant-simulator",
+    ],
     &["sextant-estimator", "sextant-proto", "sextant-calibrator"],
     &["sextant-site-mirror"],
     &["sextant-queue", "sextant-ros2"],

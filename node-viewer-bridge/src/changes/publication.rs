@@ -3,8 +3,8 @@
 
 use crate::refusal::{Refusal, RefusalKind};
 use sextant_proto::{
-    CameraSettings, ConfigAnswer, ObjectConfig, ChangeOutcome, Proposal, Refusal as Cause, RigConfig,
-    encode, fingerprint,
+    CameraSettings, ChangeOutcome, ConfigAnswer, ObjectConfig, Proposal, Refusal as Cause,
+    RigConfig, encode, fingerprint,
 };
 use std::time::{Duration, Instant};
 
@@ -65,7 +65,7 @@ pub(crate) enum Answered {
 
 impl Publication {
     /// Waits from now on; the cause where the change does not fit into a message.
-    pub(crate) fn of(outgoing: &Outgoing, now: Instant) -> Result<Self, String> {
+    pub(crate) fn new(outgoing: &Outgoing, now: Instant) -> Result<Self, String> {
         Ok(Self {
             fingerprint: outgoing.fingerprint()?,
             answer: None,
@@ -167,7 +167,7 @@ mod tests {
         });
         let number = outgoing.fingerprint().unwrap();
         let start = Instant::now();
-        let mut publication = Publication::of(&outgoing, start).unwrap();
+        let mut publication = Publication::new(&outgoing, start).unwrap();
         publication.take(&answer(number + 1, ChangeOutcome::Kept));
         assert_eq!(publication.answered(start), Answered::NotYet);
         let Answered::Silence(silence) = publication.answered(start + PATIENCE) else {

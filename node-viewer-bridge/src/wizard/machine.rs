@@ -6,7 +6,7 @@ use super::plan::{plan, subject};
 use super::state::WizardState;
 use crate::changes::{Answered, Outgoing, Publication};
 use crate::refusal::Refusal;
-use sextant_calibrator::procedure::{ProcedureOutcome, Procedure, Product};
+use sextant_calibrator::procedure::{Procedure, ProcedureOutcome, Product};
 use sextant_proto::{ConfigAnswer, NodeKind, ObjectConfig, RigConfig};
 use sextant_site_mirror::SiteMirror;
 use sextant_site_model::{ImageObservation, Rig};
@@ -131,7 +131,7 @@ impl Machine {
             (outcome.clone(), None)
         } else {
             let message = message_of(&outcome.product);
-            let publication = Publication::of(&message, now).map_err(Refusal::not_now)?;
+            let publication = Publication::new(&message, now).map_err(Refusal::not_now)?;
             let outcome = outcome.clone();
             self.jobs.push(Job::Publish(message));
             (outcome, Some(publication))
@@ -305,7 +305,7 @@ impl Machine {
         let Some(running) = &self.running else {
             return WizardState::idle();
         };
-        let state = WizardState::of(
+        let state = WizardState::starting(
             running.procedure.kind(),
             &running.subject,
             running.cause.as_deref(),

@@ -83,7 +83,7 @@ impl WizardState {
         }
     }
 
-    pub(super) fn of(kind: ProcedureKind, subject: &str, cause: Option<&str>) -> Self {
+    pub(super) fn starting(kind: ProcedureKind, subject: &str, cause: Option<&str>) -> Self {
         Self {
             wizard: Some(kind),
             subject: Some(subject.to_owned()),

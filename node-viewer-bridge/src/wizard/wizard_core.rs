@@ -7,7 +7,7 @@ use super::state::WizardState;
 use crate::changes::edit::{self, EditRequest};
 use crate::changes::{Answered, Offer, Offers, Outgoing, Publication};
 use crate::refusal::Refusal;
-use sextant_calibrator::procedure::{Outcome, Procedure, Product};
+use sextant_calibrator::procedure::{Procedure, ProcedureOutcome, Product};
 use sextant_proto::{ConfigAnswer, NodeId, Proposal};
 use sextant_site_mirror::SiteMirror;
 use sextant_site_model::{ImageObservation, Rig};
@@ -56,7 +56,7 @@ pub(super) enum Input {
     /// An [`Output::Publish`] is on the network.
     Published,
     /// An [`Output::Solve`] of this number has ended.
-    Solved(u64, Result<Outcome, String>),
+    Solved(u64, Result<ProcedureOutcome, String>),
     /// An [`Output::Write`] is done: a sentence each.
     Written(Result<String, String>),
     /// Time has passed.
@@ -214,7 +214,7 @@ impl WizardCore {
             ));
         }
         let outgoing = edit::change(request, site)?;
-        let publication = Publication::of(&outgoing, now).map_err(Refusal::not_now)?;
+        let publication = Publication::new(&outgoing, now).map_err(Refusal::not_now)?;
         self.publish_alone(outgoing.clone())?;
         self.edit = Some(PendingEdit {
             number,

@@ -3,8 +3,8 @@
 use super::*;
 use crate::wizard::samples;
 use sextant_proto::{
-    ModelPayload, NodeKind, ObjectConfig, Outcome as Answer, Refusal as Cause, RigConfig, encode,
-    fingerprint,
+    ChangeOutcome as Answer, ModelPayload, NodeKind, ObjectConfig, Refusal as Cause, RigConfig,
+    encode, fingerprint,
 };
 
 struct Bench {
