@@ -4,7 +4,7 @@
 #![no_main]
 
 use sextant_fuzz as _;
-use sextant_pose_formats::{MqttReader, NatNetRequest, nt4_time_answer};
+use sextant_pose_streams::{MqttReader, NatNetRequest, nt4_time_answer};
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let _ = NatNetRequest::read(bytes);

@@ -3,7 +3,7 @@
 #![no_main]
 
 use sextant_fuzz as _;
-use sextant_pose_formats::{Axes, VrpnConnection, VrpnTrackers, requested_port};
+use sextant_pose_streams::{Axes, VrpnConnection, VrpnTrackers, requested_port};
 
 /// Answers a client no more than this for each byte that it sends: a pong for a ping.
 const MOST_ANSWERED: usize = 4;

@@ -11,7 +11,7 @@ use crate::input_log::{self, InputLog};
 use crate::intake::{Arrival, Arrivals, Intake};
 use crate::models::{Change, ModelsInForce, Payloads};
 use crate::outbox::{Outbox, Publication};
-use crate::proposing;
+use crate::proposing::{self, Proposals};
 use crate::refusals::detail;
 use crate::replica::{Answered, Effect, KeepJob, Origin, Replica, Request};
 use crate::requests;
@@ -116,8 +116,8 @@ pub struct FusionCore {
     status_due_ns: u64,
     /// A refinement that was refused is not applied again before, monotonic.
     applies_from_ns: u64,
-    /// The proposal published last.
-    proposed: Option<Proposal>,
+    /// The refined calibrations on offer.
+    proposals: Proposals,
 }
 
 fn cameras_of(rig: &Rig) -> impl Iterator<Item = CameraId> {
@@ -168,7 +168,7 @@ impl FusionCore {
             requested_ns: None,
             status_due_ns: now.monotonic_ns,
             applies_from_ns: 0,
-            proposed: None,
+            proposals: Proposals::new(node.clone()),
             keys,
             node,
         };
@@ -411,7 +411,7 @@ impl FusionCore {
         if !self.standby.leads() {
             return;
         }
-        if let Some(request) = requests::parse(&self.keys, item) {
+        if let Some(request) = requests::parse(&self.keys, item, &self.proposals) {
             self.handled_ns = now.monotonic_ns;
             self.requested_ns = Some(now.monotonic_ns);
             self.replica.request(request, now);
@@ -552,19 +552,20 @@ impl FusionCore {
     }
 
     fn propose(&mut self, proposal: Option<Proposal>, now: Moment) {
-        if proposal == self.proposed {
+        let is_first = self.proposals.newest().is_none();
+        if !self.proposals.offer(proposal, now.wall_ns) {
             return;
         }
-        if let (Some(proposal), None) = (&proposal, &self.proposed) {
-            tracing::info!("{}", proposing::notice(&proposal.held_back));
+        let held_back = self.proposals.newest().map(|proposal| proposal.held_back);
+        if let (Some(held_back), true) = (&held_back, is_first) {
+            tracing::info!("{}", proposing::notice(held_back));
         }
-        self.status.proposed = proposal.as_ref().map(|proposal| proposal.held_back);
-        self.proposed = proposal;
+        self.status.proposed = held_back;
         self.publish_proposal(now);
     }
 
     fn publish_proposal(&mut self, now: Moment) {
-        match proposing::message(self.proposed.as_ref(), &self.node, now.wall_ns) {
+        match self.proposals.message(now.wall_ns) {
             Ok(message) => self.outbox.proposal(&message),
             Err(cause) => tracing::warn!("a refined calibration cannot be published: {cause}"),
         }

@@ -1,13 +1,14 @@
 //! Payloads of the site's keys into the mirror of the site and the hub. Runs on the network's threads: decodes, writes
 //! JSON, never waits.
 
+use crate::changes::Offer;
+use crate::changes::edit::version_of;
 use crate::frame::{Frame, frame_of};
 use crate::hub::Slot;
 use crate::link_frames::Part;
 use crate::message::{Message, OfferedModels};
 use crate::metrics::Moment;
 use crate::shared::Shared;
-use crate::wizard::Offer;
 use crate::{link_frames, translate};
 use sextant_process::{fail_point, monotonic_ns, now_ns};
 use sextant_proto::{AnyMessage, KeyRef, Keys, NodeKind};
@@ -171,7 +172,7 @@ impl Forwarder {
                 self.show_object(&message)
             }
             AnyMessage::ConfigAnswer(answer) => {
-                self.shared.wizard.take_answer(&answer);
+                self.shared.wizard.put_answer(answer);
                 Ok(())
             }
             AnyMessage::Proposal(proposal) => match key {
@@ -205,7 +206,7 @@ impl Forwarder {
             Offer::Refinement => self.show(Slot::Proposal(node), &Message::Proposal(models)),
             Offer::Former => self.show(Slot::Former(node), &Message::Former(models)),
         }?;
-        self.shared.wizard.take_offer(offer, proposal);
+        self.shared.wizard.put_offer(offer, proposal);
         Ok(())
     }
 
@@ -215,7 +216,7 @@ impl Forwarder {
             // There was room for it, or it was never shown.
             let _ = self.take_offer(offer, Proposal::none(node.clone(), 0));
         }
-        self.shared.wizard.forget_offers(node);
+        self.shared.wizard.node_left(node.clone());
     }
 
     fn show_status(&self, status: &FusionStatus) -> Result<(), Rejection> {
@@ -240,15 +241,18 @@ impl Forwarder {
             let slot = Slot::Object(object.id.to_string());
             return self.show(slot, &translate::object(object));
         }
+        let version = version_of(object);
         let parts = link_frames::parts(object);
-        parts.into_iter().try_for_each(|part| self.show_part(part))
+        let mut parts = parts.into_iter();
+        parts.try_for_each(|part| self.show_part(part, version.clone()))
     }
 
-    fn show_part(&self, part: Part) -> Result<(), Rejection> {
+    fn show_part(&self, part: Part, version: String) -> Result<(), Rejection> {
         let message = Message::Object {
             id: &part.id,
             tags: part.tags,
             world_from_object: None,
+            version,
         };
         let slot = Slot::Object(part.id.clone());
         self.show(slot, &message)
@@ -271,7 +275,7 @@ impl Forwarder {
     /// To the clients, and to the wizard that may be at work.
     fn show_image(&self, message: &Observations) -> Result<(), Rejection> {
         let service = &self.shared.wizard;
-        service.offer(|| with_real_tags(ImageObservation::from(message)));
+        service.put_image(|| with_real_tags(ImageObservation::from(message)));
         let slot = Slot::Observations(message.camera.to_string());
         self.show(slot, &translate::observations(message))
     }

@@ -14,6 +14,7 @@ mod bridge;
 mod camera_network;
 mod camera_socket;
 mod certificate;
+mod changes;
 mod config;
 mod connections;
 mod forwarder;

@@ -5,7 +5,7 @@ use sextant_process::now_ns;
 use sextant_proto::{
     CameraStatus, ClockReport, DetectionReport, FusionStatus, NodeId, PoseConfig, SiteId,
 };
-use sextant_site_mirror::Rejections;
+use sextant_site_mirror::{Rejections, limits};
 use sextant_site_model::{CameraId, JointId, ObjectId};
 use sextant_site_report::State;
 use sextant_tag_families::Family;
@@ -26,6 +26,7 @@ pub(crate) enum Message<'a> {
         version: &'static str,
         protocol: u32,
         now_ns: u64,
+        silence: Silence,
         /// What the client may do.
         role: PageRole,
     },
@@ -37,6 +38,7 @@ pub(crate) enum Message<'a> {
         tags: Vec<ObjectTag>,
         #[serde(skip_serializing_if = "Option::is_none")]
         world_from_object: Option<PoseConfig>,
+        version: String,
     },
     /// There is no such object any more.
     ObjectGone {
@@ -99,9 +101,22 @@ impl<'a> Message<'a> {
             version: env!("CARGO_PKG_VERSION"),
             protocol: PROTOCOL,
             now_ns: now_ns(),
+            silence: Silence {
+                seconds: limits::SILENCE_NS as f64 * 1e-9,
+                messages: limits::MISSED,
+            },
             role,
         }
     }
+}
+
+/// When something is silent, for clients too.
+#[derive(Debug, Serialize)]
+pub(crate) struct Silence {
+    /// Since it was last heard.
+    pub(crate) seconds: f64,
+    /// That many messages have to be missed where that takes longer.
+    pub(crate) messages: u64,
 }
 
 /// Models that may be put in force; none of both where there is nothing.

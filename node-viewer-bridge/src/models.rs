@@ -1,7 +1,10 @@
 //! Rigs and objects as they are drawn: the types that messages and wizards show.
 
+use crate::changes::edit::version_of_camera;
 use serde::Serialize;
-use sextant_proto::{CameraConfig, LensConfig, MountConfig, ObjectTagConfig, PoseConfig};
+use sextant_proto::{
+    CameraConfig, LensConfig, MountConfig, ObjectTagConfig, PoseConfig, SigmaConfig,
+};
 use sextant_site_model::CameraId;
 use sextant_tag_families::{Family, module_is_white};
 
@@ -14,6 +17,10 @@ pub(crate) struct RigCamera<'a> {
     pub(crate) world_from_camera: Option<PoseConfig>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) mount: Option<&'a MountConfig>,
+    /// Standard deviation of its pose, where the file gives one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) sigma: Option<SigmaConfig>,
+    pub(crate) version: String,
 }
 
 /// A lens as in `rig.toml`.
@@ -36,6 +43,11 @@ pub(crate) struct ObjectTag {
     pub(crate) size_m: f64,
     pub(crate) printed_size_m: f64,
     pub(crate) object_from_tag: Option<PoseConfig>,
+    /// Standard deviations of size and pose, where the file gives them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) size_sigma_m: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) sigma: Option<SigmaConfig>,
     /// Rows of the print, top first; `1` is white.
     pub(crate) modules: Vec<String>,
 }
@@ -47,6 +59,8 @@ pub(crate) fn camera(camera: &CameraConfig) -> RigCamera<'_> {
         lens: lens(&camera.lens),
         world_from_camera: camera.world_from_camera,
         mount: camera.mount.as_ref(),
+        sigma: camera.world_from_camera_sigma,
+        version: version_of_camera(camera),
     }
 }
 
@@ -77,6 +91,8 @@ pub(crate) fn object_tag(tag: &ObjectTagConfig) -> ObjectTag {
         size_m: tag.size_m,
         printed_size_m: tag.size_m * in_modules,
         object_from_tag: tag.object_from_tag,
+        size_sigma_m: tag.size_sigma_m,
+        sigma: tag.object_from_tag_sigma,
         modules: modules(tag.family, tag.id),
     }
 }

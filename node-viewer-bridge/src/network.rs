@@ -3,9 +3,9 @@
 //! subscribers.
 
 use crate::camera_network;
+use crate::changes::Outgoing;
 use crate::forwarder::Forwarder;
 use crate::shared::Shared;
-use crate::wizard::Outgoing;
 use anyhow::anyhow;
 use sextant_process::{Exit, Shutdown, WithExit, fail_point, monotonic_ns};
 use sextant_proto::{Keys, Message, NodeKind, limits};
@@ -172,7 +172,7 @@ impl NetworkSession<'_> {
 
     /// What a person keeps of a wizard's result, or takes of a fusion node's offer, under the name of this bridge.
     fn publish_change(&self) -> anyhow::Result<()> {
-        while let Some(outgoing) = self.shared.wizard.take_outgoing() {
+        while let Some(outgoing) = self.shared.wizard.next_outgoing() {
             match outgoing {
                 Outgoing::Rig(rig) => self.publish(&self.keys.config_rig(), &rig)?,
                 Outgoing::Object(object) => {
@@ -185,6 +185,7 @@ impl NetworkSession<'_> {
                     self.publish(&self.keys.config_models(), &proposal)?;
                 }
             }
+            self.shared.wizard.note_published();
         }
         Ok(())
     }

@@ -3,6 +3,7 @@
 use crate::access::{Denied, PageRole};
 use crate::assets;
 use crate::camera_socket;
+use crate::changes::edit::{EditRequest, MAX_EDIT_BYTES};
 use crate::connections::Connections;
 use crate::frame::frame_of;
 use crate::hub::Slot;
@@ -16,7 +17,7 @@ use crate::session;
 use crate::shared::Shared;
 use crate::socket;
 use crate::webhook::Webhook;
-use crate::wizard;
+use crate::wizard::{self, Command, UserRequest};
 use crate::zones;
 use anyhow::Context as _;
 use axum::Router;
@@ -105,6 +106,10 @@ fn router(context: Context) -> Router {
         .route(
             "/api/wizard",
             post(wizard).layer(DefaultBodyLimit::max(wizard::MAX_COMMAND_BYTES)),
+        )
+        .route(
+            "/api/models",
+            post(models).layer(DefaultBodyLimit::max(MAX_EDIT_BYTES)),
         )
         .route(
             "/api/zones",
@@ -232,13 +237,47 @@ async fn wizard(
     headers: HeaderMap,
     body: Bytes,
 ) -> Response<Body> {
-    let shared = context.shared;
-    let obey = move || {
-        let command = wizard::Command::parse(&body)?;
+    let read = move || Ok(UserRequest::Command(Command::parse(&body)?));
+    match ask(context.shared, role, &headers, read).await {
+        Ok(_) => as_json(StatusCode::ACCEPTED, "{}\n".into()),
+        Err(response) => response,
+    }
+}
+
+/// An edit of the rig or an object. The answer comes when a fusion node has decided on it.
+async fn models(
+    State(context): State<Context>,
+    Extension(role): Extension<PageRole>,
+    headers: HeaderMap,
+    body: Bytes,
+) -> Response<Body> {
+    let read = move || Ok(UserRequest::Edit(EditRequest::parse(&body)?));
+    match ask(context.shared, role, &headers, read).await {
+        Ok(said) => {
+            let json = serde_json::json!({ "said": said });
+            as_json(StatusCode::OK, format!("{json}\n").into())
+        }
+        Err(response) => response,
+    }
+}
+
+/// Has a request of an operator handled by the wizard's thread.
+async fn ask(
+    shared: Arc<Shared>,
+    role: PageRole,
+    headers: &HeaderMap,
+    read: impl FnOnce() -> Result<UserRequest, Refusal> + Send + 'static,
+) -> Result<Vec<String>, Response<Body>> {
+    let queue = move || {
+        let request = read()?;
         let site = shared.mirror().clone();
-        shared.wizard.command(&command, &site)
+        shared.wizard.request(request, site)
     };
-    answer_command(role, &headers, obey).await
+    let reply = obey(role, headers, queue).await?;
+    match reply.await {
+        Ok(reply) => reply.map_err(|refusal| refused(&refusal)),
+        Err(_) => Err(refused(&Refusal::not_now("the bridge is stopping"))),
+    }
 }
 
 /// A change of the zones, published as the message `zones`.
@@ -256,29 +295,40 @@ async fn zones(
     answer_command(role, &headers, obey).await
 }
 
-/// Obeys a command of an operator on a thread that may wait for files.
+/// Obeys a command of an operator, and says no more than that.
 async fn answer_command(
     role: PageRole,
     headers: &HeaderMap,
-    obey: impl FnOnce() -> Result<(), Refusal> + Send + 'static,
+    command: impl FnOnce() -> Result<(), Refusal> + Send + 'static,
 ) -> Response<Body> {
+    match obey(role, headers, command).await {
+        Ok(()) => as_json(StatusCode::ACCEPTED, "{}\n".into()),
+        Err(response) => response,
+    }
+}
+
+/// Obeys a command of an operator on a thread that may wait for files.
+async fn obey<T: Send + 'static>(
+    role: PageRole,
+    headers: &HeaderMap,
+    command: impl FnOnce() -> Result<T, Refusal> + Send + 'static,
+) -> Result<T, Response<Body>> {
     if role < PageRole::Operator {
-        return forbidden();
+        return Err(forbidden());
     }
     // No form of a foreign page can send this type without asking first.
     if !is_json(headers) {
-        return assets::plain(
+        return Err(assets::plain(
             StatusCode::UNSUPPORTED_MEDIA_TYPE,
             "send application/json\n",
-        );
+        ));
     }
-    match tokio::task::spawn_blocking(obey).await {
-        Ok(Ok(())) => as_json(StatusCode::ACCEPTED, "{}\n".into()),
-        Ok(Err(refusal)) => refused(&refusal),
-        Err(_) => assets::plain(
+    match tokio::task::spawn_blocking(command).await {
+        Ok(result) => result.map_err(|refusal| refused(&refusal)),
+        Err(_) => Err(assets::plain(
             StatusCode::INTERNAL_SERVER_ERROR,
             "the command failed by a fault of this program; the log says more\n",
-        ),
+        )),
     }
 }
 

@@ -1,5 +1,6 @@
 //! From the network's messages to the clients'.
 
+use crate::changes::edit::version_of;
 use crate::message::{Message, Pose, TagOutline};
 use crate::models::{camera, object_tag};
 use sextant_proto::{
@@ -20,6 +21,7 @@ pub(crate) fn object(object: &ObjectConfig) -> Message<'_> {
         id: object.id.as_str(),
         tags: object.tags.iter().map(object_tag).collect(),
         world_from_object: object.world_from_object,
+        version: version_of(object),
     }
 }
 

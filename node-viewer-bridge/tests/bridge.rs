@@ -11,8 +11,9 @@ mod protocol;
 use serde_json::Value;
 use sextant_process::Shutdown;
 use sextant_proto::{
-    CameraConfig, ClockQuality, Keys, LensConfig, MountConfig, NodeId, NodeKind, ObjectConfig,
-    ObjectTagConfig, Observations, PoseConfig, Preview, RigConfig, Timing, encode,
+    CameraConfig, ClockQuality, ConfigAnswer, Keys, LensConfig, MountConfig, NodeId, NodeKind,
+    ObjectConfig, ObjectTagConfig, Observations, Outcome, PoseConfig, Preview, Refusal, RigConfig,
+    Timing, encode, fingerprint,
 };
 use sextant_recordings::mcap::site_recording::SiteRecording;
 use sextant_site_model::{CameraId, ObjectId};
@@ -380,6 +381,66 @@ fn take_post(listener: &TcpListener) -> (String, Value) {
             return (head.split(' ').nth(1).unwrap().to_owned(), json);
         }
     }
+}
+
+/// The version of the site's object, once the bridge knows it.
+fn version_of_cube(socket: &mut WebSocket<TcpStream>) -> String {
+    let cube = hear(socket, |m| m["type"] == "object");
+    cube["version"].as_str().unwrap().to_owned()
+}
+
+fn edit_of_cube(version: &str) -> String {
+    let tag = r#"{"family":"tag36h11","id":3,"size_m":0.05,"pose":null}"#;
+    format!(
+        r#"{{"do":"edit_object","object":"cube","version":"{version}","id":"cube","tags":[{tag}]}}"#
+    )
+}
+
+#[test]
+fn an_edit_is_published_and_answered_as_the_fusion_node_decides() {
+    let site = Site::open();
+    let node = NodeId::new("main").unwrap();
+    let alive = site.keys.alive(NodeKind::Fusion, &node);
+    let _alive = site.bus.alive(&alive).unwrap();
+    let key = site.keys.config_object(&cube());
+    let requests = site.bus.subscribe(&key, 16, DropRule::Oldest, 1 << 17);
+    let requests = requests.unwrap();
+    let key = site.keys.config_answer(&node);
+    let answers = site.bus.raw_publisher(&key, Qos::Config).unwrap();
+    let mut socket = site.socket();
+    let version = version_of_cube(&mut socket);
+    hear(&mut socket, |m| {
+        m["type"] == "alive" && m["kind"] == "fusion"
+    });
+    let answered = |version: &str, outcome: Outcome| {
+        std::thread::scope(|scope| {
+            let asked = scope.spawn(|| site.post_to("/api/models", JSON, &edit_of_cube(version)));
+            let request = requests.recv_timeout(PATIENCE).unwrap();
+            let object: ObjectConfig = request.decode().unwrap();
+            assert_eq!(object.tags[0].size_m, 0.05);
+            let answer = ConfigAnswer {
+                node: node.clone(),
+                key: "config/object/cube".to_owned(),
+                fingerprint: fingerprint(request.bytes().unwrap()),
+                outcome,
+                followers: vec![],
+                behind: vec![],
+            };
+            answers.put(&encode(&answer).unwrap()).unwrap();
+            asked.join().unwrap()
+        })
+    };
+    let refused = Outcome::Refused(Refusal::TooManyObjects { limit: 7 });
+    let (status, body) = answered(&version, refused);
+    assert!(status == 409 && body.contains("at most 7"), "{body}");
+    // Until a fusion node announces otherwise, the bridge takes what was asked for as in force.
+    let (status, body) = site.post_to("/api/models", JSON, &edit_of_cube(&version));
+    assert!(status == 409 && body.contains("newer version"), "{body}");
+    let (status, body) = answered(&version_of_cube(&mut socket), Outcome::Kept);
+    assert!(
+        status == 200 && body.contains("keeps it in its files"),
+        "{body}"
+    );
 }
 
 #[test]

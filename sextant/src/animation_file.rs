@@ -2,7 +2,7 @@
 
 use crate::words;
 use anyhow::{Context, anyhow};
-use sextant_pose_formats::{Animation, LeftOut, glb, write_usda};
+use sextant_pose_files::{Animation, LeftOut, glb, write_usda};
 use sextant_process::{Exit, Failure, WithExit};
 use sextant_site_files::Replacement;
 use std::io::{BufWriter, Write};

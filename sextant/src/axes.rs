@@ -1,7 +1,7 @@
 //! The names of axes on the command line.
 
 use clap::ValueEnum;
-use sextant_pose_formats::Axes;
+use sextant_pose_streams::Axes;
 
 /// Axes of poses in an output, by the values of `--axes`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -4,7 +4,7 @@ use crate::output::Format;
 use crate::pose_feed::{self, FeedArguments};
 use clap::Args;
 use sextant_gateways::camera_tracking::{CameraSender, TrackedCamera};
-use sextant_pose_formats::FreeDCamera;
+use sextant_pose_streams::FreeDCamera;
 use sextant_site_model::ObjectId;
 
 /// Arguments of `sextant freed`.

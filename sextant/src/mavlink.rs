@@ -4,7 +4,7 @@ use crate::output::Format;
 use crate::pose_feed::{self, FeedArguments};
 use clap::{Args, ValueEnum};
 use sextant_gateways::mavlink::OdometrySender;
-use sextant_pose_formats::{LocalFrame, Sender};
+use sextant_pose_streams::{LocalFrame, Sender};
 use sextant_site_model::ObjectId;
 
 /// Arguments of `sextant mavlink`.

@@ -8,7 +8,7 @@ use crate::words;
 use anyhow::{anyhow, bail};
 use clap::Args;
 use sextant_gateways::natnet::{BodyOptions, BodyServer, BodyServerCounts};
-use sextant_pose_formats::{NATNET_COMMAND_PORT, NATNET_DATA_PORT, NatNetServer, NatNetVersion};
+use sextant_pose_streams::{NATNET_COMMAND_PORT, NATNET_DATA_PORT, NatNetServer, NatNetVersion};
 use sextant_process::{Exit, Failure};
 use sextant_site_model::ObjectId;
 use std::net::SocketAddrV4;

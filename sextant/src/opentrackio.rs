@@ -4,7 +4,7 @@ use crate::output::Format;
 use crate::pose_feed::{self, FeedArguments};
 use clap::Args;
 use sextant_gateways::camera_tracking::{CameraSender, TrackedCamera};
-use sextant_pose_formats::{OpenTrackIoCamera, opentrackio_group};
+use sextant_pose_streams::{OpenTrackIoCamera, opentrackio_group};
 use sextant_process::now_ns;
 use sextant_site_model::ObjectId;
 use std::net::Ipv4Addr;

@@ -7,7 +7,7 @@ use crate::words;
 use anyhow::{anyhow, bail};
 use clap::{Args, ValueEnum};
 use sextant_gateways::osc::OscSender;
-use sextant_pose_formats::{AddressTemplate, MAX_VMT_TRACKERS, MAX_VRCHAT_TRACKERS, OscLayout};
+use sextant_pose_streams::{AddressTemplate, MAX_VMT_TRACKERS, MAX_VRCHAT_TRACKERS, OscLayout};
 use sextant_process::{Exit, Failure};
 use sextant_site_model::ObjectId;
 

@@ -6,7 +6,7 @@ use crate::pose_feed::{self, FeedArguments};
 use crate::words;
 use clap::Args;
 use sextant_gateways::psn::TrackerSender;
-use sextant_pose_formats::PSN_GROUP;
+use sextant_pose_streams::PSN_GROUP;
 use sextant_site_model::ObjectId;
 use std::net::Ipv4Addr;
 

@@ -8,7 +8,7 @@ use crate::words;
 use anyhow::Context;
 use clap::Args;
 use sextant_gateways::vrpn::{StartError, TrackerCounts, TrackerServer};
-use sextant_pose_formats::VRPN_PORT;
+use sextant_pose_streams::VRPN_PORT;
 use sextant_process::{Exit, WithExit};
 use sextant_site_model::ObjectId;
 

@@ -1,4 +1,5 @@
-//! Tests of the command line. All files of this folder are modules of one test program: each program of its own would link the whole workspace again.
+//! Tests of the command line. All files of this folder are modules of one test program: each program of its own would
+//! link the whole workspace again.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 

@@ -22,7 +22,11 @@ const FLOORS: &[&[&str]] = &[
         "sextant-drp-circuits",
     ],
     &["sextant-apriltag", "sextant-site-model"],
-    &["sextant-adjustment", "sextant-site-report", "sextant-simulator"],
+    &[
+        "sextant-adjustment",
+        "sextant-site-report",
+        "sextant-simulator",
+    ],
     &["sextant-estimator", "sextant-proto", "sextant-calibrator"],
     &["sextant-site-mirror"],
     &["sextant-queue", "sextant-ros2"],
@@ -34,7 +38,8 @@ const FLOORS: &[&[&str]] = &[
         "sextant-process",
         "sextant-election",
         "sextant-rza2m",
-        "sextant-pose-formats",
+        "sextant-pose-files",
+        "sextant-pose-streams",
         "sextant-test-needs",
     ],
     &[

@@ -62,7 +62,8 @@ fn the_demo_is_built_as_a_part_of_the_whole_workspace() {
     );
 }
 
-/// Libraries and programs without tests of their own are marked with `test = false`, so that no empty test program is linked.
+/// Libraries and programs without tests of their own are marked with `test = false`, so that no empty test program is
+/// linked.
 #[test]
 fn what_is_built_without_tests_has_none() {
     let output = Command::new(env!("CARGO"))

@@ -17,6 +17,8 @@ use tokio_rustls::rustls::pki_types::{CertificateDer, ServerName};
 use tokio_rustls::rustls::{ClientConfig, ClientConnection, RootCertStore, StreamOwned};
 
 const WIZARD: &str = r#"{"do":"discard"}"#;
+/// Of a version that never was.
+const EDIT: &str = r#"{"do":"remove_object","id":"box","version":"0"}"#;
 const JSON: &str = "Content-Type: application/json\r\n";
 const UPGRADE: &str = "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n\
     Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
@@ -172,6 +174,7 @@ fn the_page_answers_by_token() {
         }
         assert_eq!(bridge.upgrade("").0, 401);
         assert_eq!(bridge.post("/api/wizard", "", WIZARD).0, 401);
+        assert_eq!(bridge.post("/api/models", "", EDIT).0, 401);
         // The cameras are not running: anybody hears that something is wrong, readers what.
         let (status, health) = bridge.get("/healthz", "");
         assert!(status == 503 && !health.contains("cam0"), "{health}");
@@ -191,6 +194,7 @@ fn the_page_answers_by_token() {
         assert!(health.contains("cam0"), "{health}");
         assert!(bridge.upgrade(&reading).1.contains("\"role\":\"viewer\""));
         assert_eq!(bridge.post("/api/wizard", &reading, WIZARD).0, 403);
+        assert_eq!(bridge.post("/api/models", &reading, EDIT).0, 403);
 
         let operating = bridge.cookie(&bridge.token("operate"));
         assert!(
@@ -200,6 +204,8 @@ fn the_page_answers_by_token() {
                 .contains("\"role\":\"operator\"")
         );
         assert_eq!(bridge.post("/api/wizard", &operating, WIZARD).0, 202);
+        let (status, cause) = bridge.post("/api/models", &operating, EDIT);
+        assert!(status == 409 && cause.contains("newer version"), "{cause}");
         let bearer = format!("Authorization: Bearer {}\r\n", bridge.token("operate"));
         assert_eq!(bridge.post("/api/wizard", &bearer, WIZARD).0, 202);
 
@@ -207,6 +213,7 @@ fn the_page_answers_by_token() {
         let foreign = format!("{operating}Origin: http://elsewhere.example\r\n");
         assert_eq!(bridge.upgrade(&foreign).0, 403);
         assert_eq!(bridge.post("/api/wizard", &foreign, WIZARD).0, 403);
+        assert_eq!(bridge.post("/api/models", &foreign, EDIT).0, 403);
     }
 }
 

@@ -1,5 +1,6 @@
-//! Tests of the whole system. All files of this folder but `board.rs` are modules of one test program: each program of its own would link the whole
-//! workspace again. `cargo xtask system` runs them one module after the other, since many measure latencies.
+//! Tests of the whole system. All files of this folder but `board.rs` are modules of one test program: each program of
+//! its own would link the whole workspace again. `cargo xtask system` runs them one module after the other, since many
+//! measure latencies.
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 

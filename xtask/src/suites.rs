@@ -12,7 +12,8 @@ use std::process::{Command, Stdio};
 /// Packages that test or measure all others.
 const SYSTEM: &[&str] = &["tests", "tests/simulation", "benches", "benches/examine"];
 
-/// The test program whose modules are run one after the other, each as a program of its own: many of them measure latencies.
+/// The test program whose modules are run one after the other, each as a program of its own: many of them measure
+/// latencies.
 const BY_MODULE: &str = "tests/tests/system.rs";
 
 /// Files of tests that take a minute or more; they run after the others of their chore.

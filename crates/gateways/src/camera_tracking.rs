@@ -2,7 +2,7 @@
 
 use crate::datagrams::{DatagramTarget, SenderCounts};
 use crate::pose_feed::{FeedCounts, Next, PoseReceiver, RateLimit};
-use sextant_pose_formats::{FreeDCamera, OpenTrackIoCamera, freed_position};
+use sextant_pose_streams::{FreeDCamera, OpenTrackIoCamera, freed_position};
 use sextant_proto::ObjectPose;
 use sextant_site_report::State;
 use sextant_zenoh_bus::BusError;

@@ -1,5 +1,5 @@
 //! A running site in other tools. Each gateway subscribes to the site, holds a mirror of it (`sextant-site-mirror`) and
-//! passes it on in the protocol of the tool: `sextant-recordings`, `sextant-ros2` and `sextant-pose-formats` define
+//! passes it on in the protocol of the tool: `sextant-recordings`, `sextant-ros2` and `sextant-pose-streams` define
 //! which message becomes what.
 //!
 //! - [`site`]: the session on a site that every tool has.

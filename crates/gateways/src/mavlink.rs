@@ -3,7 +3,7 @@
 
 use crate::datagrams::{DatagramTarget, SenderCounts};
 use crate::pose_feed::{FeedCounts, Next, PoseReceiver, RateLimit};
-use sextant_pose_formats::{LocalFrame, MavlinkSender, ResetCounter, Sender, timesync_requests};
+use sextant_pose_streams::{LocalFrame, MavlinkSender, ResetCounter, Sender, timesync_requests};
 use sextant_process::now_ns;
 use sextant_proto::ObjectPose;
 use sextant_zenoh_bus::BusError;

@@ -14,7 +14,7 @@ use crate::report::Reporter;
 use crate::site::SiteSession;
 use serde::Serialize;
 use serde_json::Value;
-use sextant_pose_formats::{MqttGreeting, Retention, mqtt_publish};
+use sextant_pose_streams::{MqttGreeting, Retention, mqtt_publish};
 use sextant_process::now_ns;
 use sextant_proto::{ObjectPose, limits};
 use sextant_recordings::pose_json;

@@ -8,7 +8,7 @@ use crate::pose_feed::{FeedCounts, GATHER, Gathering, Next, PoseReceiver};
 use crate::relay;
 use crate::report::{Notice, Reporter};
 use serde::Serialize;
-use sextant_pose_formats::{
+use sextant_pose_streams::{
     NatNetBodies, NatNetRequest, NatNetServer, NatNetVersion, natnet_bitstream, natnet_echo,
 };
 use sextant_process::now_ns;

@@ -5,7 +5,7 @@ use crate::pose_feed::{FeedCounts, Next, PoseReceiver, RateLimit};
 use crate::relay::{self, HostAndPort, Relay};
 use crate::report::Reporter;
 use serde::Serialize;
-use sextant_pose_formats::{
+use sextant_pose_streams::{
     NT4_PORT, NT4_PROTOCOL, NT4_SCHEMAS, nt4_pose, nt4_publish, nt4_raw, nt4_time_answer,
     nt4_time_request,
 };

@@ -2,7 +2,7 @@
 
 use crate::datagrams::{DatagramTarget, SenderCounts};
 use crate::pose_feed::{FeedCounts, Next, PoseReceiver, RateLimit};
-use sextant_pose_formats::OscLayout;
+use sextant_pose_streams::OscLayout;
 use sextant_proto::ObjectPose;
 use sextant_site_report::State;
 use sextant_zenoh_bus::BusError;

@@ -2,7 +2,7 @@
 
 use crate::datagrams::{DatagramTarget, SenderCounts};
 use crate::pose_feed::{FeedCounts, Gathering, Next, PoseReceiver};
-use sextant_pose_formats::{Axes, PsnTrackers};
+use sextant_pose_streams::{Axes, PsnTrackers};
 use sextant_process::now_ns;
 use sextant_proto::ObjectPose;
 use sextant_site_model::{ObjectId, ObjectModel};

@@ -9,7 +9,7 @@ use crate::pose_feed::{FeedCounts, Next, PoseReceiver, RateLimit};
 use crate::report::Reporter;
 use serde::Serialize;
 use server::Server;
-use sextant_pose_formats::{Axes, VrpnTrackers};
+use sextant_pose_streams::{Axes, VrpnTrackers};
 use sextant_proto::ObjectPose;
 use sextant_zenoh_bus::BusError;
 use std::net::{SocketAddr, TcpListener};

@@ -6,7 +6,7 @@ use sextant_proto::limits::{MAX_CAMERAS, MAX_OBJECTS};
 const STATUS_PERIOD_NS: u64 = 1_000_000_000;
 /// Messages in a row that have to be missed: one is lost now and then, and a second one while a connection is made
 /// again.
-const MISSED: u64 = 3;
+pub const MISSED: u64 = 3;
 
 /// A node, camera or object without a message for longer is silent, ns: three statuses were missed. Fusion nodes report
 /// a camera without images after the same time.

@@ -372,6 +372,42 @@ fn a_proposal_is_published_once_said_in_the_status_and_withdrawn_with_the_models
 }
 
 #[test]
+fn a_proposal_is_applied_by_its_number_as_it_was_when_it_was_published() {
+    let mut bench = Bench::new();
+    bench.status();
+    bench.core.propose(Some(refined()), bench.clock.0);
+    bench.act();
+    let mut newer = refined();
+    newer.held_back.n_images += 1;
+    newer.rig = None;
+    bench.clock.pass(SECOND_NS);
+    bench.core.propose(Some(newer), bench.clock.0);
+    bench.published.retain(|put| put.key.ends_with("/proposal"));
+    let published: Vec<sextant_proto::Proposal> = bench.messages();
+    let first = published.iter().find(|it| !it.is_empty()).unwrap();
+    let by_number = sextant_proto::Proposal::none(first.node.clone(), first.t_ns);
+    let request = |message: &sextant_proto::Proposal| Item {
+        key: "sextant/v1/lab/config/models".to_owned(),
+        payload: Payload::Bytes(encode(message).unwrap()),
+        sender: None,
+    };
+    bench.core.config(&request(&by_number), bench.clock.0);
+    bench.turn(None);
+    let in_force = bench.core.replica.models();
+    assert_eq!(Some(&in_force.rig), refined().rig.as_ref());
+    assert_eq!(in_force.objects, refined().objects);
+
+    bench.clock.pass(60 * SECOND_NS);
+    bench.core.config(&request(&by_number), bench.clock.0);
+    bench.act();
+    let answers: Vec<sextant_proto::ConfigAnswer> = bench.messages();
+    let Outcome::Refused(refusal) = &answers.last().unwrap().outcome else {
+        panic!("{answers:?}");
+    };
+    assert!(refusal.to_string().contains("look at what is proposed now"));
+}
+
+#[test]
 fn a_node_that_applies_puts_its_proposal_in_force_and_can_go_back() {
     let mut bench = Bench::new();
     bench.core.apply(refined(), bench.clock.0);

@@ -22,6 +22,27 @@ function changeZones({ do: what, zone, name }) {
   send({ type: "zones", zones, kept: true });
 }
 
+/** As the bridge makes it, without its checks, and only of cameras and tags that are there. */
+function changeModels({ do: what, camera, object, id, pose, sigma, tags }) {
+  const next = (model) => (model.version = String(Number(model.version) + 1));
+  const edited = cameras.find((known) => known.id === camera);
+  if (what === "edit_camera" && edited) {
+    Object.assign(edited, { id, world_from_camera: pose, ...(sigma ? { sigma } : {}) });
+    next(edited);
+    send({ type: "rig", cameras });
+  }
+  const known = objects.find((one) => one.id === object);
+  if (what === "edit_object" && known) {
+    known.tags = tags.map((tag) => {
+      const before = known.tags.find((one) => one.id === tag.id) ?? known.tags[0];
+      return { ...before, id: tag.id, size_m: tag.size_m, object_from_tag: tag.pose };
+    });
+    next(known);
+    send({ type: "object", ...known });
+  }
+  return { said: ["in force on fusion node fusion, which keeps it in its files"] };
+}
+
 let zones = [{ shape: "box", name: "dock", centre: [0.3, 0, 0.15], size: [0.3, 0.5, 0.3], yaw_deg: 20, inside: [] }];
 const events = [];
 
@@ -32,6 +53,12 @@ const http = createServer(async (request, response) => {
     for await (const chunk of request) body += chunk;
     changeZones(JSON.parse(body));
     return void response.writeHead(202).end("{}");
+  }
+  if (request.url === "/api/models") {
+    let body = "";
+    for await (const chunk of request) body += chunk;
+    const said = changeModels(JSON.parse(body));
+    return void setTimeout(() => response.writeHead(200, { "content-type": "application/json" }).end(JSON.stringify(said)), 400);
   }
   const path = request.url.split("?")[0];
   const name = { "/": "index.html", "/camera": "camera.html" }[path] ?? path.slice(1);
@@ -50,7 +77,7 @@ function send(message) {
 
 sockets.on("connection", (socket) => {
   const greet = (message) => socket.send(JSON.stringify(message));
-  greet({ type: "hello", site: "mock", version: "0.0.0", protocol: 1, now_ns: nowNs(), role: "operator" });
+  greet({ type: "hello", site: "mock", version: "0.0.0", protocol: 1, now_ns: nowNs(), role: "operator", silence: { seconds: 3, messages: 3 } });
   greet({ type: "rig", cameras });
   for (const object of objects) greet({ type: "object", ...object });
   greet({ type: "zones", zones, kept: true });

@@ -59,6 +59,7 @@ export const cameras = [["north", [0.1, 1.15, 0.85]], ["east", [1.2, 0.1, 0.75]]
     resolution: IMAGE,
     lens: { model: "pinhole", fx: FOCAL, fy: FOCAL, cx: 319.5, cy: 239.5 },
     world_from_camera: lookingAt(position, [0, 0, 0.15]),
+    version: "1",
   }),
 );
 
@@ -89,7 +90,7 @@ export const objects = [
   { id: "plate", tags: [tag(20, 0.1, [0, 0, 0], [0, 0, 1], [0, 1, 0])] },
   // OBJECTS beyond the three are cubes on circles of their own.
   ...Array.from({ length: Math.max(0, Number(process.env.OBJECTS ?? 3) - 3) }, (_, k) => ({ id: `box-${k + 1}`, tags: boxTags(30 + 5 * k, 0.05, 0.035) })),
-];
+].map((object) => ({ ...object, version: "1" }));
 
 const noise = (seed) => (Math.sin(seed * 12.9898) * 43758.5453) % 1;
 

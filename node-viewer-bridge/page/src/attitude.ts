@@ -19,6 +19,18 @@ export function rollPitchYaw([x, y, z, w]: Quaternion): Vec3 {
   return [roll * DEGREES, Math.asin(sinPitch) * DEGREES, yaw * DEGREES];
 }
 
+/** The quaternion of roll, pitch and yaw in degrees, as {@link rollPitchYaw} reads it. */
+export function quaternionOf([roll, pitch, yaw]: Vec3): Quaternion {
+  const [cr, cp, cy] = [roll, pitch, yaw].map((angle) => Math.cos(angle / DEGREES / 2)) as Vec3;
+  const [sr, sp, sy] = [roll, pitch, yaw].map((angle) => Math.sin(angle / DEGREES / 2)) as Vec3;
+  return [
+    sr * cp * cy - cr * sp * sy,
+    cr * sp * cy + sr * cp * sy,
+    cr * cp * sy - sr * sp * cy,
+    cr * cp * cy + sr * sp * sy,
+  ];
+}
+
 /** An angle in (-180, 180]. */
 export function wrapDegrees(angle: number): number {
   const turned = angle % 360;

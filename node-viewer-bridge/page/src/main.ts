@@ -4,8 +4,10 @@ import "uplot/dist/uPlot.min.css";
 import "./style.css";
 import "./panels/dock.css";
 import "./wizard/wizard.css";
+import "./edit/edit.css";
 import { PictureArchive } from "./archive.ts";
 import { Connection, socketUrl } from "./connection.ts";
+import { EditorPanel } from "./edit/panel.ts";
 import { useStageColours } from "./palette.ts";
 import { Bar } from "./panels/bar.ts";
 import { CamerasPanel } from "./panels/cameras.ts";
@@ -24,7 +26,7 @@ import { Playback } from "./playback.ts";
 import type { Message, Preview } from "./protocol.ts";
 import { Selection } from "./selection.ts";
 import { enter, wantsToken } from "./session.ts";
-import { Site } from "./site.ts";
+import { type CameraState, Site } from "./site.ts";
 import { Eye } from "./stage/eye.ts";
 import { Stage } from "./stage/stage.ts";
 import { onTheme, theme, toggleTheme } from "./theme.ts";
@@ -47,11 +49,10 @@ const playback = new Playback(site, showTime);
 const tools = new StageTools(find(".tools"), rememberedOptions());
 const stage = createStage();
 const eye = new Eye(find("[data-testid=eye-view]"), site, () => selection.back());
-const objects = new ObjectsPanel(find("[data-testid=objects]"), site, selection);
-const cameras = new CamerasPanel(find("[data-testid=cameras]"), site, selection, (camera, canvas) => {
-  stage?.picture(camera, canvas);
-  if (selection.camera === camera.id) eye.draw();
-});
+const editor = new EditorPanel(find("[data-testid=editor]"), site, (camera) => stage?.preview(camera));
+const objects = new ObjectsPanel(find("[data-testid=objects]"), site, selection, (object) => editor.object(object));
+const editCamera = (camera: string): void => editor.camera(camera);
+const cameras = new CamerasPanel(find("[data-testid=cameras]"), site, selection, showPicture, editCamera);
 const plots = new PlotsPanel(find("[data-testid=plots]"), site, selection);
 const health = new HealthPanel(find("[data-testid=health]"), site, (kind, subject) => wizard.prepare(kind, subject));
 const distances = new DistancesPanel(find("[data-testid=measure]"), site, selection);
@@ -81,6 +82,11 @@ function createStage(): Stage | null {
     console.warn(error);
     return null;
   }
+}
+
+function showPicture(camera: CameraState, canvas: HTMLCanvasElement): void {
+  stage?.picture(camera, canvas);
+  if (selection.camera === camera.id) eye.draw();
 }
 
 selection.changed(() => {

@@ -7,6 +7,11 @@ export const isHello = record({
   version: isText,
   protocol: isNumber,
   now_ns: isNumber,
+  /** what was not heard of for longer is silent; of slower messages as many are missed first */
+  silence: record({
+    seconds: isNumber,
+    messages: isNumber,
+  }),
   /** what this client may do */
   role: oneOf("viewer", "operator"),
 });
@@ -41,15 +46,27 @@ export const isMount = record({
 });
 export type Mount = Checked<typeof isMount>;
 
+export const isPoseSigma = record({
+  /** the same along each axis */
+  position_m: isNumber,
+  /** the same along each axis */
+  orientation_rad: isNumber,
+});
+export type PoseSigma = Checked<typeof isPoseSigma>;
+
 export const isRigCamera = record({
   id: isText,
   resolution: arrayOf(isNumber, 2),
   lens: isRigLens,
   /** none until calibrated */
   world_from_camera: orNull(isTransform),
+  /** differs whenever this camera's part of the rig does */
+  version: isText,
 }, {
   /** only of a camera that an object carries; it has no world_from_camera */
   mount: isMount,
+  /** of the pose, where the rig gives one */
+  sigma: isPoseSigma,
 });
 export type RigCamera = Checked<typeof isRigCamera>;
 
@@ -73,12 +90,18 @@ export const isPrintedTag = record({
   object_from_tag: orNull(isTransform),
   /** rows of the printed tag, top first, white outer ring included; 1 is white, 0 black */
   modules: listOf(isText),
+}, {
+  size_sigma_m: isNumber,
+  /** of size and pose, where the file gives them */
+  sigma: isPoseSigma,
 });
 export type PrintedTag = Checked<typeof isPrintedTag>;
 
 export const isObject = record({
   id: isText,
   tags: listOf(isPrintedTag),
+  /** differs whenever the object does; the links of an object have the same */
+  version: isText,
 }, {
   /** only of a landmark, which stands there by its file */
   world_from_object: isTransform,

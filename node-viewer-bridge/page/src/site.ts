@@ -9,18 +9,14 @@ import { OutlineHistory, ReportHistory } from "./matching.ts";
 import { RateMeter, Recent } from "./measure.ts";
 import { objectColour } from "./palette.ts";
 import {
-  type CameraClock, type CameraStatus, type FusionStatus, type JointValue, type Message, type PrintedTag, type Observations, type Offer, type Pose, type RigCamera, type SiteEvent, STAGES,
+  type CameraClock, type CameraStatus, type FusionStatus, type JointValue, type Message, type Object as ObjectModel, type PrintedTag, type Observations, type Offer, type Pose, type RigCamera, type SiteEvent, STAGES,
   type State, type Transform, type Truth, type Zone,
 } from "./protocol.ts";
 import { rmsResidual } from "./residuals.ts";
+import { Silence } from "./silence.ts";
 
-/** Seconds without a word after which shown figures are no longer called live. */
-const SILENT_AFTER_S = 2;
 /** What the site's clock may differ from the page's idea of it. */
 const CLOCK_STEP_S = 0.5;
-/** A camera tells its status about once a second. */
-const STATUS_KEPT_S = 3;
-
 /** Longer ones are no latencies: a clock is off. */
 const MOST_LATENCY_MS = 60_000;
 
@@ -45,22 +41,32 @@ export class CameraState {
   readonly detected = new Recent();
   readonly latency = new Recent();
 
-  constructor(readonly id: string) {}
+  constructor(
+    readonly id: string,
+    private readonly silence: Silence,
+  ) {}
 
   /** Images detected a second, as the camera says; counted here while it says nothing. */
   rateHz(now: number): number | null {
-    const told = this.status && now - this.statusAt < STATUS_KEPT_S ? this.status.rate_hz : null;
+    const told = this.status && !this.silence.holds(this.statusAt, now) ? this.status.rate_hz : null;
     return told ?? this.rate.rate(now);
+  }
+
+  /** Images a second as its status says: those in force, since a slow camera measures none between two images. */
+  private get expectedHz(): number {
+    return this.status?.controls.rate_hz.value ?? this.status?.rate_hz ?? 0;
   }
 
   condition(now: number): "live" | "silent" | "offline" {
     if (this.up === false) return "offline";
-    return now - this.heardAt > SILENT_AFTER_S ? "silent" : "live";
+    return this.silence.holds(this.heardAt, now, this.expectedHz) ? "silent" : "live";
   }
 }
 
 export class ObjectState {
   tags: PrintedTag[] = [];
+  /** Of its model; empty while that is unknown. */
+  version = "";
   /** Where it stands by its file, of a landmark. */
   place: Transform | null = null;
   /** The newest. */
@@ -81,6 +87,7 @@ export class ObjectState {
   constructor(
     readonly id: string,
     readonly colour: string,
+    private readonly silence: Silence,
   ) {
     this.former = blankPose(id);
   }
@@ -88,7 +95,11 @@ export class ObjectState {
   condition(now: number): State | "silent" | "unseen" | "landmark" {
     if (!this.shown) return this.place ? "landmark" : "unseen";
     if (this.shown !== this.pose) return this.shown.state;
-    return now - this.heardAt > SILENT_AFTER_S ? "silent" : this.pose.state;
+    return this.isSilent(now) ? "silent" : this.pose.state;
+  }
+
+  isSilent(now: number): boolean {
+    return this.silence.holds(this.heardAt, now);
   }
 }
 
@@ -116,6 +127,7 @@ export class Site {
   zonesKept = false;
   events: SiteEvent[] = [];
   readonly health = new HealthLog();
+  private readonly silence = new Silence();
   readonly figures = new Figures();
   /** Seconds since the Unix epoch at which an earlier time is shown; none while the present is. */
   replayedAt: number | null = null;
@@ -129,11 +141,12 @@ export class Site {
     switch (message.type) {
       case "hello":
         this.setClock(message.now_ns, now);
+        this.silence.take(message.silence);
         return this.hello(message.site, message.version);
       case "rig":
         return this.rig(message.cameras, now);
       case "object":
-        return this.model(message.id, message.tags, message.world_from_object ?? null);
+        return this.model(message);
       case "object_gone":
         return this.gone(message.id);
       case "pose":
@@ -183,11 +196,11 @@ export class Site {
   }
 
   camera(id: string): CameraState {
-    return entry(this.cameras, id, () => new CameraState(id));
+    return entry(this.cameras, id, () => new CameraState(id, this.silence));
   }
 
   object(id: string): ObjectState {
-    return entry(this.objects, id, () => new ObjectState(id, this.freeColour()));
+    return entry(this.objects, id, () => new ObjectState(id, this.freeColour(), this.silence));
   }
 
   /** The object that carries a tag. */
@@ -236,8 +249,9 @@ export class Site {
     this.health.take(this.reports(now), time);
   }
 
-  private sampleObject({ id, pose, latency, heardAt }: ObjectState, now: number): void {
-    if (!pose || now - heardAt > SILENT_AFTER_S) return;
+  private sampleObject(object: ObjectState, now: number): void {
+    const { id, pose, latency } = object;
+    if (!pose || object.isSilent(now)) return;
     const { position_mm, attitude_deg } = sigma(pose.covariance);
     this.figures.write(`sigma_mm/${id}`, position_mm);
     this.figures.write(`sigma_deg/${id}`, attitude_deg);
@@ -306,7 +320,7 @@ export class Site {
       silence(id, "camera", `camera ${id} is in the rig, but its node does not run`, "check its power and network, or take it out of the rig"),
     );
     const known = [...this.fusion.entries()];
-    const silent = known.filter(([, { at }]) => now - at > STATUS_KEPT_S);
+    const silent = known.filter(([, { at }]) => this.silence.holds(at, now));
     const silences =
       silent.length > 0 && silent.length === known.length
         ? [silence("fusion", "node", "no fusion node reports any more", "see its log, and the load of its machine")]
@@ -369,10 +383,11 @@ export class Site {
     camera.statusAt = now;
   }
 
-  private model(id: string, tags: PrintedTag[], place: Transform | null): void {
+  private model({ id, tags, world_from_object, version }: ObjectModel): void {
     const object = this.object(id);
     object.tags = tags;
-    object.place = place;
+    object.version = version;
+    object.place = world_from_object ?? null;
     this.disown(object);
     for (const tag of tags) this.tagOwners.set(`${tag.family}/${tag.id}`, object);
   }

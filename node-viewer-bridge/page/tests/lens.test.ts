@@ -38,6 +38,7 @@ const camera: RigCamera = {
   resolution: [640, 480],
   lens: lens("pinhole"),
   world_from_camera: { position: [0, 0, 2], orientation: [1, 0, 0, 0] },
+  version: "1",
 };
 const tag: PrintedTag = {
   family: "tag36h11", id: 3, size_m: 0.1, printed_size_m: 0.125, modules: [],

@@ -74,7 +74,7 @@ test("an unknown type and text that is no message are none", () => {
 
 test("a camera without a pose in the world is read", () => {
   const lens = { model: "pinhole", fx: 1, fy: 1, cx: 0, cy: 0 };
-  const camera = { id: "north", resolution: [640, 480], lens, world_from_camera: null };
+  const camera = { id: "north", resolution: [640, 480], lens, world_from_camera: null, version: "1" };
   assert.notEqual(read({ type: "rig", cameras: [camera] }), null);
 });
 

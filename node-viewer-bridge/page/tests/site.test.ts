@@ -1,6 +1,8 @@
 import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
 import { test } from "node:test";
 import type { Fault, Message, PrintedTag, RigCamera } from "../src/protocol.ts";
+import { parseMessage } from "../src/protocol.ts";
 import { blankPose } from "../src/history.ts";
 import { poseAt, Site } from "../src/site.ts";
 
@@ -18,15 +20,19 @@ const camera = (id: string): RigCamera => ({
   resolution: [640, 480],
   lens: { model: "pinhole", fx: 1, fy: 1, cx: 0, cy: 0 },
   world_from_camera: null,
+  version: "1",
 });
+
+const silence = { seconds: 3, messages: 3 };
+const hello: Message = { type: "hello", site: "lab", version: "1", protocol: 1, now_ns: 1e18, role: "viewer", silence };
 
 function siteOf(...messages: Message[]): Site {
   const site = new Site();
-  for (const message of messages) site.take(message, 0);
+  for (const message of [hello, ...messages]) site.take(message, 0);
   return site;
 }
 
-const object = (id: string, ...tags: number[]): Message => ({ type: "object", id, tags: tags.map(tag) });
+const object = (id: string, ...tags: number[]): Message => ({ type: "object", id, tags: tags.map(tag), version: "1" });
 
 test("an object that is gone is forgotten with its tags, and its colour is free", () => {
   const site = siteOf(object("cube", 1), object("box", 2));
@@ -71,7 +77,7 @@ test("a carried camera is where its carrier was when the image was taken", () =>
 });
 
 test("a landmark is where its file says until it has poses", () => {
-  const site = siteOf({ type: "object", id: "post", tags: [tag(7)], world_from_object: { position: [1, 2, 3], orientation: [0, 0, 0, 1] } });
+  const site = siteOf({ type: "object", id: "post", tags: [tag(7)], world_from_object: { position: [1, 2, 3], orientation: [0, 0, 0, 1] }, version: "1" });
   const post = site.objects.get("post");
   assert.equal(post?.condition(0), "landmark");
   const pose = blankPose("post");
@@ -84,7 +90,7 @@ test("a site is healthy while a fusion node reports no fault, and every camera o
     type: "fusion_status", node, version: "1", uptime_s: 1, epoch: 1, cameras: [], foreign: NONE_REJECTED, objects: [], faults, faults_left_out: 0,
     imperfections: [{ focal_length_off: { camera: "north", ratio: 1.01 } }], notices: [],
   });
-  const site = siteOf({ type: "hello", site: "lab", version: "1", protocol: 1, now_ns: 1e18, role: "viewer" }, { type: "rig", cameras: [camera("north")] });
+  const site = siteOf({ type: "rig", cameras: [camera("north")] });
   const at = (now: number, ...messages: Message[]): string => {
     for (const message of messages) site.take(message, now);
     site.sample(now);
@@ -151,4 +157,21 @@ test("what several fusion nodes report about the site is shown once, and what ea
     "a/notice/overload", "b/notice/overload", "site/fault/clock_off north", "site/fault/tag_misplaced cube tag tag36h11:3",
   ]);
   assert.match(entries.find((entry) => entry.key.includes("clock_off"))?.cause ?? "", /7\.00 s ahead/);
+});
+
+test("what is silent follows from the bridge's rule and the rate of a camera", () => {
+  const image = (t: number): Message => ({
+    type: "observations", camera: "north", sequence: t, t_ns: t * 1e9, received_ms: null, detected_ms: null, latency_ms: 1, resolution: [640, 480], tags: [],
+  });
+  const site = siteOf(image(1));
+  const north = site.camera("north");
+  assert.equal(north.condition(3), "live");
+  assert.equal(north.condition(3.1), "silent");
+  const golden = readFileSync(new URL("../../../../proto/golden/camera_status.json", import.meta.url), "utf8");
+  const status = parseMessage(JSON.stringify({ type: "camera_status", ...(JSON.parse(golden) as object) }));
+  assert.ok(status?.type === "camera_status");
+  status.controls.rate_hz.value = 0.5;
+  site.take({ ...status, camera: "north" }, 0);
+  assert.equal(north.condition(6), "live");
+  assert.equal(north.condition(6.1), "silent");
 });

@@ -1,13 +1,13 @@
 //! One wizard at a time, from start to a kept result: a state machine without thread, file or network. Time is an
 //! argument.
 
-use super::command::{Command, Start};
+use super::command::Start;
 use super::plan::{plan, subject};
-use super::publication::{Answered, Outgoing, Publication};
 use super::state::WizardState;
+use crate::changes::{Answered, Outgoing, Publication};
 use crate::refusal::Refusal;
 use sextant_calibrator::procedure::{Procedure, ProcedureOutcome, Product};
-use sextant_proto::{ConfigAnswer, NodeKind};
+use sextant_proto::{ConfigAnswer, NodeKind, ObjectConfig, RigConfig};
 use sextant_site_mirror::SiteMirror;
 use sextant_site_model::{ImageObservation, Rig};
 use std::time::Instant;
@@ -63,29 +63,8 @@ pub(super) struct Site<'a> {
 }
 
 impl Machine {
-    /// Executes a command, or returns why not.
-    pub(super) fn command(
-        &mut self,
-        command: &Command,
-        site: &Site<'_>,
-        now: Instant,
-    ) -> Result<(), Refusal> {
-        match command {
-            Command::Start(request) => self.start(request, site)?,
-            Command::Solve => self.solve()?,
-            Command::Resume => self.resume()?,
-            Command::Keep => self.keep(site, now)?,
-            Command::Discard => self.discard()?,
-            // The service publishes these.
-            Command::ApplyRefinement { .. } | Command::Revert { .. } | Command::SetCamera(_) => {
-                return Ok(());
-            }
-        }
-        self.is_news = true;
-        Ok(())
-    }
-
-    fn start(&mut self, request: &Start, site: &Site<'_>) -> Result<(), Refusal> {
+    /// Begins; refused while another wizard runs.
+    pub(super) fn start(&mut self, request: &Start, site: &Site<'_>) -> Result<(), Refusal> {
         if let Some(running) = &self.running
             && !matches!(running.phase, Phase::Kept(..))
         {
@@ -98,6 +77,7 @@ impl Machine {
         let subject = subject(&plan);
         let procedure = Procedure::start(site.rig.clone(), plan)
             .map_err(|error| Refusal::wrong(field_of(request), error))?;
+        self.is_news = true;
         self.running = Some(Running {
             procedure,
             subject,
@@ -107,7 +87,8 @@ impl Machine {
         Ok(())
     }
 
-    fn solve(&mut self) -> Result<(), Refusal> {
+    /// Solves with the images that are there.
+    pub(super) fn solve(&mut self) -> Result<(), Refusal> {
         let is_busy = self.is_solver_busy;
         let running = self.running_in(|phase| matches!(phase, Phase::Collecting), "to solve")?;
         if is_busy {
@@ -124,7 +105,8 @@ impl Machine {
         Ok(())
     }
 
-    fn resume(&mut self) -> Result<(), Refusal> {
+    /// Goes on collecting.
+    pub(super) fn resume(&mut self) -> Result<(), Refusal> {
         let may = |phase: &Phase| matches!(phase, Phase::Solving(_) | Phase::Solved(_));
         let running = self.running_in(may, "to go on with")?;
         running.cause = None;
@@ -132,7 +114,8 @@ impl Machine {
         Ok(())
     }
 
-    fn keep(&mut self, site: &Site<'_>, now: Instant) -> Result<(), Refusal> {
+    /// Keeps the result: in force on the site, and in its folder.
+    pub(super) fn keep(&mut self, site: &Site<'_>, now: Instant) -> Result<(), Refusal> {
         let has_fusion = site.mirror.alive(NodeKind::Fusion).next().is_some();
         let running = self.running_in(|phase| matches!(phase, Phase::Solved(_)), "to keep")?;
         let Phase::Solved(outcome) = &running.phase else {
@@ -147,8 +130,8 @@ impl Machine {
         let (outcome, publication) = if !has_fusion {
             (outcome.clone(), None)
         } else {
-            let message = Outgoing::of(&outcome.product);
-            let publication = Publication::of(&message, now).map_err(Refusal::not_now)?;
+            let message = message_of(&outcome.product);
+            let publication = Publication::new(&message, now).map_err(Refusal::not_now)?;
             let outcome = outcome.clone();
             self.jobs.push(Job::Publish(message));
             (outcome, Some(publication))
@@ -158,12 +141,14 @@ impl Machine {
         Ok(())
     }
 
-    fn discard(&mut self) -> Result<(), Refusal> {
+    /// Gives up, or puts a finished wizard away.
+    pub(super) fn discard(&mut self) -> Result<(), Refusal> {
         let is_keeping = |running: &Running| matches!(running.phase, Phase::Keeping(..));
         if self.running.as_ref().is_some_and(is_keeping) {
             return Err(Refusal::not_now("the result is being kept this moment"));
         }
         self.running = None;
+        self.is_news = true;
         Ok(())
     }
 
@@ -256,12 +241,13 @@ impl Machine {
         };
         match publication.as_ref().map(|waiting| waiting.answered(now)) {
             Some(Answered::NotYet) => return,
-            Some(Answered::Refused(cause)) => {
-                running.cause = Some(cause);
+            Some(Answered::Refused(refusal)) => {
+                running.cause = Some(refusal.cause);
                 let outcome = outcome.clone();
                 return self.go(Phase::Solved(outcome));
             }
             Some(Answered::Done(said)) => words.extend(said),
+            Some(Answered::Silence(said)) => words.push(said),
             None => words.push(
                 "no fusion node lives: it is in force when one starts with this file".to_owned(),
             ),
@@ -296,7 +282,20 @@ impl Machine {
         std::mem::take(&mut self.jobs)
     }
 
+    /// When time changes something at the latest.
+    pub(super) fn due(&self) -> Option<Instant> {
+        match &self.running.as_ref()?.phase {
+            Phase::Keeping(_, Some(publication), _) => Some(publication.due()),
+            _ => None,
+        }
+    }
+
     /// Whether the state has changed since it was last published.
+    pub(super) fn is_news(&self) -> bool {
+        self.is_news
+    }
+
+    /// The same, once.
     pub(super) fn take_news(&mut self) -> bool {
         std::mem::take(&mut self.is_news)
     }
@@ -306,7 +305,7 @@ impl Machine {
         let Some(running) = &self.running else {
             return WizardState::idle();
         };
-        let state = WizardState::of(
+        let state = WizardState::starting(
             running.procedure.kind(),
             &running.subject,
             running.cause.as_deref(),
@@ -318,6 +317,14 @@ impl Machine {
             Phase::Keeping(outcome, ..) => state.solved("keeping", outcome, &[]),
             Phase::Kept(outcome, words) => state.solved("kept", outcome, words),
         }
+    }
+}
+
+/// The message that puts a result into force.
+fn message_of(product: &Product) -> Outgoing {
+    match product {
+        Product::Rig(rig) => Outgoing::Rig(RigConfig::from(rig)),
+        Product::Object(object) => Outgoing::Object(ObjectConfig::from(object)),
     }
 }
 

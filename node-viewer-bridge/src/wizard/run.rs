@@ -1,44 +1,43 @@
-//! The wizard's thread: processes images, starts a thread for each solve, writes files, publishes the state.
+//! The wizard's thread: takes inputs out of the queue, has the machine handle them, and carries its outputs out. A
+//! solve has a thread of its own.
 
-use super::machine::Job;
+use super::inbox::Batch;
 use super::service::WizardService;
 use super::state::WizardState;
+use super::wizard_core::{Input, Output, Reply, WizardCore};
 use crate::frame::frame_of;
 use crate::hub::{Hub, Slot};
 use sextant_calibrator::procedure::{Procedure, ProcedureOutcome, Product};
 use sextant_process::{Shutdown, fail_point, panics::contained};
 use sextant_site_files::{former_of, keep_object, keep_rig, object_file};
-use sextant_site_model::ImageObservation;
+use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::mpsc::Receiver;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
+use tokio::sync::oneshot;
 
-/// Longest wait for an image: bounds the delay of commands and of a shutdown.
-const POLL_PERIOD: Duration = Duration::from_millis(30);
-/// Most images processed between two polls.
-const MOST_AT_ONCE: usize = 64;
-/// Least time between two published states: as often as a person can follow.
-const STATE_PERIOD: Duration = Duration::from_millis(150);
+/// Longest wait for an input: bounds the delay of a shutdown.
+const LONGEST_WAIT: Duration = Duration::from_millis(100);
+/// Between two looks at a solve.
+const SOLVER_PERIOD: Duration = Duration::from_millis(30);
 
 /// Runs until `shutdown`. A solve that is at work then ends with the process.
 pub(crate) fn run(service: &WizardService, hub: &Hub, shutdown: &Shutdown) {
-    let Some(images) = service.take_worker() else {
-        return;
-    };
-    publish(hub, &WizardState::idle());
     let mut worker = Worker {
+        core: WizardCore::new(service.folder().is_some(), Instant::now()),
         service,
         hub,
         solver: None,
-        state_due: Instant::now(),
+        replies: BTreeMap::new(),
+        n_requests: 0,
     };
+    worker.carry_out();
     while !shutdown.is_requested() {
         fail_point!("wizard");
-        worker.take_images(&images);
-        worker.work();
+        let batch = service.inbox().take(worker.patience());
+        worker.handle_batch(batch);
         worker.poll_solver();
-        worker.publish_state();
+        worker.handle(Input::Tick);
     }
 }
 
@@ -46,30 +45,64 @@ pub(crate) fn run(service: &WizardService, hub: &Hub, shutdown: &Shutdown) {
 type Solved = Result<ProcedureOutcome, String>;
 
 struct Worker<'a> {
+    core: WizardCore,
     service: &'a WizardService,
     hub: &'a Hub,
     solver: Option<(u64, JoinHandle<Result<Solved, String>>)>,
-    state_due: Instant,
+    /// Who waits for the reply to a request, by its number.
+    replies: BTreeMap<u64, oneshot::Sender<Reply>>,
+    n_requests: u64,
 }
 
 impl Worker<'_> {
-    fn take_images(&self, images: &Receiver<Box<ImageObservation>>) {
-        let Ok(first) = images.recv_timeout(POLL_PERIOD) else {
-            return;
+    fn patience(&self) -> Duration {
+        let longest = match self.solver {
+            Some(_) => SOLVER_PERIOD,
+            None => LONGEST_WAIT,
         };
-        self.service.image(&first);
-        for image in images.try_iter().take(MOST_AT_ONCE) {
-            self.service.image(&image);
-        }
+        let due = self.core.poll_timeout();
+        due.map_or(longest, |due| {
+            longest.min(due.saturating_duration_since(Instant::now()))
+        })
     }
 
-    fn work(&mut self) {
-        for job in self.service.tick(Instant::now()) {
-            match job {
-                Job::Solve(number, procedure) => self.solve(number, procedure),
-                Job::Publish(outgoing) => self.service.post(outgoing),
-                Job::Write(product) => self.service.written(self.write(&product)),
+    fn handle_batch(&mut self, batch: Batch) {
+        if batch.missed > 0 {
+            self.handle(Input::Missed(batch.missed));
+        }
+        (0..batch.n_published).for_each(|_| self.handle(Input::Published));
+        batch.news.into_iter().for_each(|news| self.handle(news));
+        for (request, reply) in batch.requests {
+            self.n_requests += 1;
+            self.replies.insert(self.n_requests, reply);
+            self.handle(Input::Request(self.n_requests, request));
+        }
+        let images = batch.images.into_iter();
+        images.for_each(|image| self.handle(Input::Image(image)));
+    }
+
+    fn handle(&mut self, input: Input) {
+        self.core.handle(input, Instant::now());
+        self.carry_out();
+    }
+
+    fn carry_out(&mut self) {
+        while let Some(output) = self.core.poll_output() {
+            match output {
+                Output::Reply(number, reply) => self.reply(number, reply),
+                Output::Publish(outgoing) => self.service.put_outgoing(outgoing),
+                Output::Solve(number, procedure) => self.solve(number, procedure),
+                Output::Write(product) => self.write(&product),
+                Output::Show(state) => publish(self.hub, &state),
             }
+        }
+        self.service.inbox().want_images(self.core.is_collecting());
+    }
+
+    fn reply(&mut self, number: u64, reply: Reply) {
+        if let Some(sender) = self.replies.remove(&number) {
+            // Who asked may have gone.
+            let _ = sender.send(reply);
         }
     }
 
@@ -81,7 +114,10 @@ impl Worker<'_> {
         let thread = std::thread::Builder::new().name("solve".into());
         match thread.spawn(move || contained(solve)) {
             Ok(solver) => self.solver = Some((number, solver)),
-            Err(error) => self.service.solved(number, Err(error.to_string())),
+            Err(error) => {
+                let failed = Input::Solved(number, Err(error.to_string()));
+                self.core.handle(failed, Instant::now());
+            }
         }
     }
 
@@ -92,24 +128,15 @@ impl Worker<'_> {
         let failed = "solving failed by a defect of this program; the log says more";
         let solved = solver.join().unwrap_or_else(|_| Err(String::new()));
         let result = solved.unwrap_or_else(|_| Err(failed.to_owned()));
-        self.service.solved(number, result);
+        self.handle(Input::Solved(number, result));
     }
 
-    fn write(&self, product: &Product) -> Result<String, String> {
-        match self.service.folder() {
+    fn write(&mut self, product: &Product) {
+        let written = match self.service.folder() {
             Some(folder) => write_into(folder, product),
             None => Err("viewer.toml names no `folder`".to_owned()),
-        }
-    }
-
-    fn publish_state(&mut self) {
-        if Instant::now() < self.state_due {
-            return;
-        }
-        if let Some(state) = self.service.news() {
-            self.state_due = Instant::now() + STATE_PERIOD;
-            publish(self.hub, &state);
-        }
+        };
+        self.core.handle(Input::Written(written), Instant::now());
     }
 }
 

@@ -9,7 +9,7 @@ use sextant_site_model::{
 };
 use sextant_tag_families::Family;
 
-pub(super) fn rig() -> Rig {
+pub(crate) fn rig() -> Rig {
     let intrinsics = Intrinsics {
         fx: 600.0,
         fy: 600.0,
@@ -44,7 +44,7 @@ pub(crate) fn cube() -> ObjectModel {
 }
 
 /// The site as heard: both models.
-pub(super) fn mirror() -> SiteMirror {
+pub(crate) fn mirror() -> SiteMirror {
     let mut mirror = SiteMirror::default();
     let cube = encode(&ObjectConfig::from(&cube())).unwrap();
     let key = KeyRef::ConfigObject(ObjectId::new("cube").unwrap());
@@ -53,7 +53,7 @@ pub(super) fn mirror() -> SiteMirror {
     mirror
 }
 
-pub(super) fn hear_rig(mirror: &mut SiteMirror, rig: &Rig) {
+pub(crate) fn hear_rig(mirror: &mut SiteMirror, rig: &Rig) {
     let rig = encode(&RigConfig::from(rig)).unwrap();
     mirror
         .handle(1, &KeyRef::ConfigRig, None, Ok(&rig))
@@ -61,7 +61,7 @@ pub(super) fn hear_rig(mirror: &mut SiteMirror, rig: &Rig) {
 }
 
 /// What camera `a` sees of the cube at a step of its way: each step from elsewhere, turned a little otherwise.
-pub(super) fn image(step: u64) -> ImageObservation {
+pub(crate) fn image(step: u64) -> ImageObservation {
     let (way, at) = (step as f64 * 0.7, step as f64);
     let face = UnitQuaternion::from_scaled_axis(Vector3::new(std::f64::consts::PI, 0.0, 0.0));
     let tilt = Vector3::new(0.6 * way.sin(), 0.6 * (1.7 * way).cos(), 0.3 * way.cos());

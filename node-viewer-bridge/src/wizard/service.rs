@@ -1,113 +1,55 @@
-//! The interface of the wizards: takes commands, images and answers, and hands jobs to the wizard's thread.
-//!
-//! The network's threads only lock the answers and offers: neither lock is held while a file is read, an image is
-//! evaluated or a command is executed.
+//! The interface of the wizards to network and server: requests, images and answers go into the queue of the wizard's
+//! thread, changes come out for the network. Nobody waits here for the thread.
 
-use super::command::{Command, check_settings};
-use super::machine::{Job, Machine, Site};
-use super::offers::{Offer, Offers};
-use super::publication::Outgoing;
-use super::state::WizardState;
+use super::command::Command;
+use super::inbox::Inbox;
+use super::wizard_core::{Input, Reply, RequestInput, UserRequest};
+use crate::changes::{Offer, Outgoing};
 use crate::refusal::Refusal;
-use sextant_calibrator::procedure::ProcedureOutcome;
 use sextant_proto::{ConfigAnswer, NodeId, Proposal};
 use sextant_site_files::read_rig;
 use sextant_site_mirror::SiteMirror;
 use sextant_site_model::{ImageObservation, Rig};
 use std::collections::VecDeque;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::Instant;
-
-/// Images that wait for the wizard's thread; further ones are missed, and counted.
-const QUEUE: usize = 256;
-/// Answers that wait for it; the oldest give way.
-const MOST_ANSWERS: usize = 256;
+use tokio::sync::oneshot;
 
 /// One for the whole bridge.
 #[derive(Debug)]
 pub(crate) struct WizardService {
-    machine: Mutex<Machine>,
-    answers: Mutex<VecDeque<ConfigAnswer>>,
     /// Where results are kept.
     folder: Option<PathBuf>,
-    images: SyncSender<Box<ImageObservation>>,
-    worker: Mutex<Option<Receiver<Box<ImageObservation>>>>,
-    /// Whether images are collected: read for every image without the lock.
-    is_collecting: AtomicBool,
-    missed: AtomicU64,
-    offers: Mutex<Offers>,
+    inbox: Inbox,
+    /// Changes that the network's thread has not published yet: the machine makes one after the other.
     outgoing: Mutex<VecDeque<Outgoing>>,
 }
 
 impl WizardService {
     pub(crate) fn new(folder: Option<PathBuf>) -> Self {
-        let (images, worker) = sync_channel(QUEUE);
         Self {
-            machine: Mutex::default(),
-            answers: Mutex::default(),
             folder,
-            images,
-            worker: Mutex::new(Some(worker)),
-            is_collecting: AtomicBool::new(false),
-            missed: AtomicU64::new(0),
-            offers: Mutex::default(),
+            inbox: Inbox::default(),
             outgoing: Mutex::default(),
         }
     }
 
-    /// Executes a command on a site as it is heard, or returns why not. May read a file.
-    pub(crate) fn command(&self, command: &Command, mirror: &SiteMirror) -> Result<(), Refusal> {
-        match command {
-            Command::ApplyRefinement { node } => return self.accept(node, Offer::Refinement),
-            Command::Revert { node } => return self.accept(node, Offer::Former),
-            Command::SetCamera(settings) => {
-                check_settings(settings)?;
-                return self.send(Outgoing::Camera(settings.clone()));
-            }
-            _ => {}
-        }
-        let rig = match command {
-            Command::Start(_) => self.rig_of_site(mirror)?,
-            _ => Rig::default(),
+    /// Queues a request about the site as it is heard; the reply comes by the receiver. May read a file.
+    pub(crate) fn request(
+        &self,
+        request: UserRequest,
+        site: SiteMirror,
+    ) -> Result<oneshot::Receiver<Reply>, Refusal> {
+        let rig = match &request {
+            UserRequest::Command(Command::Start(_)) => self.rig_of_site(&site)?,
+            UserRequest::Command(_) | UserRequest::Edit(_) => Rig::default(),
         };
-        let mut machine = self.machine();
-        let site = Site {
-            mirror,
-            rig: &rig,
-            has_folder: self.folder.is_some(),
-        };
-        if matches!(command, Command::Start(_)) {
-            self.missed.store(0, Ordering::Relaxed);
-        }
-        let answer = machine.command(command, &site, Instant::now());
-        self.is_collecting
-            .store(machine.is_collecting(), Ordering::Relaxed);
-        answer
-    }
-
-    /// Publishes what a fusion node offers; the node's status shows the outcome.
-    fn accept(&self, node: &NodeId, offer: Offer) -> Result<(), Refusal> {
-        let change = locked(&self.offers).change(node, offer)?;
-        self.send(change)
-    }
-
-    fn send(&self, change: Outgoing) -> Result<(), Refusal> {
-        let mut outgoing = locked(&self.outgoing);
-        if !outgoing.is_empty() {
-            return Err(Refusal::not_now(
-                "a change is under way; try again in a moment",
-            ));
-        }
-        outgoing.push_back(change);
-        Ok(())
-    }
-
-    /// What a fusion node offers to be put in force.
-    pub(crate) fn take_offer(&self, offer: Offer, proposal: Proposal) {
-        locked(&self.offers).take(offer, proposal);
+        let (reply, receiver) = oneshot::channel();
+        let input = Box::new(RequestInput { request, site, rig });
+        let queued = self.inbox.put_request((input, reply));
+        let busy = |_| Refusal::not_now("too many requests wait; try again in a moment");
+        queued.map_err(busy)?;
+        Ok(receiver)
     }
 
     /// The rig in force, completed by the folder's file; the folder's rig while there is no fusion node.
@@ -125,85 +67,52 @@ impl WizardService {
         })
     }
 
-    /// Queues an image. Never waits: an image that finds no room is missed and counted.
-    pub(crate) fn offer(&self, image: impl FnOnce() -> ImageObservation) {
-        if self.is_collecting.load(Ordering::Relaxed)
-            && self.images.try_send(Box::new(image())).is_err()
-        {
-            self.missed.fetch_add(1, Ordering::Relaxed);
-        }
+    /// Queues an image if a wizard collects. An image that finds no room is missed and counted.
+    pub(crate) fn put_image(&self, image: impl FnOnce() -> ImageObservation) {
+        self.inbox.put_image(image);
+    }
+
+    /// What a fusion node offers to be put in force.
+    pub(crate) fn put_offer(&self, offer: Offer, proposal: Proposal) {
+        self.inbox.put_news(Input::Offer(offer, Box::new(proposal)));
     }
 
     /// A fusion node is gone.
-    pub(crate) fn forget_offers(&self, node: &NodeId) {
-        locked(&self.offers).forget(node);
+    pub(crate) fn node_left(&self, node: NodeId) {
+        self.inbox.put_news(Input::NodeLeft(node));
     }
 
-    pub(crate) fn take_answer(&self, answer: &ConfigAnswer) {
-        let mut answers = locked(&self.answers);
-        if answers.len() == MOST_ANSWERS {
-            answers.pop_front();
-        }
-        answers.push_back(answer.clone());
+    /// A fusion node has answered a change.
+    pub(crate) fn put_answer(&self, answer: ConfigAnswer) {
+        self.inbox.put_news(Input::Answer(answer));
     }
 
-    /// The next thing to be put on the network, once.
-    pub(crate) fn take_outgoing(&self) -> Option<Outgoing> {
-        locked(&self.outgoing).pop_front()
+    /// The next change to be published.
+    pub(crate) fn next_outgoing(&self) -> Option<Outgoing> {
+        self.outgoing().pop_front()
     }
 
-    pub(super) fn post(&self, outgoing: Outgoing) {
-        locked(&self.outgoing).push_back(outgoing);
+    /// A change has been published.
+    pub(crate) fn note_published(&self) {
+        self.inbox.note_published();
+    }
+
+    pub(super) fn put_outgoing(&self, outgoing: Outgoing) {
+        self.outgoing().push_back(outgoing);
     }
 
     pub(super) fn folder(&self) -> Option<&PathBuf> {
         self.folder.as_ref()
     }
 
-    /// The worker's end of the images; there is one worker.
-    pub(super) fn take_worker(&self) -> Option<Receiver<Box<ImageObservation>>> {
-        locked(&self.worker).take()
+    pub(super) fn inbox(&self) -> &Inbox {
+        &self.inbox
     }
 
-    pub(super) fn image(&self, image: &ImageObservation) {
-        self.machine().image(image);
+    /// What is under this lock is whole even where somebody panicked.
+    fn outgoing(&self) -> MutexGuard<'_, VecDeque<Outgoing>> {
+        self.outgoing.lock().unwrap_or_else(PoisonError::into_inner)
     }
-
-    pub(super) fn solved(&self, number: u64, result: Result<ProcedureOutcome, String>) {
-        let mut machine = self.machine();
-        machine.solved(number, result);
-        let wanted = machine.is_collecting();
-        self.is_collecting.store(wanted, Ordering::Relaxed);
-    }
-
-    pub(super) fn written(&self, result: Result<String, String>) {
-        self.machine().written(result);
-    }
-
-    pub(super) fn tick(&self, now: Instant) -> Vec<Job> {
-        let answers = std::mem::take(&mut *locked(&self.answers));
-        let mut machine = self.machine();
-        answers.iter().for_each(|answer| machine.answered(answer));
-        machine.tick(now, self.folder.is_some());
-        machine.take_jobs()
-    }
-
-    /// The state for the clients, if it has changed.
-    pub(super) fn news(&self) -> Option<WizardState> {
-        let mut machine = self.machine();
-        let missed = self.missed.load(Ordering::Relaxed);
-        let is_news = machine.take_news();
-        is_news.then(|| machine.state(missed))
-    }
-
-    fn machine(&self) -> MutexGuard<'_, Machine> {
-        locked(&self.machine)
-    }
-}
-
-/// What is under these locks is whole even where somebody panicked.
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]
@@ -213,26 +122,10 @@ mod tests {
     use sextant_site_files::write_rig;
     use sextant_site_model::{PoseSigma, Prior};
 
-    const LENS: &str = r#"{"do":"start","wizard":"lens","camera":"a",
-        "board":{"grid":{"columns":5,"rows":6,"size_m":0.028}}}"#;
-
-    fn obey(service: &WizardService, text: &str) -> Result<(), Refusal> {
+    fn asked(service: &WizardService, text: &str) -> Result<(), Refusal> {
         let command = Command::parse(text.as_bytes()).unwrap();
-        service.command(&command, &samples::mirror())
-    }
-
-    #[test]
-    fn images_beyond_the_queue_are_missed_and_counted() {
-        let service = WizardService::new(None);
-        service.offer(|| panic!("nobody asked for it"));
-        obey(&service, LENS).unwrap();
-        (0..QUEUE as u64 + 7).for_each(|step| service.offer(|| samples::image(step)));
-        let state = serde_json::to_value(service.news().unwrap()).unwrap();
-        assert_eq!(state["missed"], 7);
-        obey(&service, r#"{"do":"discard"}"#).unwrap();
-        obey(&service, LENS).unwrap();
-        let state = serde_json::to_value(service.news().unwrap()).unwrap();
-        assert_eq!(state["missed"], 0);
+        let queued = service.request(UserRequest::Command(command), samples::mirror());
+        queued.map(drop)
     }
 
     #[test]
@@ -240,9 +133,18 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("rig.toml"), "camera = 3").unwrap();
         let service = WizardService::new(Some(folder.path().to_owned()));
-        let refused = obey(&service, LENS).unwrap_err();
+        let start = r#"{"do":"start","wizard":"lens","camera":"a",
+            "board":{"grid":{"columns":5,"rows":6,"size_m":0.028}}}"#;
+        let refused = asked(&service, start).unwrap_err();
         assert!(refused.cause.contains("rig.toml"), "{}", refused.cause);
-        obey(&service, r#"{"do":"discard"}"#).unwrap();
+        asked(&service, r#"{"do":"discard"}"#).unwrap();
+    }
+
+    #[test]
+    fn a_flood_of_requests_ends_at_the_bound() {
+        let service = WizardService::new(None);
+        let refused = (0..1000).find_map(|_| asked(&service, r#"{"do":"discard"}"#).err());
+        assert!(refused.unwrap().cause.contains("too many requests"));
     }
 
     #[test]

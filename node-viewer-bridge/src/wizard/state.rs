@@ -1,10 +1,10 @@
 //! The state of a wizard as clients receive it: the message `wizard` of `PROTOCOL.md`.
 
-use super::publication::file_of;
 use crate::models::{self, ObjectTag, RigCamera};
 use serde::{Serialize, Serializer};
 use sextant_calibrator::procedure::{ProcedureKind, ProcedureOutcome, Product, Progress, Report};
 use sextant_proto::{ObjectConfig, RigConfig};
+use sextant_site_files::{object_toml, rig_toml};
 use sextant_site_model::{ObjectModel, Rig};
 
 /// The message, as it is written.
@@ -83,7 +83,7 @@ impl WizardState {
         }
     }
 
-    pub(super) fn of(kind: ProcedureKind, subject: &str, cause: Option<&str>) -> Self {
+    pub(super) fn starting(kind: ProcedureKind, subject: &str, cause: Option<&str>) -> Self {
         Self {
             wizard: Some(kind),
             subject: Some(subject.to_owned()),
@@ -130,5 +130,13 @@ impl WizardState {
             }),
             ..self
         }
+    }
+}
+
+/// Name and text of the file that a person may download.
+fn file_of(product: &Product) -> (String, String) {
+    match product {
+        Product::Rig(rig) => ("rig.toml".to_owned(), rig_toml(rig)),
+        Product::Object(object) => (format!("{}.toml", object.id()), object_toml(object)),
     }
 }

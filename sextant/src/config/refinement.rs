@@ -67,7 +67,16 @@ pub fn apply(
     summary.node = Some(proposal.node.clone());
     summary.held_back = Some(proposal);
     print_line(&summary.line(format))?;
-    models.set(&site, run, format)
+    let named = Models {
+        proposal: number_of(&models.proposal),
+        ..models
+    };
+    named.set(&site, run, format)
+}
+
+/// The request to apply a proposal: it names it, and the node applies what it has.
+fn number_of(proposal: &Proposal) -> Proposal {
+    Proposal::none(proposal.node.clone(), proposal.t_ns)
 }
 
 /// Takes a change back: what was in force before it is set again.
@@ -143,7 +152,7 @@ fn first(site: &SiteSession, key: &str) -> anyhow::Result<Option<Proposal>> {
 struct RefinedModels {
     rig: Option<RigConfig>,
     objects: Vec<ObjectConfig>,
-    /// The same as a message.
+    /// The message that asks for them.
     proposal: Proposal,
 }
 

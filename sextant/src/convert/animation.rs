@@ -5,7 +5,7 @@ use crate::output::{Format, print_line};
 use crate::words;
 use anyhow::anyhow;
 use serde_json::json;
-use sextant_pose_formats::{Animation, AnimationBuilder};
+use sextant_pose_files::{Animation, AnimationBuilder};
 use sextant_process::{Exit, Failure, WithExit};
 use sextant_proto::{AnyMessage, KeyRef, Keys};
 use sextant_recordings::mcap::WIRE_ENCODING;

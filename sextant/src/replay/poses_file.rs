@@ -2,7 +2,7 @@
 
 use crate::animation_file::{AnimationFormat, say_left_out};
 use anyhow::{Context, bail};
-use sextant_pose_formats::{AnimationBuilder, c3d};
+use sextant_pose_files::{AnimationBuilder, c3d};
 use sextant_process::{Exit, Failure, WithExit};
 use sextant_recordings::{pose_json, pose_tum};
 use sextant_site_files::write_atomically;

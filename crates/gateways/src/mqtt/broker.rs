@@ -4,7 +4,7 @@ use crate::relay::{self, HostAndPort};
 use rustls::pki_types::pem::PemObject;
 use rustls::pki_types::{CertificateDer, ServerName};
 use rustls::{ClientConfig, ClientConnection, RootCertStore, StreamOwned};
-use sextant_pose_formats::{
+use sextant_pose_streams::{
     MQTT_END, MQTT_PING, MQTT_PORT, MQTT_TLS_PORT, MqttAnswer, MqttGreeting, MqttReader, Retention,
     mqtt_publish,
 };

@@ -4,7 +4,7 @@
 use super::dialler::Dialler;
 use crate::report::{Notice, Reporter};
 use serde::Serialize;
-use sextant_pose_formats::{TrackerReport, VrpnConnection, VrpnTrackers, requested_port};
+use sextant_pose_streams::{TrackerReport, VrpnConnection, VrpnTrackers, requested_port};
 use sextant_process::now_ns;
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream, UdpSocket};

@@ -18,6 +18,7 @@ export class CamerasPanel {
     private readonly site: Site,
     private readonly selection: Selection,
     private readonly pictureShown: (camera: CameraState, canvas: HTMLCanvasElement) => void,
+    private readonly edit: (camera: string) => void,
   ) {
     root.append(this.empty);
   }
@@ -56,7 +57,8 @@ export class CamerasPanel {
   private card(camera: CameraState): CameraCard {
     const known = this.cards.get(camera.id);
     if (known) return known;
-    const card = new CameraCard(camera, this.site, this.selection, (canvas) => this.pictureShown(camera, canvas));
+    const shown = (canvas: HTMLCanvasElement): void => this.pictureShown(camera, canvas);
+    const card = new CameraCard(camera, this.site, this.selection, shown, this.edit);
     this.cards.set(camera.id, card);
     const next = [...this.cards.keys()].sort().find((id) => id > camera.id);
     this.root.insertBefore(card.root, (next && this.cards.get(next)?.root) || null);
@@ -69,6 +71,7 @@ class CameraCard {
   readonly picture: Picture;
   private readonly detector: DetectorPanel;
   private readonly settings: SettingsPanel;
+  private readonly edit: HTMLButtonElement;
   private readonly condition: Condition;
   private readonly rate: Text;
   private readonly latency: Text;
@@ -80,6 +83,7 @@ class CameraCard {
     site: Site,
     selection: Selection,
     pictureShown: (canvas: HTMLCanvasElement) => void,
+    edit: (camera: string) => void,
   ) {
     const { id } = camera;
     this.picture = new Picture(camera, site, () => pictureShown(this.picture.canvas));
@@ -91,8 +95,13 @@ class CameraCard {
     this.latency = fact(facts, "Latency", "ms", `camera-${id}-latency`);
     this.dropped = fact(facts, "Dropped", "", `camera-${id}-dropped`);
     this.clock = fact(facts, "Clock", "", `camera-${id}-clock`);
-    const heading = element("header", "", element("h3", "", id), this.condition.element);
     const look = pressButton("Look through", `camera-${id}-eye`, () => selection.lookThrough(id));
+    this.edit = pressButton("Edit", `camera-${id}-edit`, () => edit(id));
+    this.edit.classList.add("edit");
+    this.edit.setAttribute("aria-label", `Edit camera ${id}`);
+    this.edit.title = "Name and pose of this camera";
+    const named = element("div", "named", element("h3", "", id), this.edit);
+    const heading = element("header", "", named, this.condition.element);
     this.root = testId(
       element("article", "camera", this.enlarger(), element("div", "about", heading, facts, look), this.settings.root, this.detector.root),
       `camera-card-${id}`,
@@ -103,6 +112,7 @@ class CameraCard {
     const condition = this.camera.condition(now);
     this.condition.set(condition);
     const live = condition === "live";
+    this.edit.hidden = this.camera.model === null;
     this.rate.set(live ? fixed(this.camera.rateHz(now), 1) : NONE);
     this.latency.set(live ? magnitude(this.camera.latency.median()) : NONE);
     this.dropped.set(this.camera.status ? count(this.camera.status.dropped) : NONE);

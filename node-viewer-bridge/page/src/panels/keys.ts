@@ -29,7 +29,8 @@ export class Shortcuts {
 
   private press(event: KeyboardEvent): void {
     const target = event.target as HTMLElement;
-    if (event.ctrlKey || event.metaKey || event.altKey || target.closest("input:not([type=range]), select, textarea, .wizard")) return;
+    const isText = target.closest("input:not([type=range]), select, textarea, .wizard, .editor") !== null;
+    if (event.ctrlKey || event.metaKey || event.altKey || isText) return;
     if (event.key === "?") return this.toggle();
     if (this.dialog.open) return;
     const shortcut = this.shortcuts.find(({ key }) => key === event.key);

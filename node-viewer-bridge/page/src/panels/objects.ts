@@ -49,9 +49,12 @@ export class ObjectsPanel {
     root: HTMLElement,
     private readonly site: Site,
     private readonly selection: Selection,
+    private readonly edit: (object: string | null) => void,
   ) {
     selection.changed(() => this.mark());
-    root.append(this.empty, this.table);
+    const add = pressButton("Add an object", "object-add", () => edit(null));
+    add.classList.add("edit");
+    root.append(this.empty, this.table, add);
     this.table.hidden = true;
   }
 
@@ -75,7 +78,7 @@ export class ObjectsPanel {
   private row(object: ObjectState): ObjectRow {
     const known = this.rows.get(object.id);
     if (known) return known;
-    const row = new ObjectRow(object, this.selection);
+    const row = new ObjectRow(object, this.selection, this.edit);
     this.rows.set(object.id, row);
     const next = [...this.rows.values()].sort((a, b) => order(a.object, b.object)).find((other) => order(other.object, object) > 0);
     this.body.insertBefore(row.root, next?.root ?? null);
@@ -104,6 +107,7 @@ function jointsText(joints: JointValue[]): string {
 
 class ObjectRow {
   readonly root: HTMLTableRowElement;
+  private readonly edit: HTMLButtonElement;
   private readonly condition: Condition;
   private readonly cells = new Map<string, Text[]>();
 
@@ -112,6 +116,7 @@ class ObjectRow {
   constructor(
     readonly object: ObjectState,
     selection: Selection,
+    edit: (object: string) => void,
   ) {
     const { id, colour } = object;
     const swatch = element("span", "swatch");
@@ -119,7 +124,12 @@ class ObjectRow {
     const [, link] = id.split(".");
     const button = pressButton(link ?? id, `object-${id}-follow`, () => selection.follow(selection.object === id ? null : id));
     button.title = "Follow on the stage";
-    const name = element("th", link === undefined ? "name" : "name link", swatch, button, this.joints.element);
+    this.edit = pressButton("Edit", `object-${id}-edit`, () => edit(id));
+    this.edit.classList.add("edit");
+    this.edit.setAttribute("aria-label", `Edit ${id}`);
+    this.edit.title = "Name and tags of this object";
+    const kind = link === undefined ? "name" : "name link";
+    const name = element("th", kind, swatch, button, this.edit, this.joints.element);
     name.scope = "row";
     this.condition = new Condition(testId(element("span", "condition"), `object-${id}-state`));
     const cells = COLUMNS.map((column) => this.cell(column));
@@ -130,6 +140,7 @@ class ObjectRow {
     const { object } = this;
     const condition = object.condition(now);
     this.condition.set(condition);
+    this.edit.hidden = object.version === "";
     if (this.root.dataset["condition"] !== condition) this.root.dataset["condition"] = condition;
     this.updatePose();
     this.joints.set(jointsText(object.joints));

@@ -31,6 +31,7 @@ export class Stage {
   private readonly frusta = new Map<string, Frustum>();
   private readonly actors = new Map<string, Actor>();
   private cameras: RigCamera[] = [];
+  private frustumSize = 0.5;
   /** Places of landmarks in the world. */
   private readonly landmarks = new Map<string, Vector3>();
   private size: [number, number] = [1, 1];
@@ -93,9 +94,16 @@ export class Stage {
     const placed = this.cameras.flatMap(({ world_from_camera: pose }) => (pose ? [new Vector3(...pose.position)] : []));
     const positions = [...placed, ...this.landmarks.values()];
     const reach = Math.max(0.5, ...positions.map((position) => position.length()));
-    for (const camera of this.cameras) this.frustum(camera.id).model(camera, Math.min(0.5, reach * 0.16));
+    this.frustumSize = Math.min(0.5, reach * 0.16);
+    for (const camera of this.cameras) this.frustum(camera.id).model(camera, this.frustumSize);
     this.floor.span(reach * 1.45);
     this.view.frame([...positions, ...floorAround(0.45 * reach)]);
+    this.frames.request();
+  }
+
+  /** Draws a camera as it would be; none draws all as they are. */
+  preview(camera: RigCamera | null): void {
+    for (const each of camera ? [camera] : this.cameras) this.frustum(each.id).model(each, this.frustumSize);
     this.frames.request();
   }
 

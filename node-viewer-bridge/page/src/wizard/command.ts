@@ -83,8 +83,21 @@ export function readName(text: string, field: string): string {
   return name;
 }
 
+type Path = "api/wizard" | "api/zones" | "api/phones" | "api/models";
+
 /** Sends a request; a complaint where the bridge does not obey, nothing where it does. */
-export async function send(path: "api/wizard" | "api/zones" | "api/phones", request: object, ask: typeof fetch = fetch): Promise<Complaint | null> {
+export async function send(path: Path, request: object, ask: typeof fetch = fetch): Promise<Complaint | null> {
+  const answer = await post(path, request, ask);
+  return "cause" in answer ? answer : null;
+}
+
+/** What became of a request, a sentence each. */
+export interface Said {
+  said: string[];
+}
+
+/** Sends a request; what the bridge answers, or its complaint. */
+export async function post(path: Path, request: object, ask: typeof fetch = fetch): Promise<Said | Complaint> {
   let answer: Response;
   try {
     const headers = { "content-type": "application/json" };
@@ -92,7 +105,14 @@ export async function send(path: "api/wizard" | "api/zones" | "api/phones", requ
   } catch {
     return { field: null, cause: "The bridge does not answer." };
   }
-  if (answer.ok) return null;
-  const said = (await answer.json().catch(() => null)) as Partial<Complaint> | null;
-  return { field: said?.field ?? null, cause: said?.cause ?? `The bridge answered ${answer.status}.` };
+  const content = (await answer.json().catch(() => null)) as Partial<Complaint & Said> | null;
+  if (answer.ok) return { said: content?.said ?? [] };
+  return { field: content?.field ?? null, cause: content?.cause ?? `The bridge answered ${answer.status}.` };
+}
+
+/** A text as a sentence: with a capital at its beginning and a stop at its end. */
+export function sentence(text: string): string {
+  const whole = text.trim();
+  const begun = whole.charAt(0).toUpperCase() + whole.slice(1);
+  return /[.!?…]$/.test(begun) ? begun : `${begun}.`;
 }

@@ -5,7 +5,7 @@ import { fixed, plural } from "../format.ts";
 import { element, find, testId, Text } from "../panels/dom.ts";
 import type { Preview, Wizard, WizardKind, WizardStage } from "../protocol.ts";
 import type { Site } from "../site.ts";
-import { type Complaint, send, Wrong } from "./command.ts";
+import { type Complaint, send, sentence, Wrong } from "./command.ts";
 import { button, Segments } from "./fields.ts";
 import { complainAt, createForms, type Form } from "./forms.ts";
 import { Introduction } from "./introduction.ts";
@@ -285,10 +285,4 @@ class ProgressLine {
     const lost = missed ? `, ${missed} missed` : "";
     this.figures.set(`${plural(progress.images, "image")} taken in${lost}`);
   }
-}
-
-function sentence(text: string): string {
-  const whole = text.trim();
-  const begun = whole.charAt(0).toUpperCase() + whole.slice(1);
-  return /[.!?…]$/.test(begun) ? begun : `${begun}.`;
 }

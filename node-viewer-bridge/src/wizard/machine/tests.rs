@@ -1,6 +1,7 @@
 //! The way of a wizard, with its wrong turns.
 
 use super::*;
+use crate::wizard::command::Command;
 use crate::wizard::samples;
 use sextant_proto::{ChangeOutcome as Answer, NodeId, ObjectConfig, Refusal, encode, fingerprint};
 use std::time::Duration;
@@ -40,8 +41,14 @@ impl Bench {
             rig: &self.rig,
             has_folder: self.has_folder,
         };
-        let command = Command::parse(command.as_bytes()).unwrap();
-        let answer = self.machine.command(&command, &site, self.now);
+        let answer = match Command::parse(command.as_bytes()).unwrap() {
+            Command::Start(start) => self.machine.start(&start, &site),
+            Command::Solve => self.machine.solve(),
+            Command::Resume => self.machine.resume(),
+            Command::Keep => self.machine.keep(&site, self.now),
+            Command::Discard => self.machine.discard(),
+            other => panic!("no command to the wizard: {other:?}"),
+        };
         answer.map_err(|refusal| refusal.cause)
     }
 

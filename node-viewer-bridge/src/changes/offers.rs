@@ -19,10 +19,10 @@ pub(crate) enum Offer {
 
 /// The newest of each node.
 #[derive(Debug, Default)]
-pub(super) struct Offers(BTreeMap<(NodeId, Offer), Proposal>);
+pub(crate) struct Offers(BTreeMap<(NodeId, Offer), Proposal>);
 
 impl Offers {
-    pub(super) fn take(&mut self, offer: Offer, proposal: Proposal) {
+    pub(crate) fn take(&mut self, offer: Offer, proposal: Proposal) {
         let key = (proposal.node.clone(), offer);
         let of_kind = self.0.keys().filter(|(_, kind)| *kind == offer).count();
         if of_kind < MOST_NODES || self.0.contains_key(&key) {
@@ -30,12 +30,12 @@ impl Offers {
         }
     }
 
-    pub(super) fn forget(&mut self, node: &NodeId) {
+    pub(crate) fn forget(&mut self, node: &NodeId) {
         self.0.retain(|(of, _), _| of != node);
     }
 
     /// The change that puts an offer in force.
-    pub(super) fn change(&self, node: &NodeId, offer: Offer) -> Result<Outgoing, Refusal> {
+    pub(crate) fn change(&self, node: &NodeId, offer: Offer) -> Result<Outgoing, Refusal> {
         let known = self.0.get(&(node.clone(), offer));
         let Some(proposal) = known.filter(|proposal| !proposal.is_empty()) else {
             let what = match offer {
@@ -44,7 +44,11 @@ impl Offers {
             };
             return Err(Refusal::not_now(format!("fusion node {node} {what}")));
         };
-        Ok(Outgoing::Models(proposal.clone()))
+        Ok(Outgoing::Models(match offer {
+            // The node applies what it has proposed under this number.
+            Offer::Refinement => Proposal::none(proposal.node.clone(), proposal.t_ns),
+            Offer::Former => proposal.clone(),
+        }))
     }
 }
 
@@ -75,7 +79,7 @@ mod tests {
         offers.take(Offer::Refinement, proposal("a"));
         assert_eq!(
             offers.change(&node("a"), Offer::Refinement).ok(),
-            Some(Outgoing::Models(proposal("a")))
+            Some(Outgoing::Models(Proposal::none(node("a"), 1)))
         );
         assert!(offers.change(&node("a"), Offer::Former).is_err());
         offers.take(Offer::Refinement, Proposal::none(node("a"), 2));

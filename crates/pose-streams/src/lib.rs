@@ -7,18 +7,12 @@
 //! - [`NatNetBodies`], [`NatNetRequest`], [`NatNetServer`]: the server's side of NatNet.
 //! - [`MqttGreeting`], [`mqtt_publish`], [`MqttReader`]: a client of MQTT 5 that publishes.
 //! - [`nt4_publish`], [`nt4_raw`]: a client of NetworkTables 4 that publishes.
-//! - [`PsnTrackers`], [`freed_position`], [`OpenTrackIoCamera`]: PosiStageNet, Free-D and OpenTrackIO, for stages and
-//!   virtual studios.
-//! - [`c3d()`]: a file of recorded poses for biomechanics.
-//! - [`Animation`], [`write_usda`], [`glb`]: a recorded site as a scene of USD or glTF.
+//! - [`PsnTrackers`], [`freed_position`], [`OpenTrackIoCamera`]: PosiStageNet, Free-D and OpenTrackIO, for stages and virtual studios.
 //!
 //! Input is [`sextant_proto::ObjectPose`]: metres, x y z w, world with z up. Nothing here knows a socket or a clock.
 
-mod animation;
 mod axes;
-mod c3d;
 mod freed;
-mod gltf;
 mod mavlink;
 mod mqtt;
 mod natnet;
@@ -27,14 +21,10 @@ mod opentrackio;
 mod osc;
 mod psn;
 mod roster;
-mod usd;
 mod vrpn;
 
-pub use animation::{Animation, AnimationBuilder, LeftOut, NoPoses};
 pub use axes::{Axes, euler_zxy_deg};
-pub use c3d::{C3dError, c3d};
 pub use freed::{FreeDCamera, freed_position};
-pub use gltf::{TooManyPoses, glb};
 pub use mavlink::odometry::LocalFrame;
 pub use mavlink::reset_counter::ResetCounter;
 pub use mavlink::{MavlinkSender, Sender, timesync_requests};
@@ -55,7 +45,6 @@ pub use osc::layouts::{
 };
 pub use osc::{OscArgument, OscMessage};
 pub use psn::{PSN_GROUP, PsnTrackers};
-pub use usd::write_usda;
 pub use vrpn::connection::{VrpnConnection, VrpnError, requested_port};
 pub use vrpn::{TrackerReport, VRPN_PORT, VrpnTrackers};
 

@@ -3,7 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use sextant_pose_formats::{LocalFrame, MavlinkSender, Sender};
+use sextant_pose_streams::{LocalFrame, MavlinkSender, Sender};
 use sextant_proto::ObjectPose;
 use sextant_site_model::ObjectId;
 use sextant_site_report::State;

@@ -1,16 +1,17 @@
-//! A result on its way to the running site: published as `sextant config set` does, and what the fusion node that
+//! A change on its way to the running site: published as `sextant config set` does, and what the fusion node that
 //! publishes the poses answers.
 
-use sextant_calibrator::procedure::Product;
+use crate::refusal::{Refusal, RefusalKind};
 use sextant_proto::{
-    CameraSettings, ChangeOutcome, ConfigAnswer, ObjectConfig, Proposal, RigConfig, encode,
-    fingerprint,
+    CameraSettings, ChangeOutcome, ConfigAnswer, ObjectConfig, Proposal, Refusal as Cause,
+    RigConfig, encode, fingerprint,
 };
-use sextant_site_files::{object_toml, rig_toml};
 use std::time::{Duration, Instant};
 
 /// How long the answer may take: the disk of the fusion node may be slow.
 const PATIENCE: Duration = Duration::from_secs(15);
+/// A change without an answer is published once more after this time.
+const REPEAT: Duration = Duration::from_secs(2);
 
 /// A change for the network.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,14 +27,6 @@ pub(crate) enum Outgoing {
 }
 
 impl Outgoing {
-    /// The message that puts a result into force.
-    pub(super) fn of(product: &Product) -> Self {
-        match product {
-            Product::Rig(rig) => Self::Rig(RigConfig::from(rig)),
-            Product::Object(object) => Self::Object(ObjectConfig::from(object)),
-        }
-    }
-
     /// The fingerprint that answers carry; the cause where it does not fit into a message.
     fn fingerprint(&self) -> Result<u64, String> {
         let payload = match self {
@@ -49,64 +42,74 @@ impl Outgoing {
 
 /// An answer that is waited for.
 #[derive(Debug)]
-pub(super) struct Publication {
+pub(crate) struct Publication {
     fingerprint: u64,
     answer: Option<ConfigAnswer>,
     deadline: Instant,
+    /// When the change is to be published once more.
+    repeat_due: Option<Instant>,
 }
 
 /// What became of it.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) enum Answered {
+pub(crate) enum Answered {
     /// There is no answer, and there is time left.
     NotYet,
-    /// It was refused, with the cause; then nothing is kept.
-    Refused(String),
-    /// It is in force, a sentence for each node; or there was no answer.
+    /// It was refused; nothing has changed.
+    Refused(Refusal),
+    /// It is in force, a sentence for each node.
     Done(Vec<String>),
-}
-
-/// Name and text of the file that a person may download.
-pub(super) fn file_of(product: &Product) -> (String, String) {
-    match product {
-        Product::Rig(rig) => ("rig.toml".to_owned(), rig_toml(rig)),
-        Product::Object(object) => (format!("{}.toml", object.id()), object_toml(object)),
-    }
+    /// No fusion node has answered in time, in words.
+    Silence(String),
 }
 
 impl Publication {
     /// Waits from now on; the cause where the change does not fit into a message.
-    pub(super) fn of(outgoing: &Outgoing, now: Instant) -> Result<Self, String> {
+    pub(crate) fn new(outgoing: &Outgoing, now: Instant) -> Result<Self, String> {
         Ok(Self {
             fingerprint: outgoing.fingerprint()?,
             answer: None,
             deadline: now + PATIENCE,
+            repeat_due: Some(now + REPEAT),
         })
     }
 
-    pub(super) fn take(&mut self, answer: &ConfigAnswer) {
+    /// When time changes something at the latest.
+    pub(crate) fn due(&self) -> Instant {
+        self.repeat_due.unwrap_or(self.deadline).min(self.deadline)
+    }
+
+    /// Whether the change is to be published again now, once: the fusion node that decides may just have been replaced.
+    pub(crate) fn take_repeat(&mut self, now: Instant) -> bool {
+        let is_due = self.answer.is_none() && self.repeat_due.is_some_and(|due| now >= due);
+        is_due && self.repeat_due.take().is_some()
+    }
+
+    pub(crate) fn take(&mut self, answer: &ConfigAnswer) {
         if answer.fingerprint == self.fingerprint {
             self.answer = Some(answer.clone());
         }
     }
 
-    pub(super) fn answered(&self, now: Instant) -> Answered {
+    pub(crate) fn answered(&self, now: Instant) -> Answered {
         let Some(answer) = &self.answer else {
             if now < self.deadline {
                 return Answered::NotYet;
             }
             let patience_s = PATIENCE.as_secs();
             let silence = "no fusion node has answered";
-            return Answered::Done(vec![format!(
+            return Answered::Silence(format!(
                 "{silence} for {patience_s} s: see whether it is in force before you try again"
-            )]);
+            ));
         };
         let node = &answer.node;
         let there = match &answer.outcome {
-            ChangeOutcome::Refused(refusal) => {
-                return Answered::Refused(format!(
-                    "{node} refused it: {refusal}; everything stays as it was"
-                ));
+            ChangeOutcome::Refused(cause) => {
+                return Answered::Refused(Refusal {
+                    kind: RefusalKind::NotNow,
+                    field: field_of(cause),
+                    cause: format!("{node} refused it: {cause}; everything stays as it was"),
+                });
             }
             ChangeOutcome::Kept => {
                 format!("in force on fusion node {node}, which keeps it in its files")
@@ -124,10 +127,26 @@ impl Publication {
     }
 }
 
+/// The field of the form that a fusion node's refusal is about.
+fn field_of(cause: &Cause) -> Option<&'static str> {
+    match cause {
+        Cause::InvalidObject { .. } | Cause::UnknownTag { .. } | Cause::SharedTag { .. } => {
+            Some("tags")
+        }
+        Cause::WrongId { .. } | Cause::TooManyObjects { .. } => Some("id"),
+        Cause::Undecodable { .. }
+        | Cause::NoCamera
+        | Cause::InvalidCamera { .. }
+        | Cause::Unpublishable { .. }
+        | Cause::NotStored { .. }
+        | Cause::Other { .. } => None,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sextant_proto::{NodeId, Refusal};
+    use sextant_proto::NodeId;
 
     fn answer(fingerprint: u64, outcome: ChangeOutcome) -> ConfigAnswer {
         ConfigAnswer {
@@ -148,16 +167,13 @@ mod tests {
         });
         let number = outgoing.fingerprint().unwrap();
         let start = Instant::now();
-        let mut publication = Publication::of(&outgoing, start).unwrap();
+        let mut publication = Publication::new(&outgoing, start).unwrap();
         publication.take(&answer(number + 1, ChangeOutcome::Kept));
         assert_eq!(publication.answered(start), Answered::NotYet);
-        let Answered::Done(silence) = publication.answered(start + PATIENCE) else {
+        let Answered::Silence(silence) = publication.answered(start + PATIENCE) else {
             panic!("still waiting");
         };
-        assert!(
-            silence[0].contains("no fusion node has answered"),
-            "{silence:?}"
-        );
+        assert!(silence.contains("no fusion node has answered"), "{silence}");
         publication.take(&answer(number, ChangeOutcome::Kept));
         let Answered::Done(words) = publication.answered(start) else {
             panic!("it is answered");
@@ -167,13 +183,13 @@ mod tests {
             words[2].contains("c has not taken it over yet"),
             "{words:?}"
         );
-        publication.take(&answer(number, ChangeOutcome::Refused(Refusal::NoCamera)));
+        publication.take(&answer(number, ChangeOutcome::Refused(Cause::NoCamera)));
         let refused = publication.answered(start);
         assert_eq!(
             refused,
-            Answered::Refused(
-                "a refused it: the rig has no camera; everything stays as it was".to_owned()
-            )
+            Answered::Refused(Refusal::not_now(
+                "a refused it: the rig has no camera; everything stays as it was"
+            ))
         );
     }
 }
