@@ -40,10 +40,14 @@ export interface Options {
     minEdgePx?: number;
     /** Tags printed white for black (default: no). */
     inverted?: boolean;
-    /** For consecutive images: searches where tags were and a tenth of the rest, at a fraction of the time (default: no). */
+    /**
+     * For consecutive images: searches where tags were and a tenth of the rest, at a fraction of the time (default: no).
+     */
     tracking?: boolean;
 }
-/** An image of grey bytes, `stride` bytes a row (default: `width`), or an `ImageData` of red, green, blue and opacity. */
+/**
+ * An image of grey bytes, `stride` bytes a row (default: `width`), or an `ImageData` of red, green, blue and opacity.
+ */
 export interface Picture {
     data: Uint8Array | Uint8ClampedArray;
     width: number;
@@ -77,7 +81,10 @@ export interface Figures {
 export declare class Detector {
     #private;
     private constructor();
-    /** Loads the module, from beside this file unless `source` says otherwise. Fails for wrong options, and in browsers without SIMD. */
+    /**
+     * Loads the module, from beside this file unless `source` says otherwise. Fails for wrong options, and in browsers
+     * without SIMD.
+     */
     static load(options?: Options, source?: URL | string | BufferSource | WebAssembly.Module): Promise<Detector>;
     /** Changes the options. */
     configure({ families, maxHamming, minEdgePx, inverted, tracking }: Options): void;
@@ -85,11 +92,17 @@ export declare class Detector {
     detect(picture: Picture): Tag[];
     /** Room for the pixels of [`detectPixels`]; valid until the next call. */
     pixels(length: number): Uint8Array<ArrayBuffer>;
-    /** The tags in an image that was written into [`pixels`]: grey (one channel) or red, green, blue and one more, which are lost. */
+    /**
+     * The tags in an image that was written into [`pixels`]: grey (one channel) or red, green, blue and one more, which
+     * are lost.
+     */
     detectPixels(width: number, height: number, stride: number, channels: 1 | 4): Tag[];
     /** Light and sharpness of the last image. */
     light(): Light;
-    /** Poses of a tag of the last image by its place in the list, the better first: two where its perspective leaves a doubt. `sizeM` is the edge of its black square. */
+    /**
+     * Poses of a tag of the last image by its place in the list, the better first: two where its perspective leaves a
+     * doubt. `sizeM` is the edge of its black square.
+     */
     poses(tag: number, lens: Lens, sizeM: number): Pose[];
     /** The last image's tags as a message of Sextant's network. */
     observations(camera: string, sequence: number, times: Times): Uint8Array<ArrayBuffer>;

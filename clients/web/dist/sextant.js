@@ -1,9 +1,11 @@
-// AprilTags and ArUco markers in pictures, by the detector of Sextant's camera nodes, compiled to WebAssembly with 128-bit vectors.
+// AprilTags and ArUco markers in pictures, by the detector of Sextant's camera nodes, compiled to WebAssembly with
+// 128-bit vectors.
 //
 //     const detector = await Detector.load({ families: ["tag36h11"] });
 //     for (const tag of detector.detect(context.getImageData(0, 0, width, height))) console.log(tag.id, tag.corners);
 //
-// Runs in pages, in workers and in Node.js. One detector works on one image at a time; each has an instance of the module.
+// Runs in pages, in workers and in Node.js. One detector works on one image at a time; each has an instance of the
+// module.
 const FIGURES_OF_TAG = 24;
 const FIGURES_OF_POSE = 8;
 /** Where the module is, beside this file. */
@@ -31,7 +33,10 @@ export class Detector {
             this.#families.push(new TextDecoder().decode(this.#bytes()));
         }
     }
-    /** Loads the module, from beside this file unless `source` says otherwise. Fails for wrong options, and in browsers without SIMD. */
+    /**
+     * Loads the module, from beside this file unless `source` says otherwise. Fails for wrong options, and in browsers
+     * without SIMD.
+     */
     static async load(options = {}, source = beside()) {
         const code = source instanceof URL || typeof source === "string" ? await bytesOf(source) : source;
         const module = code instanceof WebAssembly.Module ? code : await WebAssembly.compile(code);
@@ -60,7 +65,10 @@ export class Detector {
             throw new RangeError(`an image of ${length} bytes is too large`);
         return new Uint8Array(this.#module.memory.buffer, begin, length);
     }
-    /** The tags in an image that was written into [`pixels`]: grey (one channel) or red, green, blue and one more, which are lost. */
+    /**
+     * The tags in an image that was written into [`pixels`]: grey (one channel) or red, green, blue and one more, which
+     * are lost.
+     */
     detectPixels(width, height, stride, channels) {
         const count = this.#checked(this.#module.sextant_detect(width, height, stride, channels));
         const figures = this.#figures(count * FIGURES_OF_TAG);
@@ -71,7 +79,10 @@ export class Detector {
         const [brightness = 0, sharpness = 0] = this.#figures(this.#checked(this.#module.sextant_light()));
         return { brightness, sharpness };
     }
-    /** Poses of a tag of the last image by its place in the list, the better first: two where its perspective leaves a doubt. `sizeM` is the edge of its black square. */
+    /**
+     * Poses of a tag of the last image by its place in the list, the better first: two where its perspective leaves a
+     * doubt. `sizeM` is the edge of its black square.
+     */
     poses(tag, lens, sizeM) {
         this.#numbers([sizeM, lens.fx, lens.fy, lens.cx, lens.cy, ...(lens.distortion ?? [0, 0, 0, 0, 0])]);
         const count = this.#checked(this.#module.sextant_pose(tag));
