@@ -23,7 +23,7 @@ pub struct Proposals {
 }
 
 impl Proposals {
-    /// None so far.
+    /// Begins for a node that has made no proposals.
     #[must_use]
     pub fn new(node: NodeId) -> Self {
         Self {
@@ -33,7 +33,7 @@ impl Proposals {
         }
     }
 
-    /// The newest.
+    /// The newest proposal that is offered; `None` where none is.
     #[must_use]
     pub fn newest(&self) -> Option<&Proposal> {
         self.offered.back().map(|(_, proposal)| proposal)

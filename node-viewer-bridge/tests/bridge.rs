@@ -11,8 +11,8 @@ mod protocol;
 use serde_json::Value;
 use sextant_process::Shutdown;
 use sextant_proto::{
-    CameraConfig, ClockQuality, ConfigAnswer, Keys, LensConfig, MountConfig, NodeId, NodeKind,
-    ObjectConfig, ObjectTagConfig, Observations, Outcome, PoseConfig, Preview, Refusal, RigConfig,
+    CameraConfig, ChangeOutcome, ClockQuality, ConfigAnswer, Keys, LensConfig, MountConfig, NodeId,
+    NodeKind, ObjectConfig, ObjectTagConfig, Observations, PoseConfig, Preview, Refusal, RigConfig,
     Timing, encode, fingerprint,
 };
 use sextant_recordings::mcap::site_recording::SiteRecording;
@@ -412,7 +412,7 @@ fn an_edit_is_published_and_answered_as_the_fusion_node_decides() {
     hear(&mut socket, |m| {
         m["type"] == "alive" && m["kind"] == "fusion"
     });
-    let answered = |version: &str, outcome: Outcome| {
+    let answered = |version: &str, outcome: ChangeOutcome| {
         std::thread::scope(|scope| {
             let asked = scope.spawn(|| site.post_to("/api/models", JSON, &edit_of_cube(version)));
             let request = requests.recv_timeout(PATIENCE).unwrap();
@@ -430,13 +430,13 @@ fn an_edit_is_published_and_answered_as_the_fusion_node_decides() {
             asked.join().unwrap()
         })
     };
-    let refused = Outcome::Refused(Refusal::TooManyObjects { limit: 7 });
+    let refused = ChangeOutcome::Refused(Refusal::TooManyObjects { limit: 7 });
     let (status, body) = answered(&version, refused);
     assert!(status == 409 && body.contains("at most 7"), "{body}");
     // Until a fusion node announces otherwise, the bridge takes what was asked for as in force.
     let (status, body) = site.post_to("/api/models", JSON, &edit_of_cube(&version));
     assert!(status == 409 && body.contains("newer version"), "{body}");
-    let (status, body) = answered(&version_of_cube(&mut socket), Outcome::Kept);
+    let (status, body) = answered(&version_of_cube(&mut socket), ChangeOutcome::Kept);
     assert!(
         status == 200 && body.contains("keeps it in its files"),
         "{body}"

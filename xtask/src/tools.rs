@@ -114,10 +114,10 @@ pub fn root() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
 }
 
-/// Where cargo builds, as it is told by its variable; by default below the root.
+/// Where cargo builds, as its variable `CARGO_TARGET_DIR` gives it; by default below the root.
 pub fn target() -> PathBuf {
-    let told = env::var_os("CARGO_TARGET_DIR").map(PathBuf::from);
-    root().join(told.unwrap_or_else(|| "target".into()))
+    let configured = env::var_os("CARGO_TARGET_DIR").map(PathBuf::from);
+    root().join(configured.unwrap_or_else(|| "target".into()))
 }
 
 /// Runs a program in the workspace's root and fails with its command line.

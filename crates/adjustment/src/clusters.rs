@@ -8,7 +8,7 @@
 //! without it lies (A - I)^-1 g aside.
 
 use crate::elimination::ReducedSystem;
-use crate::equations::Equations;
+use crate::equations::NormalEquations;
 use crate::layout::{KeptParameter, Layout};
 use crate::values::Bundle;
 use nalgebra::{DMatrix, DVector};
@@ -48,7 +48,7 @@ pub(crate) fn clusters<const D: usize>(
     let instants = (0..n_clusters).map(move |k| k * n / n_clusters..(k + 1) * n / n_clusters);
     instants.filter_map(|instants| {
         let part = part(bundle, &instants);
-        let equations = Equations::<D>::new(&part, layout, kernel);
+        let equations = NormalEquations::<D>::new(&part, layout, kernel);
         let reduced = ReducedSystem::new(&equations, 0.0)?;
         Some(Cluster {
             information: reduced.information,

@@ -17,7 +17,7 @@
 //! (B. Triggs et al., Bundle adjustment: a modern synthesis, 2000, section 6). Back substitution is `w = B^-1 C' (M
 //! dx(k+1) + h + k ds)` and `dx(k) = F^-1 (dx(k+1) + e - C w)`.
 
-use crate::equations::{Coupling, Equations, Node};
+use crate::equations::{Coupling, Node, NormalEquations};
 use crate::residuals::tie::Tie;
 use crate::stamps::StampRow;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
@@ -148,7 +148,7 @@ impl<const D: usize> Marginal<D> {
 impl<const D: usize> ReducedSystem<D> {
     /// Eliminates the instants with Marquardt damping, a fraction of the diagonal; `None` if an instant remains
     /// undetermined.
-    pub(crate) fn new(equations: &Equations<D>, damping: f64) -> Option<Self> {
+    pub(crate) fn new(equations: &NormalEquations<D>, damping: f64) -> Option<Self> {
         let mut reduced = Self {
             information: equations.kept.clone(),
             gradient: equations.gradient.clone(),
@@ -202,7 +202,7 @@ impl<const D: usize> ReducedSystem<D> {
     }
 
     /// Solves the damped equations for the step; `None` if they are not positive definite.
-    pub(crate) fn step(&self, equations: &Equations<D>) -> Option<Step<D>> {
+    pub(crate) fn step(&self, equations: &NormalEquations<D>) -> Option<Step<D>> {
         let kept = if self.gradient.is_empty() {
             DVector::zeros(0)
         } else {
@@ -228,7 +228,7 @@ impl<const D: usize> ReducedSystem<D> {
 
     /// Logarithm of the determinant of the information of everything that is sought: kept parameters, instants as their
     /// noise, stamps; `None` where that is not definite.
-    pub(crate) fn log_information(&self, equations: &Equations<D>) -> Option<f64> {
+    pub(crate) fn log_information(&self, equations: &NormalEquations<D>) -> Option<f64> {
         let half = |lower: &mut dyn Iterator<Item = f64>| lower.map(f64::ln).sum::<f64>();
         let kept = self.information.clone().cholesky()?.unpack();
         let of_kept = half(&mut kept.diagonal().iter().copied());

@@ -30,7 +30,7 @@ pub(crate) struct Node<const D: usize> {
 }
 
 /// The normal equations; `kept` is its upper triangle.
-pub(crate) struct Equations<const D: usize> {
+pub(crate) struct NormalEquations<const D: usize> {
     pub kept: DMatrix<f64>,
     pub gradient: DVector<f64>,
     pub nodes: Vec<Node<D>>,
@@ -58,7 +58,7 @@ impl<const D: usize> Node<D> {
     }
 }
 
-impl<const D: usize> Equations<D> {
+impl<const D: usize> NormalEquations<D> {
     /// Of all residuals of a bundle at its values.
     pub(crate) fn new(bundle: &Bundle, layout: &Layout, kernel: &Kernel) -> Self {
         let mut equations = Self {

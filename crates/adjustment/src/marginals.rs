@@ -95,7 +95,7 @@ impl KeptCovariance {
         &self.parameters
     }
 
-    /// The whole matrix.
+    /// Covariance of all parameters that are not fixed, in their units.
     pub fn matrix(&self) -> &DMatrix<f64> {
         &self.matrix
     }

@@ -2,7 +2,7 @@
 
 use crate::clusters::clusters;
 use crate::elimination::{ReducedSystem, Step};
-use crate::equations::{self, Equations};
+use crate::equations::{self, NormalEquations};
 use crate::layout::Layout;
 use crate::marginals::KeptCovariance;
 use crate::observability::{WeakDirection, weak_directions};
@@ -146,12 +146,12 @@ impl<'a, const D: usize> Descent<'a, D> {
         }
     }
 
-    fn linearise(&self) -> Equations<D> {
-        Equations::new(&self.bundle, &self.layout, &self.options.kernel)
+    fn linearise(&self) -> NormalEquations<D> {
+        NormalEquations::new(&self.bundle, &self.layout, &self.options.kernel)
     }
 
     /// Tries one step; the gain where it was taken.
-    fn advance(&mut self, equations: &Equations<D>) -> Option<f64> {
+    fn advance(&mut self, equations: &NormalEquations<D>) -> Option<f64> {
         let taken = ReducedSystem::new(equations, self.damping)
             .and_then(|reduced| reduced.step(equations))
             .and_then(|step| self.take_if_better(&step, equations.rho));
@@ -189,7 +189,7 @@ impl<'a, const D: usize> Descent<'a, D> {
 
     fn rest(
         self,
-        equations: &Equations<D>,
+        equations: &NormalEquations<D>,
         iterations: usize,
         converged: bool,
     ) -> Result<BundleSolution, BundleError> {

@@ -1,7 +1,7 @@
 //! The core on small bundles of exact and noisy corners.
 
 use crate::elimination::ReducedSystem;
-use crate::equations::{self, Equations};
+use crate::equations::{self, NormalEquations};
 use crate::layout::Layout;
 use crate::residuals::tie::Tie;
 use crate::solve::Descent;
@@ -215,7 +215,7 @@ fn derivatives_are_those_of_the_cost() {
     let options = BundleOptions::default();
     let kernel = Kernel::Huber { width: 40.0 };
     let layout = Layout::new(&bundle);
-    let equations = Equations::<12>::new(&bundle, &layout, &kernel);
+    let equations = NormalEquations::<12>::new(&bundle, &layout, &kernel);
     let descent = Descent::<12>::new(bundle, &options);
     let cost_after = |kept: usize, node: usize, length: f64| {
         let mut step = descent.no_step();
@@ -274,7 +274,7 @@ fn whitened_tie(pair: &[Instant], motion: &Motion) -> Option<(DVector<f64>, DMat
 }
 
 /// The step of all parameters, kept ones first, by one dense system.
-fn dense_step(bundle: &Bundle, equations: &Equations<12>) -> DVector<f64> {
+fn dense_step(bundle: &Bundle, equations: &NormalEquations<12>) -> DVector<f64> {
     let n = equations.kept.nrows();
     let size = n + 12 * bundle.instants.len();
     let (mut whole, mut pull) = (DMatrix::zeros(size, size), DVector::zeros(size));
@@ -326,7 +326,7 @@ fn the_step_is_that_of_a_dense_solution() {
     let bundle = bundle;
     let layout = Layout::new(&bundle);
     let kernel = Kernel::Huber { width: 40.0 };
-    let equations = Equations::<12>::new(&bundle, &layout, &kernel);
+    let equations = NormalEquations::<12>::new(&bundle, &layout, &kernel);
     let reduced = ReducedSystem::new(&equations, 0.0).unwrap();
     let step = reduced.step(&equations).unwrap();
     let dense = dense_step(&bundle, &equations);

@@ -1,4 +1,5 @@
-//! What the detector finds in drawn pictures. Most files of this folder are modules of one test program, which is compiled and linked once.
+//! What the detector finds in drawn pictures. Most files of this folder are modules of one test program, which is
+//! compiled and linked once.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 

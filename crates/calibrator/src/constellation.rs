@@ -28,10 +28,15 @@ pub(crate) type Group<'a> = Vec<GroupedView<'a>>;
 
 /// Groups looked at of one pair: more add little.
 const MOST_GROUPS: usize = 40;
-/// A pair's guess may be off by this part of the tag's size in the image, and by pixels; and once it was adjusted to
-/// all groups.
-const LOOSE: (f64, f64) = (0.5, 4.0);
-const TIGHT: (f64, f64) = (0.15, 2.0);
+/// Bound of the error of a pair's guess; and once it was adjusted to all groups.
+const LOOSE: ErrorBound = ErrorBound {
+    of_edge: 0.5,
+    px: 4.0,
+};
+const TIGHT: ErrorBound = ErrorBound {
+    of_edge: 0.15,
+    px: 2.0,
+};
 /// Guesses that are adjusted, and by how much they differ at least, radians.
 const MOST_CANDIDATES: usize = 4;
 const APART_RAD: f64 = 0.15;
@@ -41,6 +46,21 @@ const CLEAR: f64 = 20.0;
 const ROUGH_PX: f64 = 1.0;
 /// Less agreement than this (in groups) joins nothing.
 const LEAST_STRENGTH: f64 = 0.5;
+
+/// Largest error of predicted corners, the sum of both parts.
+#[derive(Clone, Copy)]
+struct ErrorBound {
+    /// Share of the tag's edge in the image.
+    of_edge: f64,
+    /// Pixels.
+    px: f64,
+}
+
+impl ErrorBound {
+    fn px(self, corners: &[nalgebra::Point2<f64>; 4]) -> f64 {
+        self.of_edge * edge_px(corners) + self.px
+    }
+}
 
 /// Tags joined by every pair's consensus; strength is the number of agreeing groups, less where a rival agrees with
 /// them too.
@@ -145,25 +165,7 @@ fn refined(views: &[[GroupedView<'_>; 2]], pose: &Pose, sizes: [f64; 2]) -> Opti
         ..Bundle::default()
     };
     for (instant, pair) in views.iter().enumerate() {
-        let [a, b] = pair;
-        let of_a = a
-            .view
-            .branches
-            .iter()
-            .map(|a_pose| a.group_from_camera * a_pose);
-        let of_b = b.view.branches.iter();
-        let of_b = of_b.map(|b_pose| b.group_from_camera * b_pose * pose.inverse());
-        let error = |group_from_object: &Pose| -> f64 {
-            let places = [Pose::identity(), *pose].into_iter().zip(sizes);
-            let errors = pair.iter().zip(places).map(|(seen, (place, size_m))| {
-                let at = seen.group_from_camera.inverse() * group_from_object * place;
-                tag_error_px(seen.lens, &at, size_m, &seen.view.corners.corners).unwrap_or(1e3)
-            });
-            errors.sum()
-        };
-        let nearest = of_a
-            .chain(of_b)
-            .min_by(|x, y| error(x).total_cmp(&error(y)))?;
+        let nearest = nearest_object(pair, pose, sizes)?;
         for (tag, seen) in pair.iter().enumerate() {
             bundle.cameras.push(BundleCamera {
                 pose: Freedom::Fixed,
@@ -193,15 +195,38 @@ fn refined(views: &[[GroupedView<'_>; 2]], pose: &Pose, sizes: [f64; 2]) -> Opti
     Some((solution.cost, solution.bundle.tags[1].object_from_tag))
 }
 
+/// `group_from_object` by the branch of either tag of a pair that explains the corners of both best; the object's frame
+/// is the first tag, and `pose` that of the second one in it.
+fn nearest_object(pair: &[GroupedView<'_>; 2], pose: &Pose, sizes: [f64; 2]) -> Option<Pose> {
+    let [a, b] = pair;
+    let of_a = a
+        .view
+        .branches
+        .iter()
+        .map(|a_pose| a.group_from_camera * a_pose);
+    let of_b = b.view.branches.iter();
+    let of_b = of_b.map(|b_pose| b.group_from_camera * b_pose * pose.inverse());
+    let error = |group_from_object: &Pose| -> f64 {
+        let places = [Pose::identity(), *pose].into_iter().zip(sizes);
+        let errors = pair.iter().zip(places).map(|(seen, (place, size_m))| {
+            let at = seen.group_from_camera.inverse() * group_from_object * place;
+            tag_error_px(seen.lens, &at, size_m, &seen.view.corners.corners).unwrap_or(1e3)
+        });
+        errors.sum()
+    };
+    of_a.chain(of_b)
+        .min_by(|x, y| error(x).total_cmp(&error(y)))
+}
+
 /// From 0 to 1: how well each tag of the pair predicts the other's corners, by its better branch.
 fn vote(
     [a, b]: &[GroupedView<'_>; 2],
     a_from_b: &Pose,
     [size_a, size_b]: [f64; 2],
-    bound: (f64, f64),
+    bound: ErrorBound,
 ) -> f64 {
-    let forth = predicted(a, b, a_from_b, (size_b, bound));
-    let back = predicted(b, a, &a_from_b.inverse(), (size_a, bound));
+    let forth = predicted(a, b, a_from_b, size_b, bound);
+    let back = predicted(b, a, &a_from_b.inverse(), size_a, bound);
     0.5 * (forth + back)
 }
 
@@ -209,15 +234,16 @@ fn predicted(
     known: &GroupedView<'_>,
     other: &GroupedView<'_>,
     known_from_other: &Pose,
-    (size_m, (part, px)): (f64, (f64, f64)),
+    size_m: f64,
+    bound: ErrorBound,
 ) -> f64 {
     let camera_from_known = other.group_from_camera.inverse() * known.group_from_camera;
     let corners = &other.view.corners.corners;
-    let bound = part * edge_px(corners) + px;
+    let bound_px = bound.px(corners);
     let votes = known.view.branches.iter().filter_map(|branch| {
         let pose = camera_from_known * branch * known_from_other;
         let error = tag_error_px(other.lens, &pose, size_m, corners)?;
-        Some((1.0 - error / bound).max(0.0))
+        Some((1.0 - error / bound_px).max(0.0))
     });
     votes.fold(0.0, f64::max)
 }

@@ -60,7 +60,7 @@ impl Kind {
         matches!(self, Self::Clock | Self::LineDelay | Self::Scale)
     }
 
-    fn of(parameter: KeptParameter) -> Self {
+    fn from_parameter(parameter: KeptParameter) -> Self {
         match parameter {
             KeptParameter::TagPosition { .. } => Self::TagPosition,
             KeptParameter::TagRotation { .. } => Self::TagRotation,
@@ -80,12 +80,15 @@ impl Kind {
     }
 }
 
+/// Kind of a number, and whether its prior was given.
+type PriorKind = (Kind, bool);
+
 /// The priors of an adjustment and their scales.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Priors {
     /// Priors with their given or default sigmas, and whether each was given.
     anchors: Vec<(Anchor, bool)>,
-    scales: BTreeMap<(Kind, bool), f64>,
+    scales: BTreeMap<PriorKind, f64>,
     /// Whether no scale exceeds one.
     is_bounded: bool,
 }
@@ -96,7 +99,7 @@ struct Member {
     error: f64,
     /// Unscaled sigma, given or by default.
     sigma: f64,
-    kind: (Kind, bool),
+    kind: PriorKind,
 }
 
 impl Priors {
@@ -269,18 +272,22 @@ impl Priors {
     /// Anchors with scaled sigmas.
     pub(crate) fn anchors(&self) -> Vec<Anchor> {
         let scaled = self.anchors.iter().map(|(anchor, given)| {
-            let kinds: Vec<Kind> = anchor.parameters().into_iter().map(Kind::of).collect();
+            let kinds: Vec<Kind> = anchor
+                .parameters()
+                .into_iter()
+                .map(Kind::from_parameter)
+                .collect();
             let scale = |at: usize| {
                 let kind = kinds.get(at).or(kinds.first());
-                kind.map_or(1.0, |kind| self.scale(&(*kind, *given)))
+                kind.map_or(1.0, |kind| self.scale((*kind, *given)))
             };
             anchor.scaled(scale(0), scale(3))
         });
         scaled.collect()
     }
 
-    fn scale(&self, kind: &(Kind, bool)) -> f64 {
-        self.scales.get(kind).copied().unwrap_or(1.0)
+    fn scale(&self, kind: PriorKind) -> f64 {
+        self.scales.get(&kind).copied().unwrap_or(1.0)
     }
 
     /// Estimates the scales from a solution; returns the largest change of a logarithm.
@@ -297,12 +304,12 @@ impl Priors {
         }
         let pull = &information * errors;
         for member in &members {
-            let sigma = member.sigma * self.scale(&member.kind);
+            let sigma = member.sigma * self.scale(member.kind);
             information[(member.row, member.row)] -= sigma.powi(-2);
         }
         let limits = self.limits(&members, &information);
         for _ in 0..STEPS {
-            let change = self.step(&members, (&information, &pull), &limits);
+            let change = self.step(&members, &information, &pull, &limits);
             if change.is_none_or(|change| change < SETTLED) {
                 break;
             }
@@ -329,11 +336,11 @@ impl Priors {
             let parameters = anchor.parameters().into_iter().enumerate();
             parameters.filter_map(move |(at, parameter)| {
                 let row = *rows.get(&parameter)?;
-                (!Kind::of(parameter).has_fixed_scale()).then(|| Member {
+                (!Kind::from_parameter(parameter).has_fixed_scale()).then(|| Member {
                     row,
                     error: errors[at],
                     sigma: sigmas[at],
-                    kind: (Kind::of(parameter), *given),
+                    kind: (Kind::from_parameter(parameter), *given),
                 })
             })
         });
@@ -341,12 +348,8 @@ impl Priors {
     }
 
     /// Lower bound of the scale of each kind that the images inform about.
-    fn limits(
-        &self,
-        members: &[Member],
-        information: &DMatrix<f64>,
-    ) -> BTreeMap<(Kind, bool), f64> {
-        let mut determined: BTreeMap<(Kind, bool), f64> = BTreeMap::new();
+    fn limits(&self, members: &[Member], information: &DMatrix<f64>) -> BTreeMap<PriorKind, f64> {
+        let mut determined: BTreeMap<PriorKind, f64> = BTreeMap::new();
         let unscaled = Self::default();
         let covariance = unscaled.with_members(members, information).cholesky();
         let Some(covariance) = covariance.map(|factor| factor.inverse()) else {
@@ -370,7 +373,7 @@ impl Priors {
     fn with_members(&self, members: &[Member], information: &DMatrix<f64>) -> DMatrix<f64> {
         let mut whole = information.clone();
         for member in members {
-            let sigma = member.sigma * self.scale(&member.kind);
+            let sigma = member.sigma * self.scale(member.kind);
             whole[(member.row, member.row)] += sigma.powi(-2);
         }
         for row in 0..whole.nrows() {
@@ -384,18 +387,19 @@ impl Priors {
     fn step(
         &mut self,
         members: &[Member],
-        (information, pull): (&DMatrix<f64>, &DVector<f64>),
-        limits: &BTreeMap<(Kind, bool), f64>,
+        information: &DMatrix<f64>,
+        pull: &DVector<f64>,
+        limits: &BTreeMap<PriorKind, f64>,
     ) -> Option<f64> {
         let covariance = self
             .with_members(members, information)
             .cholesky()?
             .inverse();
         let errors = &covariance * pull;
-        let mut sums: BTreeMap<(Kind, bool), (f64, f64)> = BTreeMap::new();
+        let mut sums: BTreeMap<PriorKind, (f64, f64)> = BTreeMap::new();
         for member in members {
             let sum = sums.entry(member.kind).or_default();
-            let sigma = member.sigma * self.scale(&member.kind);
+            let sigma = member.sigma * self.scale(member.kind);
             sum.0 += (errors[member.row] / member.sigma).powi(2);
             sum.1 += (1.0 - covariance[(member.row, member.row)] / sigma.powi(2)).max(0.0);
         }
@@ -410,7 +414,7 @@ impl Priors {
                     (true, true) => 1.0,
                 };
                 let scale = (squares / (determined + 2.0)).sqrt().clamp(*least, most);
-                change = change.max((scale / self.scale(&kind)).ln().abs());
+                change = change.max((scale / self.scale(kind)).ln().abs());
                 self.scales.insert(kind, scale);
             }
         }

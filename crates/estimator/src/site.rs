@@ -235,13 +235,7 @@ impl ModelledSite {
                 return Err(ModelError::DuplicateObject(object.id().clone()));
             }
             let chain = object.articulation().map(KinematicChain::new).map(Arc::new);
-            // An object is where its tags are: one by itself is off from nothing, and needs no place.
-            let is_only = object.tags().len() == 1;
-            let placed = object.tags().iter().cloned().map(|tag| ObjectTag {
-                object_from_tag: tag.object_from_tag.or_else(|| is_only.then(Pose::identity)),
-                ..tag
-            });
-            let tags: Vec<ObjectTag> = placed.collect();
+            let tags = placed_tags(object);
             let n_placed = tags.iter().filter(|tag| tag.object_from_tag.is_some());
             let usual = match n_placed.count() {
                 1 => PoseSigma::NONE,
@@ -429,7 +423,7 @@ impl ModelledSite {
 
     /// A view whitened by the detector's noise alone.
     pub fn for_calibration(&self, old: &TagView, options: &FusionOptions) -> Option<TagView> {
-        let noise = CornerNoise::of(&old.seen, &Displacement::default(), options)?;
+        let noise = CornerNoise::from_corners(&old.seen, &Displacement::default(), options)?;
         Some(TagView {
             information: noise.information,
             whitening: noise.whitening,
@@ -543,6 +537,16 @@ fn usual_lens_sigma(lens: &Lens, is_alone: bool) -> LensSigma {
 /// Standard deviation of the logarithm of a print's scale as images show it: tags are off their places.
 const PRINT_SCALE_SIGMA: f64 = 0.03;
 
+/// The tags of an object: an object is where its tags are, so that a single one without a place is its frame.
+fn placed_tags(object: &ObjectModel) -> Vec<ObjectTag> {
+    let is_only = object.tags().len() == 1;
+    let placed = object.tags().iter().cloned().map(|tag| ObjectTag {
+        object_from_tag: tag.object_from_tag.or_else(|| is_only.then(Pose::identity)),
+        ..tag
+    });
+    placed.collect()
+}
+
 /// Prior standard deviation of the logarithm of the size of a tag.
 fn size_sigma(tag: &ObjectTag) -> f64 {
     let given_m = tag.size_prior.given();
@@ -604,7 +608,7 @@ fn view(
 ) -> Option<TagView> {
     let tag = &place.tag;
     let object_from_tag = tag.object_from_tag?;
-    let noise = CornerNoise::of(seen, &displacement(camera, seen, place), options)?;
+    let noise = CornerNoise::from_corners(seen, &displacement(camera, seen, place), options)?;
     Some(TagView {
         tag: tag.tag,
         chain_link: place.chain_link.clone(),

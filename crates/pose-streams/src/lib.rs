@@ -7,7 +7,8 @@
 //! - [`NatNetBodies`], [`NatNetRequest`], [`NatNetServer`]: the server's side of NatNet.
 //! - [`MqttGreeting`], [`mqtt_publish`], [`MqttReader`]: a client of MQTT 5 that publishes.
 //! - [`nt4_publish`], [`nt4_raw`]: a client of NetworkTables 4 that publishes.
-//! - [`PsnTrackers`], [`freed_position`], [`OpenTrackIoCamera`]: PosiStageNet, Free-D and OpenTrackIO, for stages and virtual studios.
+//! - [`PsnTrackers`], [`freed_position`], [`OpenTrackIoCamera`]: PosiStageNet, Free-D and OpenTrackIO, for stages and
+//!   virtual studios.
 //!
 //! Input is [`sextant_proto::ObjectPose`]: metres, x y z w, world with z up. Nothing here knows a socket or a clock.
 

@@ -54,7 +54,7 @@ enum Phase {
 }
 
 /// What a command has to be judged by.
-pub(super) struct Site<'a> {
+pub(super) struct CommandContext<'a> {
     pub mirror: &'a SiteMirror,
     /// The rig in force, or else that of the site's folder; needed to start only.
     pub rig: &'a Rig,
@@ -64,7 +64,11 @@ pub(super) struct Site<'a> {
 
 impl Machine {
     /// Begins; refused while another wizard runs.
-    pub(super) fn start(&mut self, request: &Start, site: &Site<'_>) -> Result<(), Refusal> {
+    pub(super) fn start(
+        &mut self,
+        request: &Start,
+        site: &CommandContext<'_>,
+    ) -> Result<(), Refusal> {
         if let Some(running) = &self.running
             && !matches!(running.phase, Phase::Kept(..))
         {
@@ -115,7 +119,7 @@ impl Machine {
     }
 
     /// Keeps the result: in force on the site, and in its folder.
-    pub(super) fn keep(&mut self, site: &Site<'_>, now: Instant) -> Result<(), Refusal> {
+    pub(super) fn keep(&mut self, site: &CommandContext<'_>, now: Instant) -> Result<(), Refusal> {
         let has_fusion = site.mirror.alive(NodeKind::Fusion).next().is_some();
         let running = self.running_in(|phase| matches!(phase, Phase::Solved(_)), "to keep")?;
         let Phase::Solved(outcome) = &running.phase else {

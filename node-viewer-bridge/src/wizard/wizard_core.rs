@@ -2,7 +2,7 @@
 //! out; time is an argument, and it knows no thread, no file and no network.
 
 use super::command::{Command, check_settings};
-use super::machine::{Job, Machine, Site};
+use super::machine::{CommandContext, Job, Machine};
 use super::state::WizardState;
 use crate::changes::edit::{self, EditRequest};
 use crate::changes::{Answered, Offer, Offers, Outgoing, Publication};
@@ -172,7 +172,7 @@ impl WizardCore {
         input: &RequestInput,
         now: Instant,
     ) -> Result<(), Refusal> {
-        let site = Site {
+        let site = CommandContext {
             mirror: &input.site,
             rig: &input.rig,
             has_folder: self.has_folder,

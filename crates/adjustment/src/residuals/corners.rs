@@ -28,7 +28,7 @@ use sextant_geometry::{Lens, Pose, tag_corners_in_tag};
 /// Chi-square of a corner that cannot be projected, which makes it an outlier.
 pub const UNSEEN: f64 = 1e8;
 
-/// A projected corner.
+/// Image of a corner of a tag, with its derivatives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProjectedCorner {
     /// Where the lens puts it, px.

@@ -2,8 +2,8 @@
 //!
 //! With the base's pose P, the carried frame's pose H on the hand and what an image shows, M, the hand is at `P M H^-1`
 //! in the base. The residual of an instant is its difference from the robot's pose B as a twist of the hand's axes,
-//! `log(B^-1 P M H^-1)`. M is `world_from_object` where the hand carries the object, and its inverse where it carries the
-//! camera: then the frame of the cameras rides on the hand, and P maps points of the object into the base. Both
+//! `log(B^-1 P M H^-1)`. M is `world_from_object` where the hand carries the object, and its inverse where it carries
+//! the camera: then the frame of the cameras rides on the hand, and P maps points of the object into the base. Both
 //! hand-eye problems, `A X = X B` and `A X = Y B` (F. Dornaika, R. Horaud, Simultaneous robot-world and hand-eye
 //! calibration, 1998), are this one residual.
 

@@ -32,27 +32,7 @@ pub(super) fn constellations(
 ) -> Result<Constellations, BundleError> {
     let views = selected(rig, members, seen);
     let placed = first_guess(rig, members, seen, &views);
-    let (mut instants, mut images) = (Vec::new(), Vec::new());
-    for &at in &views {
-        let view = &seen.views[at];
-        let lens = &rig.cameras()[view.camera].lens;
-        let Some(object) = views_of_object(lens, view, &placed).into_iter().next() else {
-            continue;
-        };
-        images.push(UsedImage {
-            view: at,
-            camera: view.camera,
-            instant: instants.len(),
-            seconds_after_instant: 0.0,
-            stamp_error_s: 0.0,
-            tags: agreeing_loosely(lens, view, &placed, &object.camera_from_object),
-        });
-        instants.push(Instant::at_rest(
-            BodyId::Moving(0),
-            0.0,
-            object.camera_from_object,
-        ));
-    }
+    let (instants, images) = resected_images(rig, seen, &views, &placed);
     let cameras = rig.cameras().iter().map(|camera| BundleCamera {
         pose: Freedom::Fixed,
         ..BundleCamera::with_known_lens(camera.lens, Pose::identity())
@@ -86,6 +66,37 @@ pub(super) fn constellations(
             .map(|(tag, placed)| placed.map(|_| (tag.object_from_tag, tag.size_m)))
             .collect(),
     })
+}
+
+/// An instant and an image of each view whose pose follows from the tags that are placed.
+fn resected_images(
+    rig: &Rig,
+    seen: &BodyViews,
+    views: &[usize],
+    placed: &[TagPlacement],
+) -> (Vec<Instant>, Vec<UsedImage>) {
+    let (mut instants, mut images) = (Vec::new(), Vec::new());
+    for &at in views {
+        let view = &seen.views[at];
+        let lens = &rig.cameras()[view.camera].lens;
+        let Some(object) = views_of_object(lens, view, placed).into_iter().next() else {
+            continue;
+        };
+        images.push(UsedImage {
+            view: at,
+            camera: view.camera,
+            instant: instants.len(),
+            seconds_after_instant: 0.0,
+            stamp_error_s: 0.0,
+            tags: agreeing_loosely(lens, view, placed, &object.camera_from_object),
+        });
+        instants.push(Instant::at_rest(
+            BodyId::Moving(0),
+            0.0,
+            object.camera_from_object,
+        ));
+    }
+    (instants, images)
 }
 
 /// The tags with free poses, save the first placed one of each body, which is its frame.

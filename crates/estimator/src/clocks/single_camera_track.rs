@@ -60,7 +60,7 @@ impl SingleCameraTrack {
             .samples
             .back()
             .is_none_or(|last| stamp_ns.saturating_sub(last.stamp_ns) >= SPACING_NS);
-        let estimate = self.track.estimate(object, (stamp_ns, 0.0), options);
+        let estimate = self.track.estimate(object, stamp_ns, 0.0, options);
         if let Some(estimate) = estimate.filter(|one| spaced && one.state == State::Tracking) {
             if self.samples.len() == REMEMBERED {
                 self.samples.pop_front();

@@ -10,7 +10,9 @@ use std::collections::VecDeque;
 use nalgebra::{SMatrix, SVector, Vector3};
 use sextant_geometry::{Pose, se3};
 
-use crate::measurement::corners::{CalibratedCamera, OF_VIEW, TagView, VIEW_SIZE, WeightedView};
+use crate::measurement::corners::{
+    CalibratedCamera, OF_VIEW, TagView, VIEW_SIZE, ViewNoise, WeightedView,
+};
 use crate::measurement::planar_poses::{branches, largest};
 use crate::measurement::rolling_shutter::LinkMotion;
 use crate::site::{ModelledSite, ObjectImage};
@@ -109,8 +111,7 @@ fn log_scale(views: &[TagView], camera_index: usize, camera: &CalibratedCamera) 
         let starts = scaled(views, start);
         let weighted = weigh(&starts, camera_index, camera);
         let found = branches(largest(weighted.iter())?).into_iter();
-        let fits =
-            found.filter_map(|pose| fit((views, camera_index, camera), pose, start, is_free));
+        let fits = found.filter_map(|pose| fit(views, camera_index, camera, pose, start, is_free));
         fits.min_by(|a, b| a.1.total_cmp(&b.1))
     };
     let start = apart(&weigh(views, camera_index, camera))?.ln();
@@ -144,7 +145,9 @@ fn apart(weighted: &[WeightedView<'_>]) -> Option<f64> {
 /// The scale next to a start, or that of the start where it is not free, and the cost; `None` where the tags can't be
 /// seen so.
 fn fit(
-    (views, camera_index, camera): (&[TagView], usize, &CalibratedCamera),
+    views: &[TagView],
+    camera_index: usize,
+    camera: &CalibratedCamera,
     mut pose: Pose,
     mut log_scale: f64,
     is_free: bool,
@@ -190,9 +193,7 @@ fn weigh<'a>(
     camera_index: usize,
     camera: &'a CalibratedCamera,
 ) -> Vec<WeightedView<'a>> {
-    let weighted = |view: &'a TagView| {
-        let nothing_known = (1.0, 1.0);
-        WeightedView::new(camera_index, camera, view, nothing_known, None)
-    };
+    let weighted =
+        |view: &'a TagView| WeightedView::new(camera_index, camera, view, ViewNoise::UNKNOWN, None);
     views.iter().map(weighted).collect()
 }

@@ -74,10 +74,10 @@ impl ClockStates {
 
     /// Reduces the covariance by an update. With the gain K less the share in common M it is P - K S Kᵀ + M K S Kᵀ Mᵀ;
     /// the covariance with the state does not change.
-    pub fn update_covariance(&mut self, told: &Own) {
-        let in_common = self.in_common(&(told * self.adrift)) / self.adrift.sum().max(1.0);
+    pub fn update_covariance(&mut self, reduction: &Own) {
+        let in_common = self.in_common(&(reduction * self.adrift)) / self.adrift.sum().max(1.0);
         let kept = self.adrift * self.adrift.transpose() * in_common;
-        self.own = symmetric(&(self.own - told + kept));
+        self.own = symmetric(&(self.own - reduction + kept));
     }
 
     /// The clock of a camera may have jumped, by a standard deviation of `sigma_s`.

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use crate::FusionOptions;
 use crate::filter::covariance::{JointClocks, JointCross, JointOwn, WIDTH, symmetric};
-use crate::filter::process_noise::PsdEstimate;
+use crate::filter::process_noise::{PsdEstimate, ScalarInnovation};
 use crate::kinematics::chain::KinematicChain;
 use crate::kinematics::configuration::{Configuration, Values};
 use sextant_site_model::{Joint, JointKind, MOST_JOINTS};
@@ -82,11 +82,11 @@ impl JointStates {
         self.own[(slot, slot)].max(0.0).sqrt()
     }
 
-    /// Takes an innovation of a value in, as [`PsdEstimate::learn_one`]; `spread` is
+    /// Updates the noise of a joint by an innovation of its value, as [`PsdEstimate::learn_one`]; `spread` is
     /// [`crate::filter::process_noise::ProcessNoise::spread`].
-    pub fn learn(&mut self, slot: usize, seen: (f64, f64, f64), spread: f64) {
+    pub fn learn(&mut self, slot: usize, innovation: ScalarInnovation, spread: f64) {
         let noise = self.density(slot) * spread;
-        self.learned[slot].learn_one(seen, noise);
+        self.learned[slot].learn_one(innovation, noise);
     }
 
     pub(crate) fn density(&self, slot: usize) -> f64 {
@@ -138,7 +138,7 @@ impl JointStates {
 
     /// Against all expectation: a blow between two images `dt` seconds apart, that counts as if it had lasted for
     /// `acting_s`.
-    pub fn jolt(&mut self, (dt, acting_s): (f64, f64), options: &FusionOptions) {
+    pub fn jolt(&mut self, dt: f64, acting_s: f64, options: &FusionOptions) {
         for slot in 0..self.moving {
             let acceleration = match self.chain.moving().nth(slot).map(|joint| joint.kind) {
                 Some(JointKind::Prismatic) => options.linear_jolt,

@@ -7,7 +7,7 @@
 use nalgebra::{Cholesky, Const, SMatrix, SVector};
 use sextant_geometry::so3;
 
-use crate::filter::link_equations::{Equations, ObservedLinks};
+use crate::filter::link_equations::{ConfigurationEquations, ObservedLinks};
 use crate::kinematics::configuration::Configuration;
 use crate::measurement::corners::{UNSEEN, WeightedView};
 use crate::measurement::view_equations::ViewEquations;
@@ -55,9 +55,9 @@ struct Point<const D: usize> {
     links: ObservedLinks<D>,
     views: Vec<Option<ViewEquations>>,
     /// Of the corners, of the prior, and of both.
-    corners: Equations<D>,
-    prior: Equations<D>,
-    all: Equations<D>,
+    corners: ConfigurationEquations<D>,
+    prior: ConfigurationEquations<D>,
+    all: ConfigurationEquations<D>,
     nis: f64,
     cost: f64,
 }
@@ -103,7 +103,7 @@ pub(crate) fn solve<const D: usize>(
     })
 }
 
-impl<const D: usize> Equations<D> {
+impl<const D: usize> ConfigurationEquations<D> {
     /// To the minimum of the parabola, or less far with damping.
     fn step(&self, damping: f64) -> Option<SVector<f64, D>> {
         let mut matrix = self.information;
@@ -161,7 +161,7 @@ fn evaluate<const D: usize>(
     weighted_views: &[WeightedView<'_>],
     at: &Configuration,
 ) -> Option<Point<D>> {
-    let links = ObservedLinks::of(weighted_views, at);
+    let links = ObservedLinks::new(weighted_views, at);
     let normal = |weighted: &WeightedView<'_>| weighted.normal(&links.of_view(weighted)?.moving);
     let views: Vec<_> = weighted_views.iter().map(normal).collect();
     let unseen = views.iter().filter(|view| view.is_none()).count();
@@ -189,7 +189,7 @@ fn evaluate<const D: usize>(
 
 impl<const D: usize> Prior<D> {
     /// Its part of the normal equations at the distance `off` from it: d log(exp(e) exp(off)) / de = J_l⁻¹(off).
-    fn equations(&self, off: &SVector<f64, D>) -> Equations<D> {
+    fn equations(&self, off: &SVector<f64, D>) -> ConfigurationEquations<D> {
         let turn = off.fixed_rows::<3>(3).into_owned();
         let jacobian = so3::left_jacobian_inverse(&turn);
         let mut information = self.information;
@@ -200,7 +200,7 @@ impl<const D: usize> Prior<D> {
         information.fixed_columns_mut::<3>(3).copy_from(&columns);
         let turned = jacobian.tr_mul(&gradient.fixed_rows::<3>(3));
         gradient.fixed_rows_mut::<3>(3).copy_from(&turned);
-        Equations {
+        ConfigurationEquations {
             information,
             gradient,
         }

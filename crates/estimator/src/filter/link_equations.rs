@@ -21,7 +21,7 @@ pub(crate) struct ObservedLinks<const D: usize>(Vec<ObservedLink<D>>);
 
 /// Normal equations of a configuration.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Equations<const D: usize> {
+pub(crate) struct ConfigurationEquations<const D: usize> {
     pub information: SMatrix<f64, D, D>,
     pub gradient: SVector<f64, D>,
 }
@@ -35,7 +35,7 @@ fn link_of(weighted: &WeightedView<'_>) -> Option<usize> {
 }
 
 impl<const D: usize> ObservedLinks<D> {
-    pub fn of(weighted_views: &[WeightedView<'_>], at: &Configuration) -> Self {
+    pub fn new(weighted_views: &[WeightedView<'_>], at: &Configuration) -> Self {
         let mut links: Vec<ObservedLink<D>> = Vec::with_capacity(1);
         for weighted in weighted_views {
             let link = link_of(weighted);
@@ -67,8 +67,8 @@ impl<const D: usize> ObservedLinks<D> {
         weighted_views: &[WeightedView<'_>],
         views: &[Option<ViewEquations>],
         factor: impl Fn(&ObservedLink<D>, &WeightedView<'_>, &ViewEquations) -> f64,
-    ) -> Equations<D> {
-        let mut all = Equations {
+    ) -> ConfigurationEquations<D> {
+        let mut all = ConfigurationEquations {
             information: SMatrix::zeros(),
             gradient: SVector::zeros(),
         };
@@ -105,7 +105,7 @@ impl Sum {
         if let Some(rolling) = view.rolling.as_deref() {
             let weighed = rolling.weighed(factor, 1.0);
             self.rolling = Some(match self.rolling.take() {
-                Some(sum) => sum.joined(&weighed),
+                Some(sum) => sum.sum(&weighed),
                 None => weighed,
             });
         }
@@ -114,7 +114,7 @@ impl Sum {
 
 impl<const D: usize> ObservedLink<D> {
     /// By the chain rule.
-    fn add(&self, sum: &Sum, all: &mut Equations<D>) {
+    fn add(&self, sum: &Sum, all: &mut ConfigurationEquations<D>) {
         match &self.by_configuration {
             None => {
                 let mut of_pose = all.information.fixed_view_mut::<6, 6>(0, 0);
@@ -128,12 +128,17 @@ impl<const D: usize> ObservedLink<D> {
             }
         }
         if let Some((rolling, first)) = sum.rolling.as_ref().zip(rates_at(D)) {
-            self.add_rolling((rolling, first), all);
+            self.add_rolling(rolling, first, all);
         }
     }
 
     /// Adds the part of a rolling shutter about the rates, whose places begin at `first`.
-    fn add_rolling(&self, (rolling, first): (&TwistEquations, usize), all: &mut Equations<D>) {
+    fn add_rolling(
+        &self,
+        rolling: &TwistEquations,
+        first: usize,
+        all: &mut ConfigurationEquations<D>,
+    ) {
         let by_configuration = self
             .by_configuration
             .unwrap_or_else(SMatrix::<f64, 6, D>::identity);

@@ -79,9 +79,7 @@ impl ObjectState {
         let slot =
             clocked.and_then(|clocks| Some((clocks, clocks.slot(observation_time.camera_index)?)));
         match slot {
-            Some((clocks, slot)) => {
-                self.observed_at_offset((clocks, slot), observation_time.apart_s)
-            }
+            Some((clocks, slot)) => self.observed_at_offset(clocks, slot, observation_time.apart_s),
             None => self.observed_now(observation_time.apart_s),
         }
     }
@@ -106,7 +104,8 @@ impl ObjectState {
     /// Adds to B P Bᵀ the product of the errors of offset and rates, and the acceleration in between.
     fn observed_at_offset<const D: usize>(
         &self,
-        (clocks, slot): (&ClockStates, usize),
+        clocks: &ClockStates,
+        slot: usize,
         apart_s: f64,
     ) -> ObservedConfiguration<D> {
         let (offset, rates) = (clocks.offset_s(slot), self.rates::<D>());

@@ -102,7 +102,7 @@ impl ProcessNoise {
         }
     }
 
-    /// Time goes by.
+    /// Counts a step of `dt` seconds in the time since the speed was unknown and in the mean of the steps.
     pub fn advance(&mut self, dt: f64) {
         let dt = dt.abs();
         self.age_s += dt;
@@ -148,12 +148,23 @@ impl ProcessNoise {
     }
 }
 
+/// Innovation of a single axis.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ScalarInnovation {
+    /// Innovation over its variance.
+    pub pull: f64,
+    /// Inverse of its variance.
+    pub weight: f64,
+    /// Predicted variance of the axis, conditional on the others.
+    pub conditional: f64,
+}
+
 impl PsdEstimate {
     /// Takes the three axes from `first` on in; `noise` is the variance along each that the density can have brought
     /// about.
     ///
-    /// Of the predicted covariance that of these axes alone counts, the others being known: what hangs together with
-    /// others is none of this density's doing.
+    /// The predicted covariance is that of these axes conditional on the others: this density does not cause errors
+    /// that are correlated with others.
     fn learn<const D: usize>(&mut self, innovation: &Innovation<D>, first: usize, noise: f64) {
         let block =
             |matrix: &SMatrix<f64, D, D>| matrix.fixed_view::<3, 3>(first, first).into_owned();
@@ -171,10 +182,14 @@ impl PsdEstimate {
         self.score(slope, information);
     }
 
-    /// Updates with a single axis: innovation over its variance, inverse of that variance, and the predicted variance
-    /// of the axis alone.
-    pub fn learn_one(&mut self, (pull, weight, alone): (f64, f64, f64), noise: f64) {
-        let change = alone * share(alone, noise);
+    /// Updates with a single axis; `noise` is the variance that the density can have brought about.
+    pub fn learn_one(&mut self, innovation: ScalarInnovation, noise: f64) {
+        let ScalarInnovation {
+            pull,
+            weight,
+            conditional,
+        } = innovation;
+        let change = conditional * share(conditional, noise);
         let relative = weight * change;
         self.score(
             0.5 * (pull * change * pull - relative),

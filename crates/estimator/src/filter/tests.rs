@@ -12,7 +12,7 @@ use crate::filter::process_noise::{ProcessNoise, ProcessNoisePsd};
 use crate::filter::state::ObjectState;
 use crate::filter::update::update;
 use crate::kinematics::configuration::Configuration;
-use crate::measurement::corners::{CalibratedCamera, TagView, WeightedView};
+use crate::measurement::corners::{CalibratedCamera, TagView, ViewNoise, WeightedView};
 use crate::measurement::rolling_shutter::LinkMotion;
 use crate::measurement::view_equations::NoiseSource;
 use crate::measurement::whitening::{Matrix8, Whitening};
@@ -84,7 +84,11 @@ fn of_all(covariance: &Matrix2<f64>) -> Matrix8 {
 }
 
 fn weighted<'a>(camera: &'a CalibratedCamera, view: &'a TagView) -> WeightedView<'a> {
-    WeightedView::new(0, camera, view, (1.3, 0.0), None)
+    let noise = ViewNoise {
+        factor: 1.3,
+        distortion_share: 0.0,
+    };
+    WeightedView::new(0, camera, view, noise, None)
 }
 
 fn by(camera_index: usize) -> ObservationTime {

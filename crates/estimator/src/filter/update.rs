@@ -16,7 +16,7 @@ use sextant_geometry::{se3, so3};
 use crate::filter::covariance::{CrossCovariance, symmetric};
 use crate::filter::least_squares::Fit;
 use crate::filter::observed_configuration::{ObservationTime, ObservedConfiguration};
-use crate::filter::process_noise::Innovation;
+use crate::filter::process_noise::{Innovation, ScalarInnovation};
 use crate::filter::state::ObjectState;
 use crate::kinematics::configuration::joint_places;
 
@@ -98,9 +98,12 @@ fn learn_joints<const D: usize>(state: &mut ObjectState, innovation: &Innovation
     };
     for slot in 0..joints.moving.min(joint_places(D)) {
         let (place, at) = (6 + slot, (6 + slot, 6 + slot));
-        let alone = innovation.information[at].recip();
-        let seen = (innovation.pull[place], innovation.weight[at], alone);
-        joints.learn(slot, seen, spread);
+        let of_joint = ScalarInnovation {
+            pull: innovation.pull[place],
+            weight: innovation.weight[at],
+            conditional: innovation.information[at].recip(),
+        };
+        joints.learn(slot, of_joint, spread);
     }
 }
 

@@ -30,7 +30,7 @@ pub(crate) struct CornerNoise {
 impl CornerNoise {
     /// As reported, with correlations only where they form a covariance; the default noise where nothing usable is
     /// reported. The floor and what errors of the models displace are added. `None` where the corners enclose no area.
-    pub fn of(
+    pub fn from_corners(
         seen: &TagCorners,
         displacement: &Displacement,
         options: &FusionOptions,

@@ -243,20 +243,37 @@ pub(crate) struct WeightedView<'a> {
     pub clock: Option<ClockOffset>,
 }
 
+/// Errors of the corners of a view besides those that its detector reports.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ViewNoise {
+    /// Factor on the variance of the corners as reported or configured.
+    pub factor: f64,
+    /// Share of the distortion bias in the corners.
+    pub distortion_share: f64,
+}
+
+impl ViewNoise {
+    /// Before anything is estimated.
+    pub const UNKNOWN: Self = Self {
+        factor: 1.0,
+        distortion_share: 1.0,
+    };
+}
+
 impl<'a> WeightedView<'a> {
     pub fn new(
         camera_index: usize,
         camera: &'a CalibratedCamera,
         view: &'a TagView,
-        (noise, distortion_share): (f64, f64),
+        noise: ViewNoise,
         clock: Option<ClockOffset>,
     ) -> Self {
         Self {
             camera_index,
             camera,
             view,
-            noise,
-            distortion_share,
+            noise: noise.factor,
+            distortion_share: noise.distortion_share,
             clock,
         }
     }
@@ -276,7 +293,7 @@ impl WeightedView<'_> {
     pub fn normal(&self, link: &LinkMotion) -> Option<ViewEquations> {
         let linear = self.linearised(link)?;
         let by_twist = linear.by_twist.as_ref();
-        let mut normal = ViewEquations::of(&linear.rows, by_twist, self.view.noise_source);
+        let mut normal = ViewEquations::from_rows(&linear.rows, by_twist, self.view.noise_source);
         normal.chi2 += linear.relief;
         normal.square_px = linear.square_px;
         Some(normal)
@@ -349,9 +366,9 @@ impl WeightedView<'_> {
         let rows = self.view.whitening.whitened(&rows, self.noise);
         let with = product(&linear.rows, &rows);
         let by_pose = with.fixed_rows::<6>(0);
-        let told = by_pose.dot(&(covariance * by_pose));
+        let fitted = by_pose.dot(&(covariance * by_pose));
         let square: f64 = rows.iter().map(|[one]| one * one).sum();
-        Some([-with[6], (square - told).max(0.0)])
+        Some([-with[6], (square - fitted).max(0.0)])
     }
 
     /// The same of all corners where each has its own time, and whitened rows by the twist.

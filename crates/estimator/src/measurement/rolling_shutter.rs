@@ -46,8 +46,8 @@ pub(crate) struct TwistEquations {
 }
 
 impl TwistEquations {
-    /// Of whitened rows.
-    pub fn of(by_pose: &PoseRows, by_twist: &Rows<6>) -> Self {
+    /// The equations of whitened rows by the pose, with the residuals, and by the twist.
+    pub fn from_rows(by_pose: &PoseRows, by_twist: &Rows<6>) -> Self {
         let with_rows = product(by_pose, by_twist);
         Self {
             with_pose: with_rows.fixed_rows::<6>(0).into_owned(),
@@ -56,8 +56,8 @@ impl TwistEquations {
         }
     }
 
-    /// Sum of two.
-    pub fn joined(&self, other: &Self) -> Self {
+    /// Sums the equations with those of another view of the link.
+    pub fn sum(&self, other: &Self) -> Self {
         Self {
             with_pose: self.with_pose + other.with_pose,
             information: self.information + other.information,

@@ -75,13 +75,17 @@ pub(crate) struct ViewEquations {
 }
 
 impl ViewEquations {
-    /// Of whitened rows.
+    /// The equations of whitened rows.
     ///
     /// Where the noise differs from view to view: with a variance of inverse gamma distribution about the usual one the
     /// residuals of a view are distributed as Student's t (Lange, Little, Taylor 1989, eq. 2), and a view off by much
     /// counts little.
     #[inline(always)]
-    pub(crate) fn of(rows: &PoseRows, by_twist: Option<&Rows<6>>, source: NoiseSource) -> Self {
+    pub(crate) fn from_rows(
+        rows: &PoseRows,
+        by_twist: Option<&Rows<6>>,
+        source: NoiseSource,
+    ) -> Self {
         let products = products(rows);
         let plain = products[RESIDUAL][RESIDUAL];
         let weight = source.weight(plain);
@@ -91,7 +95,9 @@ impl ViewEquations {
             gradient: Vector6::zeros(),
             chi2: source.chi2(plain),
             rolling: by_twist.map(|by_twist| {
-                Box::new(TwistEquations::of(rows, by_twist).weighed(weight, source.certain()))
+                Box::new(
+                    TwistEquations::from_rows(rows, by_twist).weighed(weight, source.certain()),
+                )
             }),
             square_px: 0.0,
             square: plain,

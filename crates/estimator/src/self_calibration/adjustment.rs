@@ -8,7 +8,9 @@ use nalgebra::{DMatrix, DVector, SVector, Vector3, Vector6};
 use sextant_geometry::Pose;
 
 use crate::measurement::biases::by_tag;
-use crate::measurement::corners::{CalibratedCamera, OF_VIEW, UNSEEN, VIEW_SCALE, WeightedView};
+use crate::measurement::corners::{
+    CalibratedCamera, OF_VIEW, UNSEEN, VIEW_SCALE, ViewNoise, WeightedView,
+};
 use crate::measurement::planar_poses::{area, branches};
 use crate::measurement::rolling_shutter::LinkMotion;
 use crate::measurement::view_equations::NoiseSource;
@@ -19,8 +21,8 @@ use crate::self_calibration::evidence::NOTHING;
 use crate::self_calibration::gauge::Gauge;
 use crate::self_calibration::keyframes::{Body, Keyframe, KeyframeView, Keyframes, Path};
 use crate::self_calibration::normal_equations::{
-    Eliminated, Equations, OwnCoupling, Solution, Weighting, camera_map, cost, independence,
-    normal, tag_map,
+    Eliminated, EliminationEquations, OwnCoupling, Solution, ViewMaps, ViewNormal, Weighting,
+    camera_map, cost, independence, normal, tag_map,
 };
 use crate::self_calibration::parameters::{
     CLASSES, CLOCK, Class, LENS, OF_CAMERA, OF_SCALE, OF_TAG, ParameterLayout, SIZE, Source,
@@ -125,20 +127,12 @@ impl Adjustment {
                 excess: excess(&squares),
                 design_effect: self.design_effect.0,
             };
-            let mut scales = self.scales.0;
-            if let Some(last) = &last
-                && keyframes.len() >= FEW
-            {
-                let evidence = last.evidence(&layout);
-                for class in CLASSES
-                    .into_iter()
-                    .filter(|class| evidence.excludes(*class))
-                {
-                    scales[class as usize] = NOTHING;
-                }
-            }
+            let scales = match &last {
+                Some(last) if keyframes.len() >= FEW => self.supported_scales(last, &layout),
+                _ => self.scales.0,
+            };
             let equations = self.equations(keyframes.as_slice(), &cameras, &layout, weighting);
-            let solution = Solution::of(equations, layout.precision(&scales), &errors)?;
+            let solution = Solution::solve(equations, layout.precision(&scales), &errors)?;
             let context = CostContext {
                 layout: &layout,
                 site,
@@ -169,6 +163,23 @@ impl Adjustment {
         } else {
             corrections
         })
+    }
+
+    /// The scales, with [`NOTHING`] for the classes whose errors the evidence of a solution excludes.
+    fn supported_scales(
+        &self,
+        solution: &Solution,
+        layout: &ParameterLayout,
+    ) -> [f64; CLASSES.len()] {
+        let mut scales = self.scales.0;
+        let evidence = solution.evidence(layout);
+        for class in CLASSES
+            .into_iter()
+            .filter(|class| evidence.excludes(*class))
+        {
+            scales[class as usize] = NOTHING;
+        }
+        scales
     }
 
     /// Goes the step of a solution, or as much of it as lowers the cost (backtracking): where images say little of an
@@ -333,7 +344,7 @@ impl Adjustment {
             let Some(rows) = self.rows(keyframe, one, cameras) else {
                 continue;
             };
-            let (matrix, pull, _) = normal(&rows, one, Weighting::PLAIN);
+            let ViewNormal { matrix, pull, .. } = normal(&rows, one, Weighting::PLAIN);
             let lever = one.lever(keyframe);
             information += lever.tr_mul(&(matrix.fixed_view::<6, 6>(0, 0) * &lever));
             gradient += lever.tr_mul(&pull.fixed_rows::<6>(0));
@@ -425,11 +436,11 @@ impl Adjustment {
             if let Some(first) = layout.cameras.get(&one.camera_index) {
                 one.clock_s = errors[first + CLOCK];
             }
-            let Some(first) = layout.tags.get(&one.view.tag) else {
+            let Some((body, first)) = layout.tags.get(&one.view.tag) else {
                 continue;
             };
             if let Some(place) = site.placement(&one.view.tag) {
-                let correction = tag_correction(layout, errors, *first, &place.file);
+                let correction = tag_correction(layout, errors, *body, *first, &place.file);
                 one.view.set_model(&correction.tag(&place.file));
             }
         }
@@ -479,14 +490,11 @@ impl Adjustment {
     ) -> Option<(WeightedView<'a>, LinkMotion)> {
         let pose = one.pose(keyframe);
         let camera = cameras.get(&one.camera_index)?;
-        let factor = self.factor(one);
-        let weighted = WeightedView::new(
-            one.camera_index,
-            camera,
-            &one.view,
-            (factor, one.distortion_share),
-            None,
-        );
+        let noise = ViewNoise {
+            factor: self.factor(one),
+            distortion_share: one.distortion_share,
+        };
+        let weighted = WeightedView::new(one.camera_index, camera, &one.view, noise, None);
         let moving = LinkMotion {
             pose,
             twist: one.view.after_s.map(|_| one.twist),
@@ -533,8 +541,8 @@ impl Adjustment {
         cameras: &BTreeMap<usize, CalibratedCamera>,
         layout: &ParameterLayout,
         weighting: Weighting,
-    ) -> Equations {
-        let mut equations = Equations {
+    ) -> EliminationEquations {
+        let mut equations = EliminationEquations {
             information: Arrow::zeros(layout),
             gradient: DVector::zeros(layout.len()),
             eliminated: Vec::with_capacity(keyframes.len()),
@@ -549,22 +557,23 @@ impl Adjustment {
                 let (Some(rows), Some(camera)) = (rows, cameras.get(&one.camera_index)) else {
                     continue;
                 };
-                let (matrix, pull, square) = normal(&rows, one, weighting);
+                let view = normal(&rows, one, weighting);
+                let matrix = &view.matrix;
                 let lever = one.lever(keyframe);
                 own += lever.tr_mul(&(matrix.fixed_view::<6, 6>(0, 0) * &lever));
-                gradient += lever.tr_mul(&pull.fixed_rows::<6>(0));
-                equations.left += square;
+                gradient += lever.tr_mul(&view.pull.fixed_rows::<6>(0));
+                equations.left += view.square;
                 let pose = one.pose(keyframe);
                 let arm = pose.translation.vector - camera.centre;
-                let of_camera = camera_map(&arm, &one.twist(keyframe));
-                let of_tag = tag_map(&by_tag(&pose, &one.view.object_from_tag));
-                let at_camera = layout.cameras[&one.camera_index];
-                let at_tag = layout.tags[&one.view.tag].1;
-                equations.add(at_camera, at_tag, (&matrix, &pull), (&of_camera, &of_tag));
+                let maps = ViewMaps {
+                    at_camera: layout.cameras[&one.camera_index],
+                    at_tag: layout.tags[&one.view.tag].1,
+                    of_camera: camera_map(&arm, &one.twist(keyframe)),
+                    of_tag: tag_map(&by_tag(&pose, &one.view.object_from_tag)),
+                };
+                equations.add(&view, &maps);
                 if let Some(at_scale) = layout.scales.get(&keyframe.body()) {
-                    equations.add_scale(
-                        *at_scale, at_camera, at_tag, &matrix, &pull, &of_camera, &of_tag,
-                    );
+                    equations.add_scale(*at_scale, &view, &maps);
                     let with_scale = matrix.fixed_view::<6, 1>(0, VIEW_SCALE);
                     let mut coupling = couplings
                         .entry(*at_scale)
@@ -572,16 +581,15 @@ impl Adjustment {
                         .fixed_columns_mut::<OF_SCALE>(0);
                     coupling += lever.tr_mul(&with_scale);
                 }
-                let with_camera = lever.tr_mul(&(matrix.fixed_rows::<6>(0) * of_camera));
+                let with_camera = lever.tr_mul(&(matrix.fixed_rows::<6>(0) * maps.of_camera));
                 *couplings
-                    .entry(at_camera)
+                    .entry(maps.at_camera)
                     .or_insert_with(|| OwnCoupling::zeros(n_own)) += with_camera;
-                let with_tag = lever.tr_mul(&(matrix.fixed_rows::<6>(0) * of_tag));
                 let mut coupling = couplings
-                    .entry(at_tag)
+                    .entry(maps.at_tag)
                     .or_insert_with(|| OwnCoupling::zeros(n_own))
                     .fixed_columns_mut::<OF_TAG>(0);
-                coupling += with_tag;
+                coupling += lever.tr_mul(&(matrix.fixed_rows::<6>(0) * maps.of_tag));
             }
             equations.eliminate(own, gradient, &couplings, layout);
         }
@@ -596,7 +604,7 @@ impl Adjustment {
         site: &ModelledSite,
     ) -> Option<Corrections> {
         let precision = layout.precision(&self.scales.0);
-        let gauge = Gauge::of(layout, &precision, site);
+        let gauge = Gauge::new(layout, &precision, site);
         let relative = gauge.relative(solution.covariance)?;
         let independent = independence(layout, &relative, &solution.equations.eliminated);
         let variance = |at: usize| relative.get(at, at).max(0.0) * independent;
@@ -604,16 +612,11 @@ impl Adjustment {
             position_m: ((0..3).map(|axis| variance(first + axis)).sum::<f64>() / 3.0).sqrt(),
             orientation_rad: ((3..6).map(|axis| variance(first + axis)).sum::<f64>() / 3.0).sqrt(),
         };
-        let classes = [Class::CameraPose, Class::Lens, Class::TagPose];
-        let [of_cameras, mut of_lenses, of_tags] =
-            classes.map(|class| self.scales.0[class as usize]);
-        if site.has_one_camera() {
-            // However exact the tags are: nothing checks it.
-            of_lenses = 1.0;
-        }
+        let unseen = self.unseen_scales(site);
+        let [_, of_lenses, _] = unseen;
         let mut corrections = Corrections {
             independence: independent.sqrt(),
-            unseen: [of_cameras, of_lenses, of_tags],
+            unseen,
             ..Corrections::default()
         };
         for (camera, first) in &layout.cameras {
@@ -631,15 +634,13 @@ impl Adjustment {
             corrections.cameras.insert(*camera, one);
         }
         for (body, at) in &layout.scales {
-            let scale = ScaleCorrection {
-                log_factor: errors[*at],
-                sigma: solution.variances[*at].sqrt(),
-            };
+            let (log_factor, sigma) = (errors[*at], solution.variances[*at].sqrt());
+            let scale = ScaleCorrection { log_factor, sigma };
             corrections.scales.insert(body.0, scale);
         }
         for (tag, (body, first)) in &layout.tags {
             let place = site.placement(tag)?;
-            let mut one = tag_correction(layout, errors, (*body, *first), &place.file);
+            let mut one = tag_correction(layout, errors, *body, *first, &place.file);
             one.sigma = pose_sigma(*first);
             corrections.tags.insert(*tag, one);
             if let Some(covariance) = gauge.frame_covariance(*body) {
@@ -653,6 +654,18 @@ impl Adjustment {
             }
         }
         Some(corrections)
+    }
+
+    /// Scales of the errors of cameras, lenses and tags that no keyframe shows.
+    fn unseen_scales(&self, site: &ModelledSite) -> [f64; 3] {
+        let classes = [Class::CameraPose, Class::Lens, Class::TagPose];
+        let [of_cameras, mut of_lenses, of_tags] =
+            classes.map(|class| self.scales.0[class as usize]);
+        if site.has_one_camera() {
+            // However exact the tags are: nothing checks it.
+            of_lenses = 1.0;
+        }
+        [of_cameras, of_lenses, of_tags]
     }
 }
 
@@ -704,13 +717,12 @@ fn starts(keyframe: &Keyframe, cameras: &BTreeMap<usize, CalibratedCamera>) -> V
     let views = keyframe.views.iter();
     let weighted_views = views.filter_map(|one| {
         let camera = cameras.get(&one.camera_index)?;
-        Some(WeightedView::new(
-            one.camera_index,
-            camera,
-            &one.view,
-            (1.0, one.distortion_share),
-            None,
-        ))
+        let noise = ViewNoise {
+            factor: 1.0,
+            distortion_share: one.distortion_share,
+        };
+        let weighted = WeightedView::new(one.camera_index, camera, &one.view, noise, None);
+        Some(weighted)
     });
     let mut weighted_views: Vec<WeightedView<'_>> = weighted_views.collect();
     weighted_views.sort_by(|a, b| area(b).total_cmp(&area(a)));
@@ -741,7 +753,8 @@ fn camera_correction(errors: &SVector<f64, OF_CAMERA>) -> CameraCorrection {
 fn tag_correction(
     layout: &ParameterLayout,
     errors: &DVector<f64>,
-    (body, first): (Body, usize),
+    body: Body,
+    first: usize,
     file: &ObjectTag,
 ) -> TagCorrection {
     let log_scale = layout.scales.get(&body).map_or(0.0, |at| errors[*at]);

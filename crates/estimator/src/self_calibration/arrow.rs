@@ -39,15 +39,15 @@ impl Arrow {
         }
     }
 
-    /// A block of the cameras, of one body, or of a body (rows) with the cameras (columns); first place and size of
-    /// each side.
+    /// A block of the cameras, of one body, or of a body (rows) with the cameras (columns).
     pub fn block_mut(
         &mut self,
-        (row, n_rows): (usize, usize),
-        (column, n_columns): (usize, usize),
+        rows: Range<usize>,
+        columns: Range<usize>,
     ) -> DMatrixViewMut<'_, f64> {
         let n_cameras = self.cameras.nrows();
-        let size = (n_rows, n_columns);
+        let size = (rows.len(), columns.len());
+        let (row, column) = (rows.start, columns.start);
         if row < n_cameras {
             return self.cameras.view_mut((row, column), size);
         }
@@ -109,7 +109,7 @@ impl Arrow {
     /// `None` where it is not positive definite.
     pub fn factor(&self) -> Option<ArrowFactor> {
         let bodies = self.bodies.iter().map(|body| body.eliminated());
-        ArrowFactor::of(self.cameras.clone(), bodies.collect::<Option<_>>()?)
+        ArrowFactor::new(self.cameras.clone(), bodies.collect::<Option<_>>()?)
     }
 
     /// Factor of this matrix with a change of its diagonal, by the factor without: bodies that do not change are not
@@ -129,7 +129,7 @@ impl Arrow {
         let mut cameras = self.cameras.clone();
         let n_cameras = cameras.nrows();
         add_diagonal(&mut cameras, &by.rows(0, n_cameras));
-        ArrowFactor::of(cameras, bodies)
+        ArrowFactor::new(cameras, bodies)
     }
 }
 
@@ -164,7 +164,7 @@ struct EliminatedBody {
 }
 
 impl ArrowFactor {
-    fn of(mut cameras: DMatrix<f64>, bodies: Vec<Rc<EliminatedBody>>) -> Option<Self> {
+    fn new(mut cameras: DMatrix<f64>, bodies: Vec<Rc<EliminatedBody>>) -> Option<Self> {
         for body in &bodies {
             cameras -= &body.taken;
         }
@@ -312,7 +312,7 @@ pub(super) mod tests {
                         let (low, high) = (row.min(column), row.max(column));
                         let value = ((low * 31 + high * 17 + k) as f64).sin();
                         let value = value + if row == column { 60.0 } else { 0.0 };
-                        arrow.block_mut((row, 1), (column, 1))[(0, 0)] = value;
+                        arrow.block_mut(row..row + 1, column..column + 1)[(0, 0)] = value;
                         dense[(row, column)] = value;
                         dense[(column, row)] = value;
                     }

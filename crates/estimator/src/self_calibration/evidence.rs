@@ -26,10 +26,11 @@ pub(crate) struct Evidence<'a> {
 }
 
 impl<'a> Evidence<'a> {
-    pub fn of(
+    pub fn new(
         layout: &'a ParameterLayout,
         errors: &'a DVector<f64>,
-        (information, factor): (&'a Arrow, &'a ArrowFactor),
+        information: &'a Arrow,
+        factor: &'a ArrowFactor,
         precision: &'a DVector<f64>,
     ) -> Self {
         Self {

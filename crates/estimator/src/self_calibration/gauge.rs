@@ -52,7 +52,7 @@ fn is_scaled(layout: &ParameterLayout, body: Body) -> bool {
 }
 
 impl Gauge {
-    pub fn of(layout: &ParameterLayout, precision: &DVector<f64>, site: &ModelledSite) -> Self {
+    pub fn new(layout: &ParameterLayout, precision: &DVector<f64>, site: &ModelledSite) -> Self {
         let centres: Vec<Vector3<f64>> = layout
             .cameras
             .keys()

@@ -28,7 +28,7 @@ const LEAST_GAIN: f64 = 0.05;
 const SIGNIFICANT: f64 = 3.0;
 /// Corners of a view.
 const CORNERS: f64 = 4.0;
-/// Smallest square of a keyframe that is told from zero, px^2.
+/// Smallest square of a keyframe that is distinguished from zero, px^2.
 const LEAST_SQUARE: f64 = 1e-12;
 
 /// How images that had no part in a correction are explained before and after it.
@@ -109,7 +109,7 @@ impl HeldBackKeyframes {
             let [before, after] = models.each_ref().map(|(corrections, cameras)| {
                 adjustment.squares_px(corrected(keyframe, corrections, site), cameras)
             });
-            MotionPair::of(&before, &after)
+            MotionPair::from_squares(&before, &after)
         });
         let pairs: Vec<MotionPair> = pairs.collect();
         is_better(&pairs).then(|| HeldBack {
@@ -138,7 +138,7 @@ impl HeldBackKeyframes {
 }
 
 impl MotionPair {
-    fn of(before: &[Option<f64>], after: &[Option<f64>]) -> Option<Self> {
+    fn from_squares(before: &[Option<f64>], after: &[Option<f64>]) -> Option<Self> {
         let both = before.iter().zip(after);
         let both = both.filter_map(|(before, after)| (*before).zip(*after));
         let mut pair = Self {

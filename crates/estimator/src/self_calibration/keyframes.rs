@@ -151,7 +151,7 @@ impl KeyframeView {
 }
 
 impl Keyframe {
-    /// Object and link.
+    /// Index of the object and the link that the views show.
     pub fn body(&self) -> Body {
         (self.object, self.link)
     }

@@ -2,6 +2,7 @@
 //! keyframe eliminated (Schur complement), and their solution with priors.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use nalgebra::{
     Const, DMatrix, DVector, Dyn, Matrix6, OMatrix, SMatrix, SVector, Vector3, Vector6,
@@ -24,7 +25,7 @@ type ViewVector = SVector<f64, OF_VIEW>;
 pub(super) type OwnCoupling = OMatrix<f64, Dyn, Const<OF_CAMERA>>;
 
 /// What the views of all keyframes say, and the square of each.
-pub(super) struct Equations {
+pub(super) struct EliminationEquations {
     pub(super) information: Arrow,
     pub(super) gradient: DVector<f64>,
     pub(super) eliminated: Vec<Eliminated>,
@@ -34,7 +35,7 @@ pub(super) struct Equations {
 
 /// The equations of a step with their priors, solved.
 pub(super) struct Solution {
-    pub(super) equations: Equations,
+    pub(super) equations: EliminationEquations,
     /// Of the priors.
     pub(super) precision: DVector<f64>,
     pub(super) factor: ArrowFactor,
@@ -90,19 +91,56 @@ pub(super) fn tag_map(by_pose: &Matrix6<f64>) -> SMatrix<f64, OF_VIEW, OF_TAG> {
     map
 }
 
-/// J' W J, J' W r and r' W r.
-type Normal = (ViewMatrix, ViewVector, f64);
+/// Where the errors of a view's camera and tag are in the equations, and how they act on the view.
+pub(super) struct ViewMaps {
+    /// First place of the camera.
+    pub(super) at_camera: usize,
+    /// First place of the tag.
+    pub(super) at_tag: usize,
+    /// As [`camera_map`].
+    pub(super) of_camera: SMatrix<f64, OF_VIEW, OF_CAMERA>,
+    /// As [`tag_map`].
+    pub(super) of_tag: SMatrix<f64, OF_VIEW, OF_TAG>,
+}
 
-/// J' W J, J' W r and r' W r with the weight of the view; a step of the object that is not known exactly is
+impl ViewMaps {
+    fn camera_places(&self) -> Range<usize> {
+        self.at_camera..self.at_camera + OF_CAMERA
+    }
+
+    fn tag_places(&self) -> Range<usize> {
+        self.at_tag..self.at_tag + OF_TAG
+    }
+}
+
+/// Normal equations of a view.
+pub(super) struct ViewNormal {
+    /// J' W J.
+    pub(super) matrix: ViewMatrix,
+    /// J' W r.
+    pub(super) pull: ViewVector,
+    /// r' W r.
+    pub(super) square: f64,
+}
+
+/// The normal equations of a view with its weight; a step of the object that is not known exactly is
 /// marginalised first, so that the gradient is that of [`cost`].
 pub(super) fn normal(
     rows: &[[f64; OF_VIEW + 1]; 8],
     one: &KeyframeView,
     weighting: Weighting,
-) -> Normal {
-    let (matrix, pull, square) = marginalised(unweighted(rows), one);
+) -> ViewNormal {
+    let ViewNormal {
+        matrix,
+        pull,
+        square,
+    } = marginalised(unweighted(rows), one);
     let weight = one.view.noise_source.weight(square / weighting.excess) / weighting.design_effect;
-    (matrix * weight, pull * weight, square * weight)
+    ViewNormal {
+        matrix: matrix * weight,
+        pull: pull * weight,
+        square: square * weight,
+    }
 }
 
 /// Twice the robust cost of a view, weighted as by [`normal`].
@@ -111,88 +149,87 @@ pub(super) fn cost(
     one: &KeyframeView,
     weighting: Weighting,
 ) -> f64 {
-    let (_, _, square) = marginalised(unweighted(rows), one);
+    let square = marginalised(unweighted(rows), one).square;
     let chi2 = one.view.noise_source.chi2(square / weighting.excess);
     chi2 * weighting.excess / weighting.design_effect
 }
 
-fn unweighted(rows: &[[f64; OF_VIEW + 1]; 8]) -> Normal {
+fn unweighted(rows: &[[f64; OF_VIEW + 1]; 8]) -> ViewNormal {
     let rows = SMatrix::<f64, 8, { OF_VIEW + 1 }>::from_fn(|row, column| rows[row][column]);
     let residual = rows.column(OF_VIEW).into_owned();
     let slopes = rows.fixed_columns::<OF_VIEW>(0);
     let matrix = slopes.tr_mul(&slopes);
-    (matrix, slopes.tr_mul(&residual), residual.norm_squared())
+    ViewNormal {
+        matrix,
+        pull: slopes.tr_mul(&residual),
+        square: residual.norm_squared(),
+    }
 }
 
 /// N - N (N + Q^-1)^-1 N = N (I + Q N)^-1, for the displacement and what goes with it, Q the covariance of the step of
 /// the object.
-fn marginalised((matrix, pull, square): Normal, one: &KeyframeView) -> Normal {
+fn marginalised(normal: ViewNormal, one: &KeyframeView) -> ViewNormal {
     let Some(motion) = &one.motion else {
-        return (matrix, pull, square);
+        return normal;
     };
+    let ViewNormal {
+        matrix,
+        pull,
+        square,
+    } = normal;
     let of_pose = matrix.fixed_view::<6, 6>(0, 0).into_owned();
     let Some(inverse) = (Matrix6::identity() + motion.covariance * of_pose).try_inverse() else {
-        return (ViewMatrix::zeros(), ViewVector::zeros(), 0.0);
+        return ViewNormal {
+            matrix: ViewMatrix::zeros(),
+            pull: ViewVector::zeros(),
+            square: 0.0,
+        };
     };
     let taken = inverse * motion.covariance;
     let with_pose = matrix.fixed_rows::<6>(0).into_owned();
     let pulled = taken * pull.fixed_rows::<6>(0);
-    (
-        matrix - with_pose.tr_mul(&(taken * with_pose)),
-        pull - with_pose.tr_mul(&pulled),
-        square - pull.fixed_rows::<6>(0).dot(&pulled),
-    )
+    ViewNormal {
+        matrix: matrix - with_pose.tr_mul(&(taken * with_pose)),
+        pull: pull - with_pose.tr_mul(&pulled),
+        square: square - pull.fixed_rows::<6>(0).dot(&pulled),
+    }
 }
 
-impl Equations {
-    pub(super) fn add(
-        &mut self,
-        at_camera: usize,
-        at_tag: usize,
-        (matrix, pull): (&ViewMatrix, &SVector<f64, OF_VIEW>),
-        (of_camera, of_tag): (
-            &SMatrix<f64, OF_VIEW, OF_CAMERA>,
-            &SMatrix<f64, OF_VIEW, OF_TAG>,
-        ),
-    ) {
-        let with_camera = matrix * of_camera;
-        let with_tag = matrix * of_tag;
-        let (camera, tag) = ((at_camera, OF_CAMERA), (at_tag, OF_TAG));
-        let mut own = self.information.block_mut(camera, camera);
+impl EliminationEquations {
+    /// Adds what a view says of the errors of its camera and its tag.
+    pub(super) fn add(&mut self, view: &ViewNormal, maps: &ViewMaps) {
+        let ViewMaps {
+            of_camera, of_tag, ..
+        } = maps;
+        let with_camera = view.matrix * of_camera;
+        let with_tag = view.matrix * of_tag;
+        let (camera, tag) = (|| maps.camera_places(), || maps.tag_places());
+        let mut own = self.information.block_mut(camera(), camera());
         own += of_camera.tr_mul(&with_camera);
-        let mut own = self.information.block_mut(tag, tag);
+        let mut own = self.information.block_mut(tag(), tag());
         own += of_tag.tr_mul(&with_tag);
-        let mut across = self.information.block_mut(tag, camera);
+        let mut across = self.information.block_mut(tag(), camera());
         across += with_tag.tr_mul(of_camera);
-        let mut gradient = self.gradient.fixed_rows_mut::<OF_CAMERA>(at_camera);
-        gradient += of_camera.tr_mul(pull);
-        let mut gradient = self.gradient.fixed_rows_mut::<OF_TAG>(at_tag);
-        gradient += of_tag.tr_mul(pull);
+        let mut gradient = self.gradient.fixed_rows_mut::<OF_CAMERA>(maps.at_camera);
+        gradient += of_camera.tr_mul(&view.pull);
+        let mut gradient = self.gradient.fixed_rows_mut::<OF_TAG>(maps.at_tag);
+        gradient += of_tag.tr_mul(&view.pull);
     }
 
     /// Adds what a view says of the scale of its body.
-    pub(super) fn add_scale(
-        &mut self,
-        scale: usize,
-        at_camera: usize,
-        at_tag: usize,
-        matrix: &ViewMatrix,
-        pull: &ViewVector,
-        of_camera: &SMatrix<f64, OF_VIEW, OF_CAMERA>,
-        of_tag: &SMatrix<f64, OF_VIEW, OF_TAG>,
-    ) {
-        let with_scale = matrix.row(VIEW_SCALE).into_owned();
-        let at_scale = (scale, OF_SCALE);
-        let mut own = self.information.block_mut(at_scale, at_scale);
+    pub(super) fn add_scale(&mut self, at_scale: usize, view: &ViewNormal, maps: &ViewMaps) {
+        let with_scale = view.matrix.row(VIEW_SCALE).into_owned();
+        let scale = || at_scale..at_scale + OF_SCALE;
+        let mut own = self.information.block_mut(scale(), scale());
         own[(0, 0)] += with_scale[VIEW_SCALE];
-        let with_tag = with_scale * of_tag;
-        let mut across = self.information.block_mut(at_scale, (at_tag, OF_TAG));
+        let with_tag = with_scale * maps.of_tag;
+        let mut across = self.information.block_mut(scale(), maps.tag_places());
         across += with_tag;
-        let mut across = self.information.block_mut((at_tag, OF_TAG), at_scale);
+        let mut across = self.information.block_mut(maps.tag_places(), scale());
         across += with_tag.transpose();
-        let mut across = self.information.block_mut(at_scale, (at_camera, OF_CAMERA));
-        across += with_scale * of_camera;
-        self.gradient[scale] += pull[VIEW_SCALE];
+        let mut across = self.information.block_mut(scale(), maps.camera_places());
+        across += with_scale * maps.of_camera;
+        self.gradient[at_scale] += view.pull[VIEW_SCALE];
     }
 
     /// The Schur complement of a keyframe's own unknowns.
@@ -229,7 +266,7 @@ impl Equations {
                 let taken = weighted.tr_mul(of_column);
                 let mut block = self
                     .information
-                    .block_mut((*row, size.0), (*column, size.1));
+                    .block_mut(*row..row + size.0, *column..column + size.1);
                 block -= taken.view((0, 0), size);
             }
             eliminated.columns.extend(*row..*row + width(*row));
@@ -246,8 +283,8 @@ impl Equations {
 
 impl Solution {
     /// Solves for the errors with their priors; `None` where numbers end.
-    pub(super) fn of(
-        mut equations: Equations,
+    pub(super) fn solve(
+        mut equations: EliminationEquations,
         precision: DVector<f64>,
         errors: &DVector<f64>,
     ) -> Option<Self> {
@@ -271,8 +308,14 @@ impl Solution {
     }
 
     pub(super) fn evidence<'a>(&'a self, layout: &'a ParameterLayout) -> Evidence<'a> {
-        let equations = (&self.equations.information, &self.factor);
-        Evidence::of(layout, &self.minimum, equations, &self.precision)
+        let information = &self.equations.information;
+        Evidence::new(
+            layout,
+            &self.minimum,
+            information,
+            &self.factor,
+            &self.precision,
+        )
     }
 }
 

@@ -190,7 +190,7 @@ fn jolted(predicted: &ObjectState, dt: f64, strength: f64, options: &FusionOptio
         jolted.covariance[(axis + 6, axis + 6)] += speed * speed * 1.1;
     }
     if let Some(joints) = &mut jolted.joints {
-        joints.jolt((dt, strength * dt.max(BLOW_S)), options);
+        joints.jolt(dt, strength * dt.max(BLOW_S), options);
     }
     jolted
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::FusionOptions;
-use crate::measurement::corners::{CalibratedCamera, TagView};
+use crate::measurement::corners::WeightedView;
 use crate::measurement::ray::Ray;
 use crate::site::{ModelledSite, ObjectImage};
 use crate::tracker::track::Track;
@@ -49,10 +49,7 @@ impl FinalisedInstant {
             camera_index: weighted.camera_index,
             tag: weighted.view.tag,
             agreed: outcome.expected,
-            ray: track.ray_if_far(
-                (weighted.camera_index, weighted.camera, weighted.view),
-                outcome,
-            ),
+            ray: track.ray_if_far(weighted, outcome),
         });
         view.collect()
     }
@@ -60,14 +57,11 @@ impl FinalisedInstant {
 
 impl Track {
     /// The ray to a rejected view that shows its tag far from its place.
-    fn ray_if_far(
-        &self,
-        (index, camera, view): (usize, &CalibratedCamera, &TagView),
-        outcome: &ViewOutcome,
-    ) -> Option<Ray> {
+    fn ray_if_far(&self, weighted: &WeightedView<'_>, outcome: &ViewOutcome) -> Option<Ray> {
         if outcome.part {
             return None;
         }
+        let (index, camera, view) = (weighted.camera_index, weighted.camera, weighted.view);
         let at = self.hypotheses.first()?.state.configuration_seen_by(index);
         let share = self.noise.distortion_share(index);
         let residual = camera.relative_residual(view, share, &at);

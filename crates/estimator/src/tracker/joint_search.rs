@@ -122,7 +122,7 @@ impl Search<'_> {
         for values in self.trials(before.last().copied()) {
             for candidate in &candidates {
                 let mut values = values;
-                if let Some(value) = self.value_by(*last, (link, candidate), &values) {
+                if let Some(value) = self.value_by(*last, link, candidate, &values) {
                     values[*last] = value;
                 }
                 let cost = self.cost(link, &values);
@@ -171,7 +171,7 @@ impl Search<'_> {
     }
 
     /// The value of the last joint on the way to a link that is at a pose, the others having theirs.
-    fn value_by(&self, slot: usize, (link, pose): (usize, &Pose), values: &Values) -> Option<f64> {
+    fn value_by(&self, slot: usize, link: usize, pose: &Pose, values: &Values) -> Option<f64> {
         let (parent, child) = self.chain.ends(slot)?;
         let joint = self.chain.moving().nth(slot)?;
         let near = self.at(values);

@@ -109,13 +109,13 @@ fn variances(hypotheses: &[Hypothesis], best: &JointStates, slot: usize) -> (f64
         let Some(joints) = &one.state.joints else {
             continue;
         };
-        let (weight, told) = (one.evidence.exp(), one.state.covariance_inflation());
+        let (weight, inflation) = (one.evidence.exp(), one.state.covariance_inflation());
         let speed = MOST_JOINTS + slot;
         let off_value = joints.values[slot] - best.values[slot];
         let off_speed = joints.speeds[slot] - best.speeds[slot];
         let lasting = one.state.bias_covariance::<SIZE>()[(6 + slot, 6 + slot)];
-        value += weight * (told * joints.own[(slot, slot)] + lasting + off_value.powi(2));
-        velocity += weight * (told * joints.own[(speed, speed)] + off_speed.powi(2));
+        value += weight * (inflation * joints.own[(slot, slot)] + lasting + off_value.powi(2));
+        velocity += weight * (inflation * joints.own[(speed, speed)] + off_speed.powi(2));
         weights += weight;
     }
     (value / weights, velocity / weights)

@@ -20,7 +20,8 @@ impl Track {
     pub fn estimate(
         &self,
         object: &ObjectId,
-        (stamp_ns, ahead_s): (u64, f64),
+        stamp_ns: u64,
+        ahead_s: f64,
         options: &FusionOptions,
     ) -> Option<ObjectEstimate> {
         let mut then = self.predicted(stamp_ns);

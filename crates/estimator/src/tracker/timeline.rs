@@ -216,7 +216,7 @@ impl Timeline {
         if !track.is_known_at(stamp_ns, options) {
             return None;
         }
-        track.estimate(&self.object, (stamp_ns, ahead_s), options)
+        track.estimate(&self.object, stamp_ns, ahead_s, options)
     }
 
     /// The last that is known of an object that was last seen before `time_ns`.

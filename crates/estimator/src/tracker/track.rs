@@ -8,7 +8,7 @@ use crate::fading_counter::FadingCounter;
 use crate::filter::covariance::white_acceleration;
 use crate::filter::state::ObjectState;
 use crate::kinematics::configuration::Configuration;
-use crate::measurement::corners::{TagView, WeightedView};
+use crate::measurement::corners::{TagView, ViewNoise, WeightedView};
 use crate::measurement::planar_poses::area;
 use crate::site::{ModelledSite, ObjectImage, SiteCamera};
 use crate::time::seconds;
@@ -193,15 +193,11 @@ impl Track {
             let camera_index = image.camera_index;
             let clock = self.timing.clock(image, options);
             let weighted = |view: &'a TagView| {
-                let factor = self.noise.factor(camera_index, view.noise_source, &usual);
-                let distortion_share = self.noise.distortion_share(camera_index);
-                WeightedView::new(
-                    camera_index,
-                    camera,
-                    view,
-                    (factor, distortion_share),
-                    clock,
-                )
+                let noise = ViewNoise {
+                    factor: self.noise.factor(camera_index, view.noise_source, &usual),
+                    distortion_share: self.noise.distortion_share(camera_index),
+                };
+                WeightedView::new(camera_index, camera, view, noise, clock)
             };
             weighted_views.extend(image.views.iter().map(weighted));
         }
@@ -230,7 +226,7 @@ impl Track {
             branching::penalise(&mut elsewhere, options.jolt_odds);
             ways.extend(elsewhere);
         }
-        let mut next = self.with(time_ns, ways, weighted_views, options);
+        let mut next = self.with_hypotheses(time_ns, ways, weighted_views, options);
         if !next.took_part {
             next.contradicted_since_ns = self.contradicted_since_ns.or(Some(time_ns));
         }
@@ -238,7 +234,7 @@ impl Track {
     }
 
     /// A track without hypotheses that keeps the noise scales and the clock offsets of a lost object, and since when it
-    /// has been in doubt: stills far apart are told of as images in a row are.
+    /// has been in doubt: estimates by stills far apart are published after as long a doubt as by images in a row.
     pub(crate) fn forgotten(&self) -> Self {
         let mut timing = self.timing.clone();
         if let Some(best) = self.hypotheses.first().filter(|_| self.trusted) {
@@ -259,7 +255,7 @@ impl Track {
         weighted_views: &[WeightedView<'_>],
         options: &FusionOptions,
     ) -> Self {
-        self.forgotten().with(
+        self.forgotten().with_hypotheses(
             time_ns,
             birth::hypotheses(weighted_views, options),
             weighted_views,
@@ -268,7 +264,7 @@ impl Track {
     }
 
     /// The track at an instant whose hypotheses are these.
-    pub(crate) fn with(
+    pub(crate) fn with_hypotheses(
         &self,
         time_ns: u64,
         mut hypotheses: Vec<Hypothesis>,
@@ -287,7 +283,7 @@ impl Track {
             ..Self::default()
         };
         if let Some(best) = next.hypotheses.first() {
-            let summary = InstantSummary::of(&best.outcomes, weighted_views);
+            let summary = InstantSummary::new(&best.outcomes, weighted_views);
             next.took_part = summary.tags > 0;
             for (weighted, outcome) in weighted_views.iter().zip(&best.outcomes) {
                 let most_square_px = 8.0 * (MOST_OFF.powi(2) * area(weighted)).max(1.0);
@@ -297,17 +293,7 @@ impl Track {
             let pairs = weighted_views.iter().zip(&best.outcomes);
             let part = pairs.filter(|(_, outcome)| outcome.part);
             let cameras: Vec<usize> = part.map(|(weighted, _)| weighted.camera_index).collect();
-            next.participation
-                .retain(|(camera, _)| !cameras.contains(camera));
-            for camera in cameras {
-                if next
-                    .participation
-                    .last()
-                    .is_none_or(|(last, _)| *last != camera)
-                {
-                    next.participation.push((camera, time_ns));
-                }
-            }
+            next.record_participation(&cameras, time_ns);
             let same_instant = self.time_ns == time_ns && !self.hypotheses.is_empty();
             next.summary = if same_instant {
                 self.summary.joined(summary)
@@ -331,6 +317,21 @@ impl Track {
             next.doubtful_since_ns = doubtful.then(|| self.doubtful_since_ns.unwrap_or(time_ns));
         }
         next
+    }
+
+    /// Records when cameras last took part; successive views of one camera are one entry.
+    fn record_participation(&mut self, cameras: &[usize], time_ns: u64) {
+        self.participation
+            .retain(|(camera, _)| !cameras.contains(camera));
+        for &camera in cameras {
+            if self
+                .participation
+                .last()
+                .is_none_or(|(last, _)| *last != camera)
+            {
+                self.participation.push((camera, time_ns));
+            }
+        }
     }
 
     /// Whether the images have contradicted for long enough to start anew; at once if nothing was certain yet.

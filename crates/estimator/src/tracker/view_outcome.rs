@@ -52,7 +52,7 @@ pub(crate) struct InstantSummary {
 }
 
 impl InstantSummary {
-    pub fn of(outcomes: &[ViewOutcome], weighted_views: &[WeightedView<'_>]) -> Self {
+    pub fn new(outcomes: &[ViewOutcome], weighted_views: &[WeightedView<'_>]) -> Self {
         let pairs = || weighted_views.iter().zip(outcomes);
         let mut cameras: Vec<usize> = pairs()
             .filter(|(_, outcome)| outcome.part)

@@ -134,9 +134,9 @@ fn renamed(
     let rig = site
         .rig()
         .and_then(|rig| with_carrier(rig, before, &after.id));
-    let rig = rig.map(|rig| ModelPayload::of(&rig)).transpose();
+    let rig = rig.map(|rig| ModelPayload::encode(&rig)).transpose();
     let objects = [ObjectConfig::removal(before.clone()), after.clone()];
-    let objects: Result<_, _> = objects.iter().map(ModelPayload::of).collect();
+    let objects: Result<_, _> = objects.iter().map(ModelPayload::encode).collect();
     let too_large = |error: EncodeError| Refusal::wrong("tags", error);
     Ok(Outgoing::Models(Proposal {
         rig: rig.map_err(too_large)?,

@@ -36,7 +36,7 @@ impl Bench {
     }
 
     fn obey(&mut self, command: &str) -> Result<(), String> {
-        let site = Site {
+        let site = CommandContext {
             mirror: &self.mirror,
             rig: &self.rig,
             has_folder: self.has_folder,

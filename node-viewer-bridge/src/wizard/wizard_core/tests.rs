@@ -145,12 +145,15 @@ fn an_offer_is_applied_until_its_node_has_gone() {
     assert!(replies(&bench.command(apply))[0].1.is_err());
     let rig = RigConfig::from(&samples::rig());
     let proposal = Proposal {
-        rig: Some(ModelPayload::of(&rig).unwrap()),
+        rig: Some(ModelPayload::encode(&rig).unwrap()),
         ..Proposal::none(node(), 7)
     };
     bench.handle(Input::Offer(Offer::Refinement, Box::new(proposal)));
     let outputs = bench.command(apply);
-    let by_number = |output: &Output| matches!(output, Output::Publish(Outgoing::Models(named)) if named.is_empty() && named.t_ns == 7);
+    let by_number = |output: &Output| match output {
+        Output::Publish(Outgoing::Models(named)) => named.is_empty() && named.t_ns == 7,
+        _ => false,
+    };
     assert!(outputs.iter().any(by_number), "{outputs:?}");
     bench.handle(Input::Published);
     bench.handle(Input::NodeLeft(node()));
