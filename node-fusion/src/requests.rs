@@ -48,7 +48,7 @@ mod tests {
     use std::path::Path;
 
     fn parsed(keys: &Keys, item: &Item) -> Option<Request> {
-        super::parse(keys, item, &Proposals::new(NodeId::new("main").unwrap()))
+        parse(keys, item, &Proposals::new(NodeId::new("main").unwrap()))
     }
 
     fn keys() -> Keys {

@@ -401,7 +401,7 @@ fn a_proposal_is_applied_by_its_number_as_it_was_when_it_was_published() {
     bench.core.config(&request(&by_number), bench.clock.0);
     bench.act();
     let answers: Vec<sextant_proto::ConfigAnswer> = bench.messages();
-    let Outcome::Refused(refusal) = &answers.last().unwrap().outcome else {
+    let ChangeOutcome::Refused(refusal) = &answers.last().unwrap().outcome else {
         panic!("{answers:?}");
     };
     assert!(refusal.to_string().contains("look at what is proposed now"));

@@ -67,7 +67,7 @@ pub fn apply(
     summary.node = Some(proposal.node.clone());
     summary.held_back = Some(proposal);
     print_line(&summary.line(format))?;
-    let named = Models {
+    let named = RefinedModels {
         proposal: number_of(&models.proposal),
         ..models
     };
