@@ -256,7 +256,7 @@ fn eventually(mut condition: impl FnMut() -> bool) {
 }
 
 /// The next text message that `wanted` accepts.
-fn hear(socket: &mut WebSocket<TcpStream>, wanted: impl Fn(&Value) -> bool) -> Value {
+fn hear(socket: &mut WebSocket<TcpStream>, mut wanted: impl FnMut(&Value) -> bool) -> Value {
     loop {
         if let Message::Text(text) = socket.read().unwrap() {
             let message: Value = serde_json::from_str(&text).unwrap();
@@ -408,10 +408,16 @@ fn an_edit_is_published_and_answered_as_the_fusion_node_decides() {
     let key = site.keys.config_answer(&node);
     let answers = site.bus.raw_publisher(&key, Qos::Config).unwrap();
     let mut socket = site.socket();
-    let version = version_of_cube(&mut socket);
+    // Both come in any order: the node may be known before the page connects.
+    let (mut version, mut is_alive) = (None, false);
     hear(&mut socket, |m| {
-        m["type"] == "alive" && m["kind"] == "fusion"
+        if m["type"] == "object" {
+            version = m["version"].as_str().map(str::to_owned);
+        }
+        is_alive |= m["type"] == "alive" && m["kind"] == "fusion";
+        version.is_some() && is_alive
     });
+    let version = version.unwrap();
     let answered = |version: &str, outcome: ChangeOutcome| {
         std::thread::scope(|scope| {
             let asked = scope.spawn(|| site.post_to("/api/models", JSON, &edit_of_cube(version)));
