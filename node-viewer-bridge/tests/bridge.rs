@@ -256,7 +256,7 @@ fn eventually(mut condition: impl FnMut() -> bool) {
 }
 
 /// The next text message that `wanted` accepts.
-fn hear(socket: &mut WebSocket<TcpStream>, mut wanted: impl FnMut(&Value) -> bool) -> Value {
+fn hear(socket: &mut WebSocket<TcpStream>, wanted: impl Fn(&Value) -> bool) -> Value {
     loop {
         if let Message::Text(text) = socket.read().unwrap() {
             let message: Value = serde_json::from_str(&text).unwrap();
@@ -383,10 +383,14 @@ fn take_post(listener: &TcpListener) -> (String, Value) {
     }
 }
 
-/// The version of the site's object, once the bridge knows it.
-fn version_of_cube(socket: &mut WebSocket<TcpStream>) -> String {
-    let cube = hear(socket, |m| m["type"] == "object");
-    cube["version"].as_str().unwrap().to_owned()
+/// The version of the site's object, as the bridge knows it now.
+fn version_of_cube(site: &Site) -> Option<String> {
+    let answer = site.get("/api/state", "localhost");
+    let (_, body) = answer.split_once("\r\n\r\n")?;
+    let state: Value = serde_json::from_str(body).ok()?;
+    let messages = state["messages"].as_array()?;
+    let cube = messages.iter().find(|m| m["type"] == "object")?;
+    Some(cube["version"].as_str()?.to_owned())
 }
 
 fn edit_of_cube(version: &str) -> String {
@@ -407,17 +411,12 @@ fn an_edit_is_published_and_answered_as_the_fusion_node_decides() {
     let requests = requests.unwrap();
     let key = site.keys.config_answer(&node);
     let answers = site.bus.raw_publisher(&key, Qos::Config).unwrap();
-    let mut socket = site.socket();
-    // Both come in any order: the node may be known before the page connects.
-    let (mut version, mut is_alive) = (None, false);
-    hear(&mut socket, |m| {
-        if m["type"] == "object" {
-            version = m["version"].as_str().map(str::to_owned);
-        }
-        is_alive |= m["type"] == "alive" && m["kind"] == "fusion";
-        version.is_some() && is_alive
-    });
-    let version = version.unwrap();
+    let is_ready = || {
+        let state = site.get("/api/state", "localhost");
+        state.contains("\"kind\":\"fusion\"") && version_of_cube(&site).is_some()
+    };
+    eventually(is_ready);
+    let version = version_of_cube(&site).unwrap();
     let answered = |version: &str, outcome: ChangeOutcome| {
         std::thread::scope(|scope| {
             let asked = scope.spawn(|| site.post_to("/api/models", JSON, &edit_of_cube(version)));
@@ -442,7 +441,8 @@ fn an_edit_is_published_and_answered_as_the_fusion_node_decides() {
     // Until a fusion node announces otherwise, the bridge takes what was asked for as in force.
     let (status, body) = site.post_to("/api/models", JSON, &edit_of_cube(&version));
     assert!(status == 409 && body.contains("newer version"), "{body}");
-    let (status, body) = answered(&version_of_cube(&mut socket), ChangeOutcome::Kept);
+    let newer = version_of_cube(&site).unwrap();
+    let (status, body) = answered(&newer, ChangeOutcome::Kept);
     assert!(
         status == 200 && body.contains("keeps it in its files"),
         "{body}"

@@ -33,7 +33,7 @@ pub(super) struct Batch {
     /// Of people.
     pub requests: VecDeque<Asked>,
     /// Of cameras.
-    pub images: Vec<Box<ImageObservation>>,
+    pub images: Vec<ImageObservation>,
 }
 
 #[derive(Debug, Default)]
@@ -42,7 +42,7 @@ struct Waiting {
     n_published: usize,
     news: VecDeque<Input>,
     requests: VecDeque<Asked>,
-    images: VecDeque<Box<ImageObservation>>,
+    images: VecDeque<ImageObservation>,
     wants_images: bool,
 }
 
@@ -97,7 +97,7 @@ impl Inbox {
             return;
         }
         drop(waiting);
-        let image = Box::new(image());
+        let image = image();
         self.waiting().images.push_back(image);
         self.arrived.notify_one();
     }

@@ -128,7 +128,7 @@ impl Worker<'_> {
         let failed = "solving failed by a defect of this program; the log says more";
         let solved = solver.join().unwrap_or_else(|_| Err(String::new()));
         let result = solved.unwrap_or_else(|_| Err(failed.to_owned()));
-        self.handle(Input::Solved(number, result));
+        self.handle(Input::Solved(number, result.map(Box::new)));
     }
 
     fn write(&mut self, product: &Product) {

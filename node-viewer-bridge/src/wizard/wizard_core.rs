@@ -44,7 +44,7 @@ pub(super) enum Input {
     /// A person asks for something; the reply has the same number.
     Request(u64, Box<RequestInput>),
     /// A camera has seen something.
-    Image(Box<ImageObservation>),
+    Image(ImageObservation),
     /// So many images found no room in the queue.
     Missed(u64),
     /// A fusion node has answered a change.
@@ -56,7 +56,7 @@ pub(super) enum Input {
     /// An [`Output::Publish`] is on the network.
     Published,
     /// An [`Output::Solve`] of this number has ended.
-    Solved(u64, Result<ProcedureOutcome, String>),
+    Solved(u64, Result<Box<ProcedureOutcome>, String>),
     /// An [`Output::Write`] is done: a sentence each.
     Written(Result<String, String>),
     /// Time has passed.
@@ -127,7 +127,9 @@ impl WizardCore {
             Input::Offer(offer, proposal) => self.offers.take(offer, *proposal),
             Input::NodeLeft(node) => self.offers.forget(&node),
             Input::Published => self.n_unpublished = self.n_unpublished.saturating_sub(1),
-            Input::Solved(number, result) => self.wizard.solved(number, result),
+            Input::Solved(number, result) => {
+                self.wizard.solved(number, result.map(|outcome| *outcome));
+            }
             Input::Written(result) => self.wizard.written(result),
             Input::Tick => {}
         }

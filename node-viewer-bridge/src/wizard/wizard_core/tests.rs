@@ -172,7 +172,7 @@ fn the_state_is_shown_at_the_start_and_no_oftener_than_people_can_follow() {
         "board":{"grid":{"columns":5,"rows":6,"size_m":0.028}}}"#;
     assert!(shown(bench.command(start)));
     assert!(bench.core.is_collecting());
-    let image = || Input::Image(Box::new(samples::image(1)));
+    let image = || Input::Image(samples::image(1));
     assert!(!shown(bench.handle(image())));
     assert!(bench.core.poll_timeout().is_some());
     assert!(shown(bench.pass(STATE_PERIOD)));
