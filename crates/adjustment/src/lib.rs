@@ -9,7 +9,7 @@
 //!
 //! over the free lenses, camera poses, clocks, tags and scales (the *kept* parameters) and over the pose, and where
 //! motion is modelled the twist, of the object at every instant. Instants are eliminated one after the other
-//! ([`elimination`]), so that memory grows linearly with their number. The result has estimates, their covariance, and
+//! (`elimination.rs`), so that memory grows linearly with their number. The result has estimates, their covariance, and
 //! the directions that the images do not determine.
 //!
 //! At least one camera or tag should be fixed (the gauge); undetermined parameters keep their start and are reported.
