@@ -28,6 +28,7 @@ mod network;
 mod one_build;
 mod page;
 mod page_doors;
+mod page_edits;
 mod phone;
 mod play;
 mod recordings;
