@@ -9,7 +9,8 @@
 
 use crate::elimination::ReducedSystem;
 use crate::equations::NormalEquations;
-use crate::layout::{KeptParameter, Layout};
+use crate::layout::Layout;
+use crate::parameter::KeptParameter;
 use crate::values::Bundle;
 use nalgebra::{DMatrix, DVector};
 use sextant_geometry::least_squares::Kernel;

@@ -17,7 +17,8 @@
 //! (B. Triggs et al., Bundle adjustment: a modern synthesis, 2000, section 6). Back substitution is `w = B^-1 C' (M
 //! dx(k+1) + h + k ds)` and `dx(k) = F^-1 (dx(k+1) + e - C w)`.
 
-use crate::equations::{Coupling, Node, NormalEquations};
+use crate::equations::NormalEquations;
+use crate::node::{Coupling, Node};
 use crate::residuals::tie::Tie;
 use crate::stamps::StampRow;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};

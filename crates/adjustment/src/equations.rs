@@ -4,30 +4,14 @@
 //! `D` is 6 for independent instants and 12 (pose, twist) if the motion of the object is modelled.
 
 use crate::layout::Layout;
+use crate::node::Node;
 use crate::residuals::corners::{ImageModel, RowLayout, TagRows};
 use crate::residuals::tie::{FASTEST, Tie};
 use crate::residuals::{hand_pose, prior, tie};
 use crate::stamps::{self, StampRow};
 use crate::values::{Bundle, BundleImage, TagObservation};
-use nalgebra::{Const, DMatrix, DVector, Dyn, OMatrix, SMatrix, SVector};
+use nalgebra::{DMatrix, DVector};
 use sextant_geometry::least_squares::Kernel;
-
-/// Coupling of an instant to kept columns.
-pub(crate) type Coupling<const D: usize> = OMatrix<f64, Const<D>, Dyn>;
-
-/// One instant.
-#[derive(Clone)]
-pub(crate) struct Node<const D: usize> {
-    pub own: SMatrix<f64, D, D>,
-    pub gradient: SVector<f64, D>,
-    /// Kept columns of `coupling`, ascending.
-    pub columns: Vec<usize>,
-    pub coupling: Coupling<D>,
-    /// What ties it to the next instant.
-    pub next: Option<Tie>,
-    /// Information of its ties, as far as Marquardt's damping counts it.
-    pub tied: SVector<f64, D>,
-}
 
 /// The normal equations; `kept` is its upper triangle.
 pub(crate) struct NormalEquations<const D: usize> {
@@ -38,24 +22,6 @@ pub(crate) struct NormalEquations<const D: usize> {
     pub stamps: Vec<Option<StampRow<D>>>,
     /// Sum of the robust squares: twice the cost.
     pub rho: f64,
-}
-
-impl<const D: usize> Node<D> {
-    fn new(columns: Vec<usize>) -> Self {
-        Self {
-            own: SMatrix::zeros(),
-            gradient: SVector::zeros(),
-            coupling: Coupling::<D>::zeros(columns.len()),
-            columns,
-            next: None,
-            tied: SVector::zeros(),
-        }
-    }
-
-    /// Place of a kept column in `coupling`.
-    pub(crate) fn local(&self, column: usize) -> usize {
-        self.columns.partition_point(|&c| c < column)
-    }
 }
 
 impl<const D: usize> NormalEquations<D> {

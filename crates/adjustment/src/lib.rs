@@ -18,25 +18,30 @@
 //! origin and its angular velocity in world axes, a clock is *ahead* by its offset, sizes and scales step by their
 //! logarithm.
 
+mod anchor;
+mod arm;
 mod clusters;
 mod elimination;
 mod equations;
 mod layout;
 mod marginals;
+mod node;
 mod observability;
+mod parameter;
 mod prior_knowledge;
 pub mod residuals;
 mod solve;
 mod stamps;
+mod stepping;
 mod values;
 
-pub use layout::{ArmPose, KeptParameter};
+pub use anchor::Anchor;
+pub use arm::{Arm, ArmResidual, Hand, HandError, Mount};
 pub use marginals::KeptCovariance;
 pub use observability::WeakDirection;
+pub use parameter::{ArmPose, KeptParameter};
 pub use prior_knowledge::PriorKnowledge;
 pub use residuals::corners::TagResidual;
-pub use residuals::hand_pose::{Arm, ArmResidual, Hand, HandError, Mount};
-pub use residuals::prior::Anchor;
 pub use solve::{BundleOptions, BundleSolution, solve};
 pub use values::{
     BodyId, Bundle, BundleCamera, BundleError, BundleImage, BundleTag, FreeLens, Freedom, Instant,

@@ -1,7 +1,8 @@
 //! Covariance of the kept parameters.
 
 use crate::clusters::{Cluster, displacement, factors};
-use crate::layout::{ArmPose, KeptParameter, Layout};
+use crate::layout::Layout;
+use crate::parameter::{ArmPose, KeptParameter};
 use crate::prior_knowledge::PriorKnowledge;
 use crate::values::Bundle;
 use nalgebra::{DMatrix, DVector, Matrix6};

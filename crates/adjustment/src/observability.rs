@@ -1,7 +1,7 @@
 //! Observability: directions of the kept parameters whose standard deviation is a large share of the prior's.
 
-use crate::layout::KeptParameter;
 use crate::marginals::KeptCovariance;
+use crate::parameter::KeptParameter;
 use crate::prior_knowledge::PriorKnowledge;
 use nalgebra::{DMatrix, SymmetricEigen};
 

@@ -1,6 +1,6 @@
 //! Standard deviations of the kept parameters before any image.
 
-use crate::layout::KeptParameter;
+use crate::parameter::KeptParameter;
 use crate::values::Bundle;
 
 /// Prior standard deviations: the units in which directions are compared.

@@ -1,5 +1,6 @@
 //! Levenberg-Marquardt over the kept parameters and the instants with a robust kernel (iteratively reweighted).
 
+use crate::arm::ArmResidual;
 use crate::clusters::clusters;
 use crate::elimination::{ReducedSystem, Step};
 use crate::equations::{self, NormalEquations};
@@ -7,7 +8,6 @@ use crate::layout::Layout;
 use crate::marginals::KeptCovariance;
 use crate::observability::{WeakDirection, weak_directions};
 use crate::prior_knowledge::PriorKnowledge;
-use crate::residuals::hand_pose::ArmResidual;
 use crate::residuals::{prior, tie};
 use crate::stamps;
 use crate::values::{Bundle, BundleError, Instant};

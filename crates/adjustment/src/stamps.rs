@@ -5,7 +5,7 @@
 //! equations with everything else are the column `h`; with its own information `d` and gradient `g` the others become
 //! `H - h h' / d` and `b - h g / d`.
 
-use crate::equations::Node;
+use crate::node::Node;
 use crate::residuals::corners::KeptBlock;
 use crate::values::{Bundle, BundleImage};
 use nalgebra::{DMatrix, DVector, SVector};
