@@ -19,8 +19,8 @@
 
 use crate::equations::NormalEquations;
 use crate::node::{Coupling, Node};
-use crate::residuals::tie::Tie;
 use crate::stamps::StampRow;
+use crate::tie::Tie;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 /// Added to every diagonal element, so that a parameter without information keeps its value.

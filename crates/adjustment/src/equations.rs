@@ -6,9 +6,9 @@
 use crate::layout::Layout;
 use crate::node::Node;
 use crate::residuals::corners::{ImageModel, RowLayout, TagRows};
-use crate::residuals::tie::{FASTEST, Tie};
-use crate::residuals::{hand_pose, prior, tie};
+use crate::residuals::{hand_pose, prior};
 use crate::stamps::{self, StampRow};
+use crate::tie::{self, FASTEST, Tie};
 use crate::values::{Bundle, BundleImage, TagObservation};
 use nalgebra::{DMatrix, DVector};
 use sextant_geometry::least_squares::Kernel;

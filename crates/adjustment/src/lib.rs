@@ -30,9 +30,11 @@ mod observability;
 mod parameter;
 mod prior_knowledge;
 pub mod residuals;
+pub mod shutter;
 mod solve;
 mod stamps;
 mod stepping;
+mod tie;
 mod values;
 
 pub use anchor::Anchor;

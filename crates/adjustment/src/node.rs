@@ -1,6 +1,6 @@
 //! The normal equations of one instant: its own block and its coupling to the kept parameters.
 
-use crate::residuals::tie::Tie;
+use crate::tie::Tie;
 use nalgebra::{Const, Dyn, OMatrix, SMatrix, SVector};
 
 /// Coupling of an instant to kept columns.

@@ -1,7 +1,5 @@
-//! The terms of the cost: corners, motion between instants, a robot's poses, priors.
+//! Terms of the cost beside the motion between instants: corners, a robot's poses, priors.
 
 pub mod corners;
 pub mod hand_pose;
 pub mod prior;
-pub mod shutter;
-pub mod tie;

@@ -8,8 +8,9 @@ use crate::layout::Layout;
 use crate::marginals::KeptCovariance;
 use crate::observability::{WeakDirection, weak_directions};
 use crate::prior_knowledge::PriorKnowledge;
-use crate::residuals::{prior, tie};
+use crate::residuals::prior;
 use crate::stamps;
+use crate::tie;
 use crate::values::{Bundle, BundleError, Instant};
 use sextant_geometry::least_squares::Kernel;
 

@@ -3,8 +3,8 @@
 use crate::elimination::ReducedSystem;
 use crate::equations::{self, NormalEquations};
 use crate::layout::Layout;
-use crate::residuals::tie::Tie;
 use crate::solve::Descent;
+use crate::tie::Tie;
 use crate::*;
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix2, Point2, SMatrix, Vector2, Vector3, Vector6};
 use sextant_geometry::least_squares::Kernel;

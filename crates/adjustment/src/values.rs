@@ -3,7 +3,7 @@
 
 use crate::anchor::Anchor;
 use crate::arm::Arm;
-use crate::residuals::shutter::LaterPose;
+use crate::shutter::LaterPose;
 use nalgebra::{Matrix2, Point2, SVector, Vector6};
 use sextant_geometry::lens::MAX_PARAMETERS;
 use sextant_geometry::{Lens, Pose, se3};

@@ -15,8 +15,8 @@
 //! | logarithm of the body's scale | `a` |
 //! | time of the row | `v + w x a` |
 
-use super::shutter::{LaterPose, Slopes};
 use crate::layout::{CameraColumns, Layout, TagColumns};
+use crate::shutter::{LaterPose, Slopes};
 use crate::values::{BodyId, Bundle, BundleImage, BundleTag, TagObservation};
 use nalgebra::{
     Const, Dyn, Matrix2, Matrix2x3, Matrix3, OMatrix, Point2, Point3, SVector, Vector2, Vector3,

@@ -11,7 +11,7 @@ use crate::measurement::rolling_shutter::{LinkMotion, RollingShutter};
 use crate::measurement::view_equations::{NoiseSource, ViewEquations, robust};
 use crate::measurement::whitening::{PoseRows, Rows, Whitening, product};
 use sextant_adjustment::residuals::corners::{BodyInCamera, ProjectedCorner};
-use sextant_adjustment::residuals::shutter::{LaterPose, Slopes};
+use sextant_adjustment::shutter::{LaterPose, Slopes};
 use sextant_site_model::{LensSigma, ObjectTag, PoseSigma, TagCorners, TagId};
 use sextant_site_report::ClockOffset;
 

@@ -2,7 +2,7 @@
 //!
 //! A corner in row v was taken (v - (rows - 1) / 2) line delays after the capture time, which is that of the middle
 //! row: the middle of the whole exposure. The object went on by its twist meanwhile
-//! ([`sextant_adjustment::residuals::shutter`]), so that the corner informs about the twist as well.
+//! ([`sextant_adjustment::shutter`]), so that the corner informs about the twist as well.
 
 use nalgebra::{Matrix6, Point2, Vector6};
 use sextant_geometry::Pose;
