@@ -10,7 +10,7 @@ use sextant_site_model::PoseSigma;
 pub enum Anchor {
     /// Where a camera is.
     Camera {
-        /// Index into [`Bundle::cameras`].
+        /// Index into [`Bundle::cameras`](crate::Bundle::cameras).
         camera: usize,
         /// Maps points of the camera into the world.
         world_from_camera: Pose,
@@ -19,7 +19,7 @@ pub enum Anchor {
     },
     /// Where a tag is.
     Tag {
-        /// Index into [`Bundle::tags`].
+        /// Index into [`Bundle::tags`](crate::Bundle::tags).
         tag: usize,
         /// Maps points of the tag into the object.
         object_from_tag: Pose,
@@ -31,7 +31,7 @@ pub enum Anchor {
     },
     /// How large a tag is.
     Size {
-        /// Index into [`Bundle::tags`].
+        /// Index into [`Bundle::tags`](crate::Bundle::tags).
         tag: usize,
         /// Metres.
         size_m: f64,
@@ -40,7 +40,7 @@ pub enum Anchor {
     },
     /// A lens parameter.
     Lens {
-        /// Index into [`Bundle::cameras`].
+        /// Index into [`Bundle::cameras`](crate::Bundle::cameras).
         camera: usize,
         /// Index into `Lens::parameters`.
         parameter: usize,
@@ -51,14 +51,14 @@ pub enum Anchor {
     },
     /// A common scale of tags: that they are as large as given.
     Scale {
-        /// Index into [`Bundle::scales`].
+        /// Index into [`Bundle::scales`](crate::Bundle::scales).
         scale: usize,
         /// One deviation of its logarithm.
         sigma: f64,
     },
     /// The offset of a camera's clock.
     Clock {
-        /// Index into [`Bundle::cameras`].
+        /// Index into [`Bundle::cameras`](crate::Bundle::cameras).
         camera: usize,
         /// By how much it is ahead, seconds.
         offset_s: f64,
@@ -67,7 +67,7 @@ pub enum Anchor {
     },
     /// The line delay of a camera.
     LineDelay {
-        /// Index into [`Bundle::cameras`].
+        /// Index into [`Bundle::cameras`](crate::Bundle::cameras).
         camera: usize,
         /// Seconds from a row to the next.
         line_delay_s: f64,
