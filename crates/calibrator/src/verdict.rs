@@ -1,7 +1,6 @@
 //! Verdicts, for people without experience of good numbers.
 
 mod finding;
-mod sentences;
 
 pub use finding::{Finding, PosePart, ScaleSource, WeakMotion};
 

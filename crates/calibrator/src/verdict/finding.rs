@@ -1,9 +1,9 @@
 //! Findings of a calibration, as data, and the table of their sentences.
 
 use super::listed;
-use super::sentences::sentences;
 use serde::{Serialize, Serializer};
 use sextant_site_model::{CameraId, TagId};
+use sextant_site_report::sentences;
 
 /// What limits a result, or was allowed for.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,3 +1,5 @@
+//! Edits of a site as people make them, and those that are refused.
+
 use super::*;
 use crate::wizard::samples;
 use sextant_proto::{KeyRef, MountConfig, NodeId, ObjectConfig, RigConfig, encode};
