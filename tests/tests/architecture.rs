@@ -24,6 +24,7 @@ const FLOORS: &[&[&str]] = &[
     &["sextant-apriltag", "sextant-site-model"],
     &[
         "sextant-adjustment",
+        "sextant-mistakes",
         "sextant-site-report",
         "sextant-simulator",
     ],

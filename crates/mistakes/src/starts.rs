@@ -1,0 +1,336 @@
+//! Closed-form starts: what each mistake's values would be, from the views that others explain.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use nalgebra::Vector3;
+use sextant_geometry::{Pose, tag_corners_in_tag};
+
+use crate::explained::{Branches, Explained, body_term, poses_by, spread};
+use crate::mistake::{Mistake, zoomed};
+use crate::pose_fit::{self, Term, best_of};
+use crate::site::{Instant, Site, SiteCamera, View};
+
+/// Most cameras and tags that are suspected at a time: those in whose images most contradicts.
+const MOST_SUSPECTS: usize = 8;
+/// Golden section of an interval of logarithms: steps that reach a thousandth.
+const SECTIONS: usize = 12;
+/// Range of the logarithm of a focal length or of a size over the file's.
+const LOG_RANGE: f64 = 1.2;
+/// Starts on that range.
+const GRID: usize = 24;
+/// A scale nearer to one than this is an error of the file, which is adjusted.
+const LEAST_LOG_SCALE: f64 = 0.04;
+
+/// The site with its views, and what they show with the models as they are.
+pub(crate) struct Starts<'a> {
+    pub site: &'a Site,
+    pub instants: &'a [Instant],
+    pub branches: &'a Branches,
+    pub explained: &'a Explained,
+}
+
+impl Starts<'_> {
+    /// All mistakes that may explain what contradicts.
+    pub fn all(&self) -> Vec<Mistake> {
+        let wrong: BTreeSet<usize> = self
+            .explained
+            .contradicting(self.instants)
+            .map(|(instant, _)| instant)
+            .collect();
+        let views = || {
+            let instants = wrong.iter().map(|at| &self.instants[*at]);
+            instants.flat_map(|instant| &instant.views)
+        };
+        let cameras = self.most_suspect(views().map(|view| view.camera), |view| view.camera);
+        let tags = self.most_suspect(views().map(|view| view.tag), |view| view.tag);
+        let bodies: BTreeSet<usize> = wrong.iter().map(|at| self.instants[*at].body).collect();
+        let mut all = Vec::new();
+        for camera in &cameras {
+            all.extend(self.of_camera(*camera));
+        }
+        all.extend(pairs(&cameras).map(|(a, b)| Mistake::CamerasExchanged { a, b }));
+        for tag in &tags {
+            all.extend(self.of_tag(*tag));
+        }
+        let same_body = |(a, b): &(usize, usize)| {
+            self.site.tags[*a].body == self.site.tags[*b].body
+        };
+        let exchanged = pairs(&tags).filter(same_body);
+        all.extend(exchanged.map(|(a, b)| Mistake::TagsExchanged { a, b }));
+        for body in bodies {
+            all.extend(self.body_scaled(body));
+            all.extend(self.sizes_scaled(body));
+        }
+        all
+    }
+
+    /// Those of some sources whose views contradict most often, in order.
+    fn most_suspect(
+        &self,
+        sources: impl Iterator<Item = usize>,
+        source: impl Fn(&View) -> usize,
+    ) -> Vec<usize> {
+        let mut counts: BTreeMap<usize, usize> = sources.map(|source| (source, 0)).collect();
+        for (_, view) in self.explained.contradicting(self.instants) {
+            *counts.entry(source(view)).or_default() += 1;
+        }
+        let mut sorted: Vec<(usize, usize)> = counts.into_iter().collect();
+        sorted.sort_by_key(|(source, count)| (std::cmp::Reverse(*count), *source));
+        sorted.truncate(MOST_SUSPECTS);
+        let mut suspects: Vec<usize> = sorted.into_iter().map(|(source, _)| source).collect();
+        suspects.sort_unstable();
+        suspects
+    }
+
+    /// A camera elsewhere, turned, or with another lens.
+    fn of_camera(&self, camera: usize) -> Vec<Mistake> {
+        let turned = (1..=3).map(|quarters| Mistake::CameraTurned { camera, quarters });
+        let mut all: Vec<Mistake> = turned.collect();
+        let Some(model) = &self.site.cameras[camera] else {
+            return all;
+        };
+        let others = |view: &View| view.camera != camera;
+        let poses = poses_by(self.site, self.instants, self.branches, others);
+        let terms = self.camera_terms(camera, model, &poses);
+        let starts = self.camera_starts(camera, &poses);
+        if let Some((camera_from_world, _)) = best_of(&terms, starts.into_iter()) {
+            let world_from_camera = camera_from_world.inverse();
+            all.push(Mistake::CameraMoved {
+                camera,
+                world_from_camera,
+            });
+        }
+        all.extend(self.lens_changed(camera, model, &poses));
+        all
+    }
+
+    /// The views of a camera as terms of the pose `camera_from_world`.
+    fn camera_terms<'c>(
+        &self,
+        camera: usize,
+        model: &'c SiteCamera,
+        poses: &[Option<Pose>],
+    ) -> Vec<Term<'c>> {
+        let mut terms = Vec::new();
+        for (instant, pose) in self.instants.iter().zip(poses) {
+            let Some(world_from_body) = pose else {
+                continue;
+            };
+            for view in instant.views.iter().filter(|view| view.camera == camera) {
+                let tag = &self.site.tags[view.tag];
+                let world_from_tag = world_from_body * tag.body_from_tag;
+                terms.push(Term {
+                    lens: &model.lens,
+                    outer: Pose::identity(),
+                    points: tag_corners_in_tag(tag.size_m).map(|corner| world_from_tag * corner),
+                    corners: view.corners,
+                    spread: spread(model, tag, view),
+                });
+            }
+        }
+        terms
+    }
+
+    /// `camera_from_world` by each branch of each view of a camera.
+    fn camera_starts(&self, camera: usize, poses: &[Option<Pose>]) -> Vec<Pose> {
+        let mut starts = Vec::new();
+        for (at, (instant, pose)) in self.instants.iter().zip(poses).enumerate() {
+            let Some(world_from_body) = pose else {
+                continue;
+            };
+            for (index, view) in instant.views.iter().enumerate() {
+                if view.camera == camera {
+                    let body_from_tag = self.site.tags[view.tag].body_from_tag;
+                    let tag_from_world = (world_from_body * body_from_tag).inverse();
+                    let branches = self.branches.of(at, index).iter();
+                    starts.extend(branches.map(|branch| branch * tag_from_world));
+                }
+            }
+        }
+        starts
+    }
+
+    /// Another focal length, the camera where its file has it.
+    fn lens_changed(
+        &self,
+        camera: usize,
+        model: &SiteCamera,
+        poses: &[Option<Pose>],
+    ) -> Option<Mistake> {
+        let camera_from_world = model.world_from_camera.inverse();
+        let cost = |log_ratio: f64| {
+            let model = SiteCamera {
+                lens: zoomed(&model.lens, log_ratio.exp()),
+                ..model.clone()
+            };
+            pose_fit::cost(&self.camera_terms(camera, &model, poses), &camera_from_world)
+        };
+        let log_ratio = least(cost);
+        (log_ratio.abs() > LEAST_LOG_SCALE).then(|| Mistake::LensChanged {
+            camera,
+            ratio: log_ratio.exp(),
+        })
+    }
+
+    /// A tag turned, of another size, or elsewhere on its body.
+    fn of_tag(&self, tag: usize) -> Vec<Mistake> {
+        let turned = (1..=3).map(|quarters| Mistake::TagTurned { tag, quarters });
+        let mut all: Vec<Mistake> = turned.collect();
+        let others = |view: &View| view.tag != tag;
+        let poses = poses_by(self.site, self.instants, self.branches, others);
+        let size_m = self.site.tags[tag].size_m;
+        let terms = self.tag_terms(tag, size_m, &poses);
+        let starts = self.tag_starts(tag, &poses);
+        if let Some((body_from_tag, _)) = best_of(&terms, starts.into_iter()) {
+            all.push(Mistake::TagMoved { tag, body_from_tag });
+        }
+        let place = self.site.tags[tag].body_from_tag;
+        let cost = |log_ratio: f64| {
+            let terms = self.tag_terms(tag, size_m * log_ratio.exp(), &poses);
+            pose_fit::cost(&terms, &place)
+        };
+        let log_ratio = least(cost);
+        if log_ratio.abs() > LEAST_LOG_SCALE {
+            all.push(Mistake::TagResized {
+                tag,
+                ratio: log_ratio.exp(),
+            });
+        }
+        all
+    }
+
+    /// The views of a tag as terms of the pose `body_from_tag`.
+    fn tag_terms(&self, tag: usize, size_m: f64, poses: &[Option<Pose>]) -> Vec<Term<'_>> {
+        let mut terms = Vec::new();
+        for (instant, pose) in self.instants.iter().zip(poses) {
+            for view in instant.views.iter().filter(|view| view.tag == tag) {
+                let camera = self.site.cameras[view.camera].as_ref();
+                if let Some((camera, world_from_body)) = camera.zip(*pose) {
+                    let term = body_term(camera, &self.site.tags[tag], view);
+                    terms.push(Term {
+                        outer: term.outer * world_from_body,
+                        points: tag_corners_in_tag(size_m),
+                        ..term
+                    });
+                }
+            }
+        }
+        terms
+    }
+
+    /// `body_from_tag` by each branch of each view of a tag.
+    fn tag_starts(&self, tag: usize, poses: &[Option<Pose>]) -> Vec<Pose> {
+        let mut starts = Vec::new();
+        for (at, (instant, pose)) in self.instants.iter().zip(poses).enumerate() {
+            for (index, view) in instant.views.iter().enumerate() {
+                let camera = self.site.cameras[view.camera].as_ref();
+                if let Some((camera, world_from_body)) = camera.zip(*pose)
+                    && view.tag == tag
+                {
+                    let body_from_camera = world_from_body.inverse() * camera.world_from_camera;
+                    let branches = self.branches.of(at, index).iter();
+                    starts.extend(branches.map(|branch| body_from_camera * branch));
+                }
+            }
+        }
+        starts
+    }
+
+    /// A body at another scale: with the right one the places by any two cameras meet. Each camera by itself sees the
+    /// body in its direction, at a distance that is proportional to the scale.
+    fn body_scaled(&self, body: usize) -> Option<Mistake> {
+        let mut ratios = Vec::new();
+        for (at, instant) in self.instants.iter().enumerate() {
+            if instant.body != body {
+                continue;
+            }
+            let rays: Vec<(Vector3<f64>, Vector3<f64>)> = self.rays(at, instant);
+            for (index, (from, way)) in rays.iter().enumerate() {
+                for (other_from, other_way) in &rays[index + 1..] {
+                    let apart = way - other_way;
+                    let ratio = -(from - other_from).dot(&apart) / apart.norm_squared();
+                    ratios.push(ratio);
+                }
+            }
+        }
+        let ratio = median(ratios)?;
+        (ratio.ln().abs() > LEAST_LOG_SCALE).then_some(Mistake::BodyScaled { body, ratio })
+    }
+
+    /// Of each camera of an instant: its centre, and from there to the body as it sees it by itself; world axes, m.
+    fn rays(&self, at: usize, instant: &Instant) -> Vec<(Vector3<f64>, Vector3<f64>)> {
+        let cameras: BTreeSet<usize> = instant.views.iter().map(|view| view.camera).collect();
+        let ray = |camera: usize| {
+            let model = self.site.cameras[camera].as_ref()?;
+            let own = |view: &View| view.camera == camera;
+            let one = std::slice::from_ref(instant);
+            let branches = self.branches.only(at);
+            let pose = poses_by(self.site, one, &branches, own)[0]?;
+            let centre = model.world_from_camera.translation.vector;
+            Some((centre, pose.translation.vector - centre))
+        };
+        cameras.into_iter().filter_map(ray).collect()
+    }
+
+    /// Tags of another size at their places: distances of tags in one image by the file over those seen with its sizes.
+    fn sizes_scaled(&self, body: usize) -> Option<Mistake> {
+        let mut ratios = Vec::new();
+        for (at, instant) in self.instants.iter().enumerate() {
+            let views = instant.views.iter().enumerate();
+            let centres = views.filter(|_| instant.body == body).filter_map(|(index, view)| {
+                let seen = self.branches.of(at, index).first()?.translation.vector;
+                let on_body = self.site.tags[view.tag].body_from_tag.translation.vector;
+                Some((view.camera, seen, on_body))
+            });
+            let centres: Vec<_> = centres.collect();
+            for (index, (camera, seen, on_body)) in centres.iter().enumerate() {
+                for (other, other_seen, other_on_body) in &centres[index + 1..] {
+                    if camera == other {
+                        ratios.push((on_body - other_on_body).norm() / (seen - other_seen).norm());
+                    }
+                }
+            }
+        }
+        let ratio = median(ratios)?;
+        (ratio.ln().abs() > LEAST_LOG_SCALE).then_some(Mistake::SizesScaled { body, ratio })
+    }
+}
+
+fn pairs(all: &[usize]) -> impl Iterator<Item = (usize, usize)> {
+    let firsts = all.iter().enumerate();
+    firsts.flat_map(|(index, a)| all[index + 1..].iter().map(move |b| (*a, *b)))
+}
+
+/// The median of the numbers above zero; `None` where there are too few to tell.
+fn median(numbers: Vec<f64>) -> Option<f64> {
+    let mut sorted: Vec<f64> = numbers
+        .into_iter()
+        .filter(|number| number.is_finite() && *number > 0.0)
+        .collect();
+    sorted.sort_by(f64::total_cmp);
+    (sorted.len() >= FEWEST).then(|| sorted[sorted.len() / 2])
+}
+
+/// Fewer ratios tell nothing.
+const FEWEST: usize = 5;
+
+/// Where a function of a logarithm is least: the best of a grid, and a golden section about it (J. Kiefer, 1953).
+fn least(cost: impl Fn(f64) -> f64) -> f64 {
+    let width = 2.0 * LOG_RANGE / GRID as f64;
+    let grid = (0..=GRID).map(|at| at as f64 * width - LOG_RANGE);
+    let best = grid.map(|log| (cost(log), log)).min_by(|a, b| a.0.total_cmp(&b.0));
+    let Some((_, middle)) = best else {
+        return 0.0;
+    };
+    let shrink = 0.5 * (5f64.sqrt() - 1.0);
+    let (mut low, mut high) = (middle - width, middle + width);
+    for _ in 0..SECTIONS {
+        let inner = [high - shrink * (high - low), low + shrink * (high - low)];
+        if cost(inner[0]) < cost(inner[1]) {
+            high = inner[1];
+        } else {
+            low = inner[0];
+        }
+    }
+    0.5 * (low + high)
+}
