@@ -164,6 +164,11 @@ fn key_of(fault: &Fault) -> String {
         Fault::ObjectContradicted { object, .. } => format!("contradicted {object}"),
         Fault::ObjectUnplaced { object } => format!("unplaced {object}"),
         Fault::ImageSize { camera, .. } => format!("size {camera}"),
+        Fault::CameraTurned { camera, .. } => format!("turned {camera}"),
+        Fault::CamerasExchanged { a, b } => format!("exchanged {a} {b}"),
+        Fault::LensChanged { camera, .. } => format!("zoom {camera}"),
+        Fault::TagTurned { tag, .. } => format!("turned {tag}"),
+        Fault::TagsExchanged { a, b, .. } => format!("exchanged {a} {b}"),
     }
 }
 

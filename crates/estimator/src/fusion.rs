@@ -4,12 +4,14 @@ pub(crate) mod calibration;
 pub(crate) mod clock_corrections;
 pub(crate) mod faults;
 pub(crate) mod intake;
+pub(crate) mod mistakes;
 pub(crate) mod tag_hosts;
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use crate::clocks::offset_search::{Arrival, OffsetSearch};
+use crate::contradictions::Contradictions;
 use crate::diagnosis::frozen_cameras::FrozenCameras;
 use crate::diagnosis::print_scale::PrintScale;
 use crate::diagnosis::{Action, Diagnosis, Models};
@@ -74,6 +76,9 @@ pub(crate) struct RigFusion {
     timelines: Vec<Timeline>,
     intake: ImageIntake,
     diagnosis: Diagnosis,
+    contradictions: Contradictions,
+    /// The mistakes that are mended in the models.
+    mended: Vec<Fault>,
     frozen_cameras: FrozenCameras,
     /// By object index.
     print_scales: BTreeMap<usize, PrintScale>,
@@ -126,6 +131,8 @@ impl RigFusion {
             timelines,
             intake,
             diagnosis: Diagnosis::default(),
+            contradictions: Contradictions::default(),
+            mended: Vec::new(),
             frozen_cameras: FrozenCameras::default(),
             print_scales: BTreeMap::new(),
             offset_search: OffsetSearch::default(),
@@ -198,7 +205,8 @@ impl RigFusion {
             .find(|timeline| timeline.object() == object)?;
         let estimate = timeline.estimate(time_ns, &self.site, &self.options)?;
         let index = self.site.objects().iter().position(|id| id == object)?;
-        Some(self.with_frame(index, estimate)).filter(ObjectEstimate::is_finite)
+        let estimate = self.with_doubt(index, self.with_frame(index, estimate));
+        Some(estimate).filter(ObjectEstimate::is_finite)
     }
 
     /// Faults of the site.
@@ -210,6 +218,11 @@ impl RigFusion {
             &self.offset_search,
             self.now_ns,
         );
+        for mistake in self.mistakes() {
+            if !all.contains(&mistake) {
+                all.push(mistake);
+            }
+        }
         let frozen = self.frozen_cameras.frozen();
         all.extend(faults::of_cameras(&self.site, frozen, &self.diagnosis));
         all.extend(faults::of_sizes(&self.site, self.intake.other_sizes()));
@@ -304,6 +317,16 @@ impl RigFusion {
         self.diagnosis
             .record_duplicates(camera_index, image.capture_ns, tags);
         let associated = self.check_print_scales(image, associated);
+        let associated = self.check_mistakes(image, associated);
+        if self.contradictions.is_suspended(camera_index) {
+            let n_views = associated.objects.values().map(|seen| seen.views.len());
+            let n_views = n_views.sum();
+            self.intake.count_views(&image.camera, n_views, n_views);
+            for object in 0..self.timelines.len() {
+                self.take_absence(object, image.capture_ns);
+            }
+            return;
+        }
         let mut timely = Arrival::Yes;
         for object in 0..self.timelines.len() {
             match associated.objects.get(&object) {
@@ -342,6 +365,7 @@ impl RigFusion {
         }
         self.forget_calibration();
         self.diagnosis.reset();
+        self.contradictions.models_changed();
         self.site.associate(camera_index, image, &self.options)
     }
 
@@ -418,6 +442,7 @@ impl RigFusion {
         let timeline = &self.timelines[object];
         let estimate = timeline.estimate_ahead(stamp_ns, ahead_s, &self.site, &self.options);
         let estimate = estimate.map(|estimate| self.with_frame(object, estimate));
+        let estimate = estimate.map(|estimate| self.with_doubt(object, estimate));
         self.outputs
             .extend(estimate.filter(ObjectEstimate::is_finite).map(Output::Pose));
     }
@@ -430,6 +455,8 @@ impl RigFusion {
         let before = self.site.cameras().to_vec();
         self.site.set_rig(rig);
         self.rig = rig.clone();
+        self.mended.retain(|fault| !faults::is_of_camera(fault));
+        self.contradictions.models_changed();
         self.forget_calibration();
         self.diagnosis.reset();
         self.offset_search.models_changed();
@@ -461,6 +488,8 @@ impl RigFusion {
             return;
         }
         self.print_scales.clear();
+        self.mended.retain(faults::is_of_camera);
+        self.contradictions.models_changed();
         self.forget_calibration();
         self.diagnosis.reset();
         self.offset_search.models_changed();

@@ -16,6 +16,7 @@
 //! This crate knows no clock (time is an argument), no image, no network and no file.
 
 mod clocks;
+mod contradictions;
 mod diagnosis;
 mod fading_counter;
 mod filter;

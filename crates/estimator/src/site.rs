@@ -1,6 +1,7 @@
 //! Rig and objects by index, with everything that follows from the models computed once, and data association.
 
 pub(crate) mod corrections;
+pub(crate) mod mending;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -148,6 +149,14 @@ pub(crate) struct AssociatedImage {
     pub objects: BTreeMap<usize, Arc<ObjectImage>>,
     pub unknown_tags: u64,
     pub damaged_tags: u64,
+}
+
+impl TagPlacement {
+    /// Index of the object and of the link that has the tag; 0 where the object is rigid.
+    pub fn body(&self) -> (usize, usize) {
+        let link = self.chain_link.as_ref().map(|chain_link| chain_link.link);
+        (self.object, link.unwrap_or(0))
+    }
 }
 
 impl ModelledSite {
@@ -331,6 +340,11 @@ impl ModelledSite {
     /// A tag on its object.
     pub fn placement(&self, tag: &TagId) -> Option<&TagPlacement> {
         self.places.get(tag)
+    }
+
+    /// All tags on their objects.
+    pub fn placements(&self) -> impl Iterator<Item = (&TagId, &TagPlacement)> {
+        self.places.iter()
     }
 
     /// The object that has a tag.

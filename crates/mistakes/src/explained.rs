@@ -1,6 +1,6 @@
 //! How well a site explains the views: the best pose of each body at each instant, and what its views cost then.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use sextant_geometry::planar_pose::tag_poses;
 use sextant_geometry::{Pose, tag_corners_in_tag};
@@ -22,7 +22,12 @@ pub(crate) struct Explained {
 }
 
 /// A view that costs more contradicts the site: its coordinates are off by more than two standard deviations.
-pub(crate) const CONTRADICTS: f64 = 0.4 * MOST_COST;
+const CONTRADICTS: f64 = 0.4 * MOST_COST;
+
+/// Whether a view of such a cost contradicts the site.
+pub(crate) fn contradicts(cost: f64) -> bool {
+    cost > CONTRADICTS
+}
 
 impl Branches {
     pub fn new(site: &Site, instants: &[Instant]) -> Self {
@@ -56,9 +61,9 @@ impl Branches {
         &self.0[instant][view]
     }
 
-    /// Those of one instant.
-    pub fn only(&self, instant: usize) -> Self {
-        Self(vec![self.0[instant].clone()])
+    /// Those of one instant, by view.
+    pub fn of_instant(&self, instant: usize) -> &[Vec<Pose>] {
+        &self.0[instant]
     }
 }
 
@@ -77,7 +82,7 @@ pub(crate) fn body_term<'a>(camera: &'a SiteCamera, tag: &SiteTag, view: &View) 
         outer: camera.world_from_camera.inverse(),
         points: tag_corners_in_tag(tag.size_m).map(|corner| tag.body_from_tag * corner),
         corners: view.corners,
-        spread: spread(camera, tag, view),
+        whitening: spread(camera, tag, view).whitening(&view.corners),
     }
 }
 
@@ -146,7 +151,6 @@ impl Explained {
         anew
     }
 
-
     /// The views that contradict, with their instants.
     pub fn contradicting<'a>(
         &'a self,
@@ -154,10 +158,14 @@ impl Explained {
     ) -> impl Iterator<Item = (usize, &'a View)> {
         let of_instant = |(index, (instant, costs)): (usize, (&'a Instant, &'a Vec<f64>))| {
             let views = instant.views.iter().zip(costs);
-            let wrong = views.filter(|(_, cost)| **cost > CONTRADICTS);
+            let wrong = views.filter(|(_, cost)| contradicts(**cost));
             wrong.map(move |(view, _)| (index, view))
         };
-        instants.iter().zip(&self.costs).enumerate().flat_map(of_instant)
+        instants
+            .iter()
+            .zip(&self.costs)
+            .enumerate()
+            .flat_map(of_instant)
     }
 }
 
@@ -185,7 +193,7 @@ fn fitted(site: &Site, instant: &Instant, branches: &[Vec<Pose>]) -> (Option<Pos
 /// A view's term against others of its camera.
 fn term_by_tag<'a>(camera: &'a SiteCamera, tag: &SiteTag, view: &View) -> Term<'a> {
     Term {
-        spread: spread_by_tag(tag, view),
+        whitening: spread_by_tag(tag, view).whitening(&view.corners),
         ..body_term(camera, tag, view)
     }
 }
@@ -245,6 +253,21 @@ pub(crate) fn poses_by(
     let poses = instants.iter().zip(&branches.0);
     let poses = poses.map(|(instant, own)| pose_by(site, instant, own, &is_used, body_term));
     poses.collect()
+}
+
+/// The poses of a body by the views of each camera alone.
+pub(crate) fn poses_by_camera(
+    site: &Site,
+    instant: &Instant,
+    branches: &[Vec<Pose>],
+) -> BTreeMap<usize, Pose> {
+    let cameras = cameras(instant.views.iter()).into_iter();
+    let pose = |camera: usize| {
+        let is_own = |view: &View| view.camera == camera;
+        let pose = pose_by(site, instant, branches, is_own, body_term)?;
+        Some((camera, pose))
+    };
+    cameras.filter_map(pose).collect()
 }
 
 /// The cameras of some views.

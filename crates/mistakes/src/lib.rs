@@ -14,11 +14,13 @@ mod explained;
 mod judgement;
 mod mistake;
 mod pose_fit;
+mod screen;
 mod site;
 mod starts;
 
 pub use judgement::{Explanation, Found, explain};
 pub use mistake::Mistake;
+pub use screen::{Screened, screen};
 pub use site::{Instant, Site, SiteCamera, SiteTag, View};
 
 #[cfg(test)]

@@ -40,7 +40,42 @@ pub(crate) struct Term<'a> {
     pub outer: Pose,
     pub points: [Point3<f64>; 4],
     pub corners: [Point2<f64>; 4],
-    pub spread: Spread,
+    /// Brings errors of the corners into units of their standard deviations.
+    pub whitening: Whitening,
+}
+
+/// As [`Term::whitening`].
+pub(crate) type Whitening = SMatrix<f64, 8, 8>;
+
+impl Spread {
+    /// The inverse of a square root of the covariance, from the directions in which corners move together.
+    pub fn whitening(&self, corners: &[Point2<f64>; 4]) -> Whitening {
+        let mut whitening = Whitening::identity();
+        for (mode, variance) in self.modes(corners) {
+            let factor = (self.own / (self.own + variance)).sqrt() - 1.0;
+            whitening += mode * mode.transpose() * factor;
+        }
+        whitening / self.own.sqrt()
+    }
+
+    /// The directions, of unit length and at right angles to one another, with the variances along them.
+    fn modes(&self, corners: &[Point2<f64>; 4]) -> [(Corners, f64); 4] {
+        let sum = corners.iter().map(|corner| corner.coords);
+        let middle = sum.sum::<Vector2<f64>>() / 4.0;
+        let arms = corners.map(|corner| corner.coords - middle);
+        let square: f64 = arms.iter().map(Vector2::norm_squared).sum();
+        let length = square.sqrt().max(f64::MIN_POSITIVE);
+        let mode = |at: fn(&Vector2<f64>) -> Vector2<f64>| {
+            Corners::from_fn(|row, _| at(&arms[row / 2])[row % 2] / length)
+        };
+        let shift = |axis: usize| Corners::from_fn(|row, _| f64::from(row % 2 == axis) * 0.5);
+        [
+            (shift(0), 4.0 * self.shift),
+            (shift(1), 4.0 * self.shift),
+            (mode(|arm| Vector2::new(-arm.y, arm.x)), square * self.turn),
+            (mode(|arm| *arm), square * self.scale),
+        ]
+    }
 }
 
 impl Term<'_> {
@@ -48,7 +83,7 @@ impl Term<'_> {
     pub fn cost(&self, pose: &Pose) -> f64 {
         let error = self.error(pose);
         error.map_or(MOST_COST, |error| {
-            bounded(0.5 * self.whitened(error).norm_squared())
+            bounded(0.5 * (self.whitening * error).norm_squared())
         })
     }
 
@@ -62,35 +97,6 @@ impl Term<'_> {
                 .copy_from(&(seen - corner));
         }
         Some(error)
-    }
-
-    /// The directions in which corners move together, of unit length, with the variances along them.
-    fn modes(&self) -> [(Corners, f64); 4] {
-        let sum = self.corners.iter().map(|corner| corner.coords);
-        let middle = sum.sum::<Vector2<f64>>() / 4.0;
-        let arms = self.corners.map(|corner| corner.coords - middle);
-        let square: f64 = arms.iter().map(Vector2::norm_squared).sum();
-        let length = square.sqrt().max(f64::MIN_POSITIVE);
-        let mode = |at: fn(&Vector2<f64>) -> Vector2<f64>| {
-            Corners::from_fn(|row, _| at(&arms[row / 2])[row % 2] / length)
-        };
-        let shift = |axis: usize| Corners::from_fn(|row, _| f64::from(row % 2 == axis) * 0.5);
-        [
-            (shift(0), 4.0 * self.spread.shift),
-            (shift(1), 4.0 * self.spread.shift),
-            (mode(|arm| Vector2::new(-arm.y, arm.x)), square * self.spread.turn),
-            (mode(|arm| *arm), square * self.spread.scale),
-        ]
-    }
-
-    /// A column over the corners in units of its standard deviations.
-    fn whitened(&self, mut column: Corners) -> Corners {
-        let own = self.spread.own;
-        for (mode, variance) in self.modes() {
-            let factor = (own / (own + variance)).sqrt() - 1.0;
-            column += mode * (factor * mode.dot(&column));
-        }
-        column / own.sqrt()
     }
 
     fn add(&self, pose: &Pose, information: &mut Matrix6<f64>, gradient: &mut Vector6<f64>) {
@@ -113,11 +119,8 @@ impl Term<'_> {
                 .fixed_view_mut::<2, 3>(2 * at, 3)
                 .copy_from(&(-by_point * so3::hat(&turned)));
         }
-        let error = self.whitened(error);
-        for mut column in by_step.column_iter_mut() {
-            let whitened = self.whitened(column.clone_owned());
-            column.copy_from(&whitened);
-        }
+        let error = self.whitening * error;
+        let by_step = self.whitening * by_step;
         let weight = (MOST_COST / (MOST_COST + 0.5 * error.norm_squared())).powi(2);
         *information += by_step.transpose() * by_step * weight;
         *gradient += by_step.transpose() * error * weight;

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::Vector3;
 use sextant_geometry::{Pose, tag_corners_in_tag};
 
-use crate::explained::{Branches, Explained, body_term, poses_by, spread};
+use crate::explained::{Branches, Explained, body_term, poses_by, poses_by_camera, spread};
 use crate::mistake::{Mistake, zoomed};
 use crate::pose_fit::{self, Term, best_of};
 use crate::site::{Instant, Site, SiteCamera, View};
@@ -52,9 +52,8 @@ impl Starts<'_> {
         for tag in &tags {
             all.extend(self.of_tag(*tag));
         }
-        let same_body = |(a, b): &(usize, usize)| {
-            self.site.tags[*a].body == self.site.tags[*b].body
-        };
+        let same_body =
+            |(a, b): &(usize, usize)| self.site.tags[*a].body == self.site.tags[*b].body;
         let exchanged = pairs(&tags).filter(same_body);
         all.extend(exchanged.map(|(a, b)| Mistake::TagsExchanged { a, b }));
         for body in bodies {
@@ -124,7 +123,7 @@ impl Starts<'_> {
                     outer: Pose::identity(),
                     points: tag_corners_in_tag(tag.size_m).map(|corner| world_from_tag * corner),
                     corners: view.corners,
-                    spread: spread(model, tag, view),
+                    whitening: spread(model, tag, view).whitening(&view.corners),
                 });
             }
         }
@@ -163,7 +162,10 @@ impl Starts<'_> {
                 lens: zoomed(&model.lens, log_ratio.exp()),
                 ..model.clone()
             };
-            pose_fit::cost(&self.camera_terms(camera, &model, poses), &camera_from_world)
+            pose_fit::cost(
+                &self.camera_terms(camera, &model, poses),
+                &camera_from_world,
+            )
         };
         let log_ratio = least(cost);
         (log_ratio.abs() > LEAST_LOG_SCALE).then(|| Mistake::LensChanged {
@@ -259,17 +261,13 @@ impl Starts<'_> {
 
     /// Of each camera of an instant: its centre, and from there to the body as it sees it by itself; world axes, m.
     fn rays(&self, at: usize, instant: &Instant) -> Vec<(Vector3<f64>, Vector3<f64>)> {
-        let cameras: BTreeSet<usize> = instant.views.iter().map(|view| view.camera).collect();
-        let ray = |camera: usize| {
+        let poses = poses_by_camera(self.site, instant, self.branches.of_instant(at));
+        let ray = |(camera, pose): (usize, Pose)| {
             let model = self.site.cameras[camera].as_ref()?;
-            let own = |view: &View| view.camera == camera;
-            let one = std::slice::from_ref(instant);
-            let branches = self.branches.only(at);
-            let pose = poses_by(self.site, one, &branches, own)[0]?;
             let centre = model.world_from_camera.translation.vector;
             Some((centre, pose.translation.vector - centre))
         };
-        cameras.into_iter().filter_map(ray).collect()
+        poses.into_iter().filter_map(ray).collect()
     }
 
     /// Tags of another size at their places: distances of tags in one image by the file over those seen with its sizes.
@@ -277,11 +275,13 @@ impl Starts<'_> {
         let mut ratios = Vec::new();
         for (at, instant) in self.instants.iter().enumerate() {
             let views = instant.views.iter().enumerate();
-            let centres = views.filter(|_| instant.body == body).filter_map(|(index, view)| {
-                let seen = self.branches.of(at, index).first()?.translation.vector;
-                let on_body = self.site.tags[view.tag].body_from_tag.translation.vector;
-                Some((view.camera, seen, on_body))
-            });
+            let centres = views
+                .filter(|_| instant.body == body)
+                .filter_map(|(index, view)| {
+                    let seen = self.branches.of(at, index).first()?.translation.vector;
+                    let on_body = self.site.tags[view.tag].body_from_tag.translation.vector;
+                    Some((view.camera, seen, on_body))
+                });
             let centres: Vec<_> = centres.collect();
             for (index, (camera, seen, on_body)) in centres.iter().enumerate() {
                 for (other, other_seen, other_on_body) in &centres[index + 1..] {
@@ -318,7 +318,9 @@ const FEWEST: usize = 5;
 fn least(cost: impl Fn(f64) -> f64) -> f64 {
     let width = 2.0 * LOG_RANGE / GRID as f64;
     let grid = (0..=GRID).map(|at| at as f64 * width - LOG_RANGE);
-    let best = grid.map(|log| (cost(log), log)).min_by(|a, b| a.0.total_cmp(&b.0));
+    let best = grid
+        .map(|log| (cost(log), log))
+        .min_by(|a, b| a.0.total_cmp(&b.0));
     let Some((_, middle)) = best else {
         return 0.0;
     };

@@ -313,6 +313,9 @@ fn two_mistakes_are_found_one_after_the_other() {
     let truth = exchanged.amended(&turned.amended(&site(4)));
     let explanation = explained(&site(4), &truth, 1);
     let found: Vec<Mistake> = explanation.found.iter().map(|one| one.mistake).collect();
-    assert!(found.contains(&turned) && found.contains(&exchanged), "{explanation:?}");
+    assert!(
+        found.contains(&turned) && found.contains(&exchanged),
+        "{explanation:?}"
+    );
     assert!(!explanation.is_open());
 }

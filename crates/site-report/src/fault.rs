@@ -114,6 +114,45 @@ pub enum Fault {
         /// Those of the rig, px.
         of_rig: [u32; 2],
     },
+    /// The camera is turned by right angles about its line of sight, as a phone held in the other landscape.
+    CameraTurned {
+        /// Which camera.
+        camera: CameraId,
+        /// 90, 180 or 270 about its z axis.
+        degrees: u16,
+    },
+    /// Each of the two cameras has the name of the other.
+    CamerasExchanged {
+        /// The one.
+        a: CameraId,
+        /// The other.
+        b: CameraId,
+    },
+    /// The camera has another focal length than the rig says: another lens or another zoom.
+    LensChanged {
+        /// Which camera.
+        camera: CameraId,
+        /// Its focal length over the rig's.
+        ratio: f64,
+    },
+    /// The tag is stuck on turned by right angles in its plane.
+    TagTurned {
+        /// On which object.
+        object: ObjectId,
+        /// Which tag.
+        tag: TagId,
+        /// 90, 180 or 270 about its z axis.
+        degrees: u16,
+    },
+    /// Each of the two tags is where the other should be.
+    TagsExchanged {
+        /// On which object.
+        object: ObjectId,
+        /// The one.
+        a: TagId,
+        /// The other.
+        b: TagId,
+    },
 }
 
 sentences! { Fault {
@@ -183,6 +222,25 @@ sentences! { Fault {
         "images of camera {camera} are {width}x{height}, its lens in the rig is of {rig_width}x{rig_height}, so that \
          they are left out",
         ": let it take images of that size, or calibrate the lens at the other one";
+    Self::CameraTurned { camera, degrees } =>
+        "camera {camera} is turned by {degrees} degrees about its line of sight, poses allow for it",
+        ": turn it back, or calibrate it again";
+    Self::CamerasExchanged { a, b } =>
+        "cameras {a} and {b} have exchanged their names, poses allow for it",
+        ": exchange the two ids in the rig file, or the two cables";
+    Self::LensChanged { camera, ratio } =>
+        "the focal length of camera {camera} is {percent:.0} % of that in the rig file, another lens or zoom",
+        ": set the zoom back, or run `sextant calibrate lens`",
+        percent = ratio * 100.0;
+    Self::TagTurned { object, tag, degrees: 180 } =>
+        "tag {tag} of object {object} is stuck on upside down, poses allow for it",
+        ": turn its pose in the object's file by 180 degrees about z";
+    Self::TagTurned { object, tag, degrees } =>
+        "tag {tag} of object {object} is stuck on turned by {degrees} degrees, poses allow for it",
+        ": turn its pose in the object's file by as much about z";
+    Self::TagsExchanged { object, a, b } =>
+        "tags {a} and {b} of object {object} are exchanged, poses allow for it",
+        ": exchange their ids in the object's file";
 }}
 
 /// A span of time in words.

@@ -157,7 +157,7 @@ fn check_fault(fault: &Fault) -> Result<(), OutOfRange> {
         Fault::Untimely { age_s, .. } => check::finite(&[*age_s], "faults[].age_s"),
         Fault::HostClockOff { offset_s } => check::finite(&[*offset_s], "faults[].offset_s"),
         Fault::CameraFrozen { still_s, .. } => check::amount(*still_s, "faults[].still_s"),
-        Fault::ObjectScaled { ratio, .. } => check::amount(*ratio, "faults[].ratio"),
+        Fault::ObjectScaled { ratio, .. } | Fault::LensChanged { ratio, .. } => check::amount(*ratio, "faults[].ratio"),
         Fault::ObjectContradicted { share, .. } => check::amount(*share, "faults[].share"),
         Fault::CameraMoved { .. }
         | Fault::CamerasDisagree { .. }
@@ -165,6 +165,10 @@ fn check_fault(fault: &Fault) -> Result<(), OutOfRange> {
         | Fault::TagElsewhere { .. }
         | Fault::DuplicateTag { .. }
         | Fault::LensOff { .. }
+        | Fault::CameraTurned { .. }
+        | Fault::CamerasExchanged { .. }
+        | Fault::TagTurned { .. }
+        | Fault::TagsExchanged { .. }
         | Fault::ObjectUnplaced { .. }
         | Fault::ImageSize { .. } => Ok(()),
     }

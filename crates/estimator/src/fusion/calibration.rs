@@ -57,7 +57,9 @@ impl RigFusion {
 
     /// Whether what images contradict may be a fault.
     fn is_suspect(&self) -> bool {
-        self.diagnosis.is_alert(&self.options) && !self.self_calibration.is_young()
+        let is_alert =
+            self.diagnosis.is_alert(&self.options) && !self.self_calibration.is_young();
+        is_alert || self.contradictions.forbids_learning()
     }
 
     /// Applies the adjustment that is due. While a fault is suspected it may have been learned, and what is known of
@@ -69,6 +71,7 @@ impl RigFusion {
         }
         if self.self_calibration.take_adjusted(&mut self.site) {
             self.diagnosis.reset();
+            self.contradictions.models_corrected();
             for (object, timeline) in self.timelines.iter_mut().enumerate() {
                 let moved = self.self_calibration.moved(object);
                 timeline.remodel(moved, &self.site, &self.options);

@@ -140,6 +140,7 @@ impl RigFusion {
     /// Discards what was estimated with wrong timestamps.
     pub(crate) fn begin_anew(&mut self) {
         self.diagnosis.reset();
+        self.contradictions.forget_times();
         self.self_calibration.forget_clocks();
         for timeline in &mut self.timelines {
             *timeline = Timeline::new(timeline.object().clone());
@@ -171,6 +172,7 @@ impl RigFusion {
             } else if is_far(&found) && steady.contains(&index) && !is_spoilt {
                 self.offset_search.add(index, found);
                 self.diagnosis.forget_images();
+                self.contradictions.forget_times();
                 self.self_calibration.discard_quarantine();
                 self.self_calibration.shift_clock(index, found.offset_s);
                 self.catch_up();

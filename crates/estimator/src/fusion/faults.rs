@@ -160,6 +160,17 @@ pub(crate) fn camera_of_images(fault: &Fault) -> Option<&CameraId> {
     }
 }
 
+/// Whether a fault is of a camera, not of an object or a tag.
+pub(crate) fn is_of_camera(fault: &Fault) -> bool {
+    matches!(
+        fault,
+        Fault::CameraMoved { .. }
+            | Fault::CameraTurned { .. }
+            | Fault::CamerasExchanged { .. }
+            | Fault::LensChanged { .. }
+    )
+}
+
 /// What keeps an object from being tracked, whatever camera or tag it is due to.
 pub(crate) fn of_objects(
     site: &ModelledSite,

@@ -1,0 +1,165 @@
+//! What the cameras saw of each object lately, as the views of one instant.
+//!
+//! Cameras that expose at different times are brought to one time in the image: a corner moves on as it did between the
+//! last two images. No pose and no model takes part in that, so that nothing that is wrong with them can mislead it.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use nalgebra::{Point2, Vector2};
+use sextant_mistakes::{Instant, View};
+use sextant_site_model::TagId;
+
+use crate::FusionOptions;
+use crate::contradictions::indexed_site::IndexedSite;
+use crate::measurement::corners::TagView;
+use crate::site::ObjectImage;
+use crate::time::seconds;
+
+/// Longest time over which corners are moved on, s, and most times that between the two images they are moved on by.
+const LONGEST_S: f64 = 0.06;
+const MOST_STEPS: f64 = 1.5;
+/// Share of their motion by which corners that are moved on are uncertain.
+const UNCERTAIN_MOTION: f64 = 0.2;
+/// Standard deviation of a clock that nobody vouches for, s: images that are further off are another matter.
+const USUAL_CLOCK_S: f64 = 0.005;
+/// Most views of an instant: those of the largest tags.
+const MOST_VIEWS: usize = 24;
+
+/// The last two images of each object by each camera.
+#[derive(Debug, Default)]
+pub(crate) struct Evidence {
+    /// By object and camera index, the newer first.
+    images: BTreeMap<(usize, usize), [Option<Arc<ObjectImage>>; 2]>,
+}
+
+impl Evidence {
+    /// Takes an image of an object in.
+    pub fn take(&mut self, object: usize, image: &Arc<ObjectImage>) {
+        let images = self
+            .images
+            .entry((object, image.camera_index))
+            .or_default();
+        let is_newer = |newest: &Arc<ObjectImage>| image.capture_ns > newest.capture_ns;
+        if images[0].as_ref().is_none_or(is_newer) {
+            images[1] = images[0].replace(image.clone());
+        }
+    }
+
+    /// Forgets all images.
+    pub fn clear(&mut self) {
+        self.images.clear();
+    }
+
+    /// An object at the time of its newest image, body by body; those seen by two or more tags.
+    pub fn instants(
+        &self,
+        object: usize,
+        time_ns: u64,
+        site: &IndexedSite,
+        options: &FusionOptions,
+    ) -> Vec<Instant> {
+        let mut bodies: BTreeMap<usize, Vec<View>> = BTreeMap::new();
+        for ((_, camera), [newest, before]) in self.images.range((object, 0)..(object + 1, 0)) {
+            let Some(newest) = newest else {
+                continue;
+            };
+            let moved = Moved::new(newest, before.as_deref(), time_ns, options);
+            let (Some(moved), true) = (moved, site.has_camera(*camera)) else {
+                continue;
+            };
+            for view in singles(&newest.views) {
+                let known = site.tag(&view.tag).zip(moved.view(view, options));
+                if let Some((tag, (corners, sigma_px))) = known {
+                    let views = bodies.entry(site.body(tag)).or_default();
+                    views.push(View {
+                        camera: *camera,
+                        tag,
+                        corners,
+                        sigma_px,
+                    });
+                }
+            }
+        }
+        let bodies = bodies.into_iter().filter(|(_, views)| views.len() > 1);
+        let instant = |(body, views)| Instant {
+            body,
+            views: largest(views),
+        };
+        bodies.map(instant).collect()
+    }
+}
+
+/// The views of tags that an image has once.
+fn singles(views: &[TagView]) -> impl Iterator<Item = &TagView> {
+    let n_of = |tag: TagId| views.iter().filter(|view| view.tag == tag).count();
+    views.iter().filter(move |view| n_of(view.tag) == 1)
+}
+
+fn largest(mut views: Vec<View>) -> Vec<View> {
+    if views.len() > MOST_VIEWS {
+        let size = |view: &View| (view.corners[2] - view.corners[0]).norm();
+        views.sort_by(|a, b| size(b).total_cmp(&size(a)));
+        views.truncate(MOST_VIEWS);
+    }
+    views
+}
+
+/// The views of a camera at a time after its newest image.
+struct Moved<'a> {
+    before: Option<&'a ObjectImage>,
+    /// From the image before to the newest, s; zero without one.
+    step_s: f64,
+    /// Times that step from the newest image to the time.
+    steps: f64,
+    /// Standard deviation of the camera's clock, s.
+    clock_s: f64,
+}
+
+impl<'a> Moved<'a> {
+    /// `None` where the time is too far from the camera's images.
+    fn new(
+        newest: &ObjectImage,
+        before: Option<&'a ObjectImage>,
+        time_ns: u64,
+        options: &FusionOptions,
+    ) -> Option<Self> {
+        let after_s = seconds(newest.capture_ns, time_ns);
+        let step_s = before.map_or(0.0, |before| seconds(before.capture_ns, newest.capture_ns));
+        let is_moved = after_s != 0.0;
+        let steps = if is_moved { after_s / step_s } else { 0.0 };
+        let is_near = after_s.abs() <= LONGEST_S && steps.abs() <= MOST_STEPS;
+        (is_near && steps.is_finite()).then_some(Self {
+            before,
+            step_s,
+            steps,
+            clock_s: newest.clock.sigma_s(options).min(USUAL_CLOCK_S),
+        })
+    }
+
+    /// Corners, px, and the standard deviation of their coordinates, px; `None` where the motion is needed and unknown.
+    fn view(&self, view: &TagView, options: &FusionOptions) -> Option<([Point2<f64>; 4], f64)> {
+        let variance = view.seen.own_covariance().trace() / 8.0;
+        let own_px = match variance > 0.0 {
+            true => variance.sqrt(),
+            false => options.corner_sigma_px,
+        };
+        if self.steps == 0.0 && self.clock_s == 0.0 {
+            return Some((view.corners_in_image, own_px));
+        }
+        let mut earlier = self.before?.views.iter();
+        let earlier = earlier.find(|earlier| earlier.tag == view.tag)?;
+        let motion: [Vector2<f64>; 4] = std::array::from_fn(|corner| {
+            view.corners_in_image[corner] - earlier.corners_in_image[corner]
+        });
+        let corners = std::array::from_fn(|corner| {
+            view.corners_in_image[corner] + motion[corner] * self.steps
+        });
+        let squares = motion.iter().map(Vector2::norm_squared);
+        let motion_px = (squares.sum::<f64>() / 4.0).sqrt();
+        let noise_px = own_px * (1.0 + self.steps).hypot(self.steps);
+        let moved_px = motion_px * self.steps.abs() * UNCERTAIN_MOTION;
+        let clock_px = motion_px / self.step_s * self.clock_s;
+        Some((corners, noise_px.hypot(moved_px).hypot(clock_px)))
+    }
+}

@@ -1,0 +1,99 @@
+//! The models in force by index, as hypotheses about them need them.
+
+use std::collections::BTreeMap;
+
+use sextant_mistakes::{Site, SiteCamera, SiteTag};
+use sextant_site_model::{PoseSigma, TagId};
+
+use crate::site::{ModelledSite, SiteCamera as ModelledCamera};
+
+/// Factor on the standard deviations of the models: what exceeds such errors is a mistake.
+const WIDER: f64 = 2.0;
+/// Share of the usual errors of files that no model is better than.
+const LEAST_SIGMA: f64 = 0.2;
+
+/// A site with the tags that its indices stand for.
+#[derive(Debug)]
+pub(crate) struct IndexedSite {
+    pub site: Site,
+    pub tags: Vec<TagId>,
+    index: BTreeMap<TagId, usize>,
+    /// Object index and link of each body.
+    bodies: Vec<(usize, usize)>,
+}
+
+impl IndexedSite {
+    pub fn new(models: &ModelledSite) -> Self {
+        let mut indexed = Self {
+            site: Site::default(),
+            tags: Vec::new(),
+            index: BTreeMap::new(),
+            bodies: Vec::new(),
+        };
+        let cameras = models.cameras().iter();
+        indexed.site.cameras = cameras.map(|camera| site_camera(camera, models)).collect();
+        for (tag, place) in models.placements() {
+            let Some(body_from_tag) = place.tag.object_from_tag else {
+                continue;
+            };
+            let key = place.body();
+            let known = indexed.bodies.iter().position(|body| *body == key);
+            let body = known.unwrap_or_else(|| {
+                indexed.bodies.push(key);
+                indexed.bodies.len() - 1
+            });
+            indexed.index.insert(*tag, indexed.tags.len());
+            indexed.tags.push(*tag);
+            indexed.site.tags.push(SiteTag {
+                body,
+                body_from_tag,
+                size_m: place.tag.size_m,
+                sigma: widened(place.sigma, PoseSigma::OF_TAG),
+            });
+        }
+        indexed
+    }
+
+    /// Index of a tag that has a place.
+    pub fn tag(&self, tag: &TagId) -> Option<usize> {
+        self.index.get(tag).copied()
+    }
+
+    /// The body of a tag.
+    pub fn body(&self, tag: usize) -> usize {
+        self.site.tags[tag].body
+    }
+
+    /// The object of a body.
+    pub fn object(&self, body: usize) -> usize {
+        self.bodies[body].0
+    }
+
+    /// Whether a camera has a pose.
+    pub fn has_camera(&self, camera: usize) -> bool {
+        self.site.cameras.get(camera).is_some_and(Option::is_some)
+    }
+}
+
+fn site_camera(camera: &ModelledCamera, models: &ModelledSite) -> Option<SiteCamera> {
+    let posed = camera.posed.as_ref()?;
+    let alone = models.has_one_camera();
+    Some(SiteCamera {
+        lens: posed.lens,
+        world_from_camera: posed.camera_from_world.inverse(),
+        sigma: match alone {
+            true => PoseSigma::NONE,
+            false => widened(posed.sigma, PoseSigma::OF_CAMERA),
+        },
+    })
+}
+
+/// A standard deviation within which an error is no mistake.
+fn widened(sigma: Option<PoseSigma>, usual: PoseSigma) -> PoseSigma {
+    let sigma = sigma.unwrap_or(PoseSigma::NONE).times(WIDER);
+    let least = usual.times(LEAST_SIGMA);
+    PoseSigma {
+        position_m: sigma.position_m.max(least.position_m),
+        orientation_rad: sigma.orientation_rad.max(least.orientation_rad),
+    }
+}

@@ -1,0 +1,162 @@
+//! Mistakes of the files and in the room: found, mended in the models, reported.
+
+use crate::fusion::RigFusion;
+use crate::site::{AssociatedImage, ModelledSite};
+use crate::tracker::timeline::Timeline;
+use sextant_mistakes::Mistake;
+use sextant_site_model::ImageObservation;
+use sextant_site_report::{Fault, ObjectEstimate, State};
+
+impl RigFusion {
+    /// Compares an image with the models, and mends the mistakes that explain what contradicts; returns the image by
+    /// the models in force then.
+    pub(crate) fn check_mistakes(
+        &mut self,
+        image: &ImageObservation,
+        associated: AssociatedImage,
+    ) -> AssociatedImage {
+        for (object, seen) in &associated.objects {
+            let is_doubted = self.is_doubted(*object);
+            self.contradictions
+                .take(*object, seen, is_doubted, &self.site, &self.options);
+        }
+        let Some(explanation) = self.contradictions.explain() else {
+            return associated;
+        };
+        let mistakes = self.contradictions.to_mend(&explanation);
+        if mistakes.is_empty() {
+            return associated;
+        }
+        self.mend(&mistakes);
+        match self.site.camera(&image.camera) {
+            Some((camera_index, _)) => self.site.associate(camera_index, image, &self.options),
+            None => associated,
+        }
+    }
+
+    /// Whether the track of an object rejects views.
+    fn is_doubted(&self, object: usize) -> bool {
+        let track = self.timelines[object].at(u64::MAX);
+        !track.summary.refused.is_empty()
+            || track.contradicted_since_ns.is_some()
+            || track.refused_share(self.present_ns()).is_some()
+    }
+
+    /// Takes over what is right if some mistakes were made. What was learned with them means nothing now.
+    fn mend(&mut self, mistakes: &[Mistake]) {
+        for mistake in mistakes {
+            let fault = self.fault(mistake);
+            if let Some(indexed) = self.contradictions.indexed() {
+                self.site.mend(mistake, indexed);
+            }
+            if let Some(fault) = fault {
+                self.mended.retain(|other| !is_of_same(other, &fault));
+                self.mended.push(fault);
+            }
+        }
+        for timeline in &mut self.timelines {
+            *timeline = Timeline::new(timeline.object().clone());
+        }
+        self.forget_calibration();
+        self.diagnosis.reset();
+        self.offset_search.models_changed();
+        self.contradictions.models_changed();
+    }
+
+    /// What is reported of a mistake; `None` where something else reports it.
+    fn fault(&self, mistake: &Mistake) -> Option<Fault> {
+        let camera = |index: usize| self.site.camera_id(index);
+        let degrees = |quarters: u8| u16::from(quarters) * 90;
+        let indexed = self.contradictions.indexed()?;
+        let tags = ModelledSite::tags_of(mistake, indexed);
+        let first = tags.first().copied();
+        let of_first = first.and_then(|tag| Some((self.site.object_of(&tag)?.clone(), tag)));
+        Some(match *mistake {
+            Mistake::CameraMoved { camera: index, .. } => Fault::CameraMoved {
+                camera: camera(index)?,
+            },
+            Mistake::CameraTurned {
+                camera: index,
+                quarters,
+            } => Fault::CameraTurned {
+                camera: camera(index)?,
+                degrees: degrees(quarters),
+            },
+            Mistake::CamerasExchanged { a, b } => Fault::CamerasExchanged {
+                a: camera(a)?,
+                b: camera(b)?,
+            },
+            Mistake::LensChanged {
+                camera: index,
+                ratio,
+            } => Fault::LensChanged {
+                camera: camera(index)?,
+                ratio,
+            },
+            Mistake::TagTurned { quarters, .. } => {
+                let (object, tag) = of_first?;
+                Fault::TagTurned {
+                    object,
+                    tag,
+                    degrees: degrees(quarters),
+                }
+            }
+            Mistake::TagsExchanged { .. } => {
+                let (object, a) = of_first?;
+                Fault::TagsExchanged {
+                    object,
+                    a,
+                    b: *tags.get(1)?,
+                }
+            }
+            Mistake::TagResized { ratio, .. } => {
+                let (object, tag) = of_first?;
+                Fault::TagSize { object, tag, ratio }
+            }
+            Mistake::TagMoved { .. } => {
+                let (object, tag) = of_first?;
+                Fault::TagMisplaced { object, tag }
+            }
+            // The site knows the scales of its objects.
+            Mistake::BodyScaled { .. } | Mistake::SizesScaled { .. } => return None,
+        })
+    }
+
+    /// The faults of the mistakes that are mended, and of two cameras that may as well be the one or the other.
+    pub(crate) fn mistakes(&self) -> Vec<Fault> {
+        let mut all = self.mended.clone();
+        let ids = self.contradictions.pair().map(|pair| pair.map(|index| self.site.camera_id(index)));
+        if let Some([Some(a), Some(b)]) = ids {
+            all.push(Fault::CamerasDisagree {
+                a: a.clone().min(b.clone()),
+                b: a.max(b),
+            });
+        }
+        all
+    }
+
+    /// The estimate of an object on whose pose no majority of its cameras or tags agrees is not tracked; its covariance
+    /// spans what they say.
+    pub(crate) fn with_doubt(&self, object: usize, mut estimate: ObjectEstimate) -> ObjectEstimate {
+        let doubt = self.contradictions.doubt(object, estimate.capture_ns);
+        if let Some(apart) = doubt.filter(|_| estimate.state == State::Tracking) {
+            estimate.state = State::Initialising;
+            let variance = apart.variance();
+            for axis in 0..6 {
+                estimate.covariance[(axis, axis)] += variance[axis];
+            }
+        }
+        estimate
+    }
+}
+
+/// Whether two faults are of one camera or tag, so that the later one replaces the other.
+fn is_of_same(one: &Fault, other: &Fault) -> bool {
+    let camera = |fault: &Fault| match fault {
+        Fault::CameraMoved { camera }
+        | Fault::CameraTurned { camera, .. }
+        | Fault::LensChanged { camera, .. } => Some(camera.clone()),
+        _ => None,
+    };
+    one == other || camera(one).is_some_and(|id| camera(other) == Some(id))
+}
