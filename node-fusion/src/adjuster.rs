@@ -1,17 +1,16 @@
 //! Adjustments of the site's files, solved by a thread of their own: no image waits for them.
 
 use anyhow::Context;
-use sextant_estimator::AdjustmentTask;
+use sextant_estimator::SolverTask;
 use sextant_process::{background, fail_point};
-use std::sync::Arc;
 use std::sync::mpsc::{SyncSender, sync_channel};
 
 /// Hands adjustments to the thread, one at a time.
 #[derive(Debug)]
 pub struct Adjuster {
-    tasks: SyncSender<Arc<AdjustmentTask>>,
+    tasks: SyncSender<SolverTask>,
     /// The last one handed over.
-    given: Option<Arc<AdjustmentTask>>,
+    given: Option<SolverTask>,
 }
 
 impl Adjuster {
@@ -20,7 +19,7 @@ impl Adjuster {
     /// # Errors
     /// Where the machine has no thread left.
     pub fn start() -> anyhow::Result<Self> {
-        let (tasks, waiting) = sync_channel::<Arc<AdjustmentTask>>(1);
+        let (tasks, waiting) = sync_channel::<SolverTask>(1);
         let solve = move || {
             if let Err(error) = background::lower_this_thread() {
                 tracing::debug!("adjustments compete with images for the processor: {error}");
@@ -34,8 +33,8 @@ impl Adjuster {
     }
 
     /// Has a task solved; one that has been handed over already is not solved again.
-    pub fn solve(&mut self, task: &Arc<AdjustmentTask>) {
-        let is_given = |given: &Arc<AdjustmentTask>| Arc::ptr_eq(given, task);
+    pub fn solve(&mut self, task: &SolverTask) {
+        let is_given = |given: &SolverTask| given.is_same(task);
         if !self.given.as_ref().is_some_and(is_given) && self.tasks.try_send(task.clone()).is_ok() {
             self.given = Some(task.clone());
         }

@@ -18,9 +18,7 @@ use crate::requests;
 use crate::standby::{Duty, Standby};
 use crate::status::{Losses, StatusReporter};
 use sextant_election::{Company, Link, Moment};
-use sextant_estimator::{
-    AdjustmentTask, Fusion, FusionOptions, Input, ModelError, Output, Proposal,
-};
+use sextant_estimator::{Fusion, FusionOptions, Input, ModelError, Output, Proposal, SolverTask};
 use sextant_process::ClockQuality;
 use sextant_proto::{
     ChangeOutcome, Heartbeat, InputSource, KeyRef, Keys, ModelsState, NodeId, Notice,
@@ -29,7 +27,6 @@ use sextant_site_model::{CameraId, Rig, posed_objects};
 use sextant_site_report::{ObjectEstimate, State};
 use sextant_zenoh_bus::{Item, Payload, Presence};
 use std::collections::VecDeque;
-use std::sync::Arc;
 
 /// Between two statuses.
 const STATUS_PERIOD_NS: u64 = 1_000_000_000;
@@ -229,8 +226,8 @@ impl FusionCore {
 
     /// An adjustment of the files that is to be solved, which may take long.
     #[must_use]
-    pub(crate) fn adjustment(&self) -> Option<&Arc<AdjustmentTask>> {
-        self.machine.adjustment().filter(|task| !task.is_solved())
+    pub(crate) fn task(&self) -> Option<SolverTask> {
+        self.machine.task().filter(|task| !task.is_solved())
     }
 
     /// Whether the next message under a key of the configuration may be handed over. At most one change is made at a
@@ -353,8 +350,8 @@ impl FusionCore {
     pub(crate) fn tick(&mut self, now: Moment) {
         self.handled_ns = now.monotonic_ns;
         self.update_models(now);
-        let adjustment = self.machine.adjustment();
-        if adjustment.is_some_and(|task| task.is_solved()) {
+        let task = self.machine.task();
+        if task.is_some_and(|task| task.is_solved()) {
             self.feed(InputSource::Adjusted, Input::Adjusted, now);
         }
         let due_ns = self.machine.poll_timeout();

@@ -11,7 +11,7 @@ use crate::storer::Storer;
 use crate::turn::{Environment, MOST_REQUESTS};
 use anyhow::Context;
 use sextant_election::{Link, Moment};
-use sextant_estimator::AdjustmentTask;
+use sextant_estimator::SolverTask;
 use sextant_process::host::host_name;
 use sextant_process::{
     ClockQuality, Exit, Reading, Shutdown, SteadyClock, WithExit, fail_point, memory, now_ns,
@@ -25,7 +25,6 @@ use sextant_zenoh_bus::{
     StreamBounds, Subscription,
 };
 use std::path::Path;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Most observations that wait, and their bytes: one second of 64 cameras at 30 images a second with 20 tags each. They
@@ -265,7 +264,7 @@ impl Environment for Process<'_> {
         Ok(())
     }
 
-    fn solve(&mut self, task: &Arc<AdjustmentTask>) {
+    fn solve(&mut self, task: &SolverTask) {
         self.adjuster.solve(task);
     }
 }

@@ -3,10 +3,9 @@
 
 use crate::fusion_core::{Action, FusionCore, HostState};
 use sextant_election::{Link, Moment};
-use sextant_estimator::AdjustmentTask;
+use sextant_estimator::SolverTask;
 use sextant_proto::NodeId;
 use sextant_zenoh_bus::{Item, Presence};
-use std::sync::Arc;
 
 /// Most messages under keys of the configuration that are read in one turn.
 pub const MOST_REQUESTS: usize = 256;
@@ -42,7 +41,7 @@ pub trait Environment {
     /// Where the process cannot go on.
     fn act(&mut self, action: Action, core: &FusionCore) -> Result<(), Self::Error>;
     /// Has an adjustment solved, which may take long.
-    fn solve(&mut self, task: &Arc<AdjustmentTask>);
+    fn solve(&mut self, task: &SolverTask);
 }
 
 impl FusionCore {
@@ -76,8 +75,8 @@ impl FusionCore {
             self.report(environment.host(), now);
         }
         self.act(environment)?;
-        if let Some(task) = self.adjustment() {
-            environment.solve(task);
+        if let Some(task) = self.task() {
+            environment.solve(&task);
         }
         Ok(())
     }

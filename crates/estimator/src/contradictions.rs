@@ -7,19 +7,21 @@
 //! mistake that is found is mended in the models, and reported as a fault until the files change.
 
 pub(crate) mod evidence;
-pub(crate) mod indexed_site;
+pub(crate) mod search;
 pub(crate) mod standing;
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
-use sextant_mistakes::{Explanation, Instant, Mistake, Screened, explain, screen};
+use sextant_geometry::se3;
+use sextant_mistakes::{Explanation, Instant, Mistake, Screened, screen};
 use sextant_site_model::PoseSigma;
 
 use crate::FusionOptions;
 use crate::contradictions::evidence::Evidence;
-use crate::contradictions::indexed_site::IndexedSite;
+use crate::contradictions::search::{History, MistakeSearch, Scope};
 use crate::contradictions::standing::Standings;
+use crate::site::indexed_site::{Exactness, IndexedSite};
 use crate::site::{ModelledSite, ObjectImage};
 
 /// Most instants kept.
@@ -40,6 +42,15 @@ const LEAST_TO_EXPLAIN: usize = 8;
 const MORE_TO_EXPLAIN: f64 = 1.5;
 /// Instants after which nothing further is expected to explain it: it is learned as errors of the files again.
 const MOST_TO_EXPLAIN: usize = 40;
+/// Instants in which a tag agreed after which it has been right once.
+const CONFIRMED: usize = 5;
+/// Numbers of instants at which the files are compared as if they were exact, and parameters of the mistakes looked for.
+const CHECKS: [(usize, usize); 3] = [(4, 0), (12, 1), (MOST_INSTANTS, 1)];
+/// Factor on the usual cost of a view, and least cost, from which on it is unusual; weight of an instant in the usual
+/// one.
+const UNUSUAL: f64 = 2.5;
+const LEAST_UNUSUAL: f64 = 0.4;
+const REMEMBERED: f64 = 0.05;
 /// Time for which an instant tells how an object is seen, ns.
 const NEW_NS: u64 = 500_000_000;
 
@@ -55,6 +66,23 @@ impl Compared {
     fn is_wrong(&self) -> bool {
         self.screened.is_any()
     }
+}
+
+/// Two cameras one of which is not where the rig says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Pair {
+    pub cameras: [usize; 2],
+    /// How far either would have been moved.
+    apart: PoseSigma,
+}
+
+/// What the track of an object has rejected lately.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct TrackDoubts {
+    /// Whether it has rejected any view.
+    pub is_any: bool,
+    /// The cameras of whose last image no view took part, if the track has been beyond doubt.
+    pub cameras: Vec<usize>,
 }
 
 /// When an object is compared.
@@ -75,54 +103,113 @@ pub(crate) struct Contradictions {
     /// By object index.
     paces: BTreeMap<usize, Pace>,
     standings: Standings,
+    /// Instants in which all views of a tag agreed with others, by its index.
+    agreed_tags: BTreeMap<usize, usize>,
     /// Since when instants have contradicted, ns; `None` while they do not.
     since_ns: Option<u64>,
     /// Instants since then when it was explained last.
     n_explained: usize,
-    /// The two mistakes that explain the instants equally, by camera.
-    pair: Option<[usize; 2]>,
+    /// What a view of an instant that does not contradict costs on average.
+    usual_cost: f64,
+    /// Instants since what they cost has become unusual.
+    n_unusual: usize,
+    /// The search that is due.
+    due: Option<Arc<MistakeSearch>>,
+    /// Whether an instant has been compared since mistakes were last looked for.
+    is_new: bool,
+    /// How often the files have been compared as if they were exact.
+    n_checked: usize,
+    /// The two cameras one of which has been moved.
+    pair: Option<Pair>,
 }
 
 impl Contradictions {
-    /// Takes an image of an object in; `is_doubted` tells whether its track rejects views.
+    /// Takes an image of an object in; `doubts` is what its track has rejected lately.
     pub fn take(
         &mut self,
         object: usize,
         image: &Arc<ObjectImage>,
-        is_doubted: bool,
+        doubts: &TrackDoubts,
         models: &ModelledSite,
         options: &FusionOptions,
     ) {
         self.evidence.take(object, image);
-        let crowd = (self.paces.len() as u64 / MOST_OBJECTS).max(1);
-        let pace = self.paces.entry(object).or_default();
-        let is_dense = is_doubted || pace.is_alert || pace.n_compared < FIRST;
-        let spacing_ns = if is_dense { ALERT_NS } else { CALM_NS * crowd };
-        if image.capture_ns.abs_diff(pace.last_ns) < spacing_ns {
+        let time_ns = image.capture_ns;
+        if !self.is_due(object, time_ns, doubts) {
             return;
         }
         let site = self.site.get_or_insert_with(|| IndexedSite::new(models));
-        let instants = self
-            .evidence
-            .instants(object, image.capture_ns, site, options);
-        if instants.is_empty() {
+        let instants = self.evidence.instants(object, time_ns, site, options);
+        let compared = instants.into_iter().map(|instant| Compared {
+            time_ns,
+            screened: screen(&site.site, &instant),
+            instant,
+        });
+        let compared: Vec<Compared> = compared.collect();
+        if compared.is_empty() {
             return;
         }
-        pace.last_ns = image.capture_ns;
+        let unusual_cost = self.unusual_cost();
+        let is_alert = |one: &Compared| one.is_wrong() || one.screened.mean_cost > unusual_cost;
+        let pace = self.paces.entry(object).or_default();
+        pace.last_ns = time_ns;
         pace.n_compared = pace.n_compared.saturating_add(1);
-        pace.is_alert = false;
-        for instant in instants {
-            let screened = screen(&site.site, &instant);
-            pace.is_alert |= screened.is_any();
-            let cameras = cameras(&instant, &screened);
-            self.standings.record(image.capture_ns, &cameras);
-            self.compared.push_back(Compared {
-                time_ns: image.capture_ns,
-                instant,
-                screened,
-            });
+        pace.is_alert = compared.iter().any(is_alert);
+        for one in compared {
+            self.record(one, doubts);
         }
+        self.is_new = true;
         self.decide();
+    }
+
+    /// Whether an object is to be compared again.
+    fn is_due(&mut self, object: usize, time_ns: u64, doubts: &TrackDoubts) -> bool {
+        let crowd = (self.paces.len() as u64 / MOST_OBJECTS).max(1);
+        let pace = self.paces.entry(object).or_default();
+        let is_dense = doubts.is_any || pace.is_alert || pace.n_compared < FIRST;
+        let spacing_ns = if is_dense { ALERT_NS } else { CALM_NS * crowd };
+        time_ns.abs_diff(pace.last_ns) >= spacing_ns
+    }
+
+    fn record(&mut self, one: Compared, doubts: &TrackDoubts) {
+        let mean_cost = one.screened.mean_cost;
+        if mean_cost < self.unusual_cost() {
+            self.usual_cost += REMEMBERED * (mean_cost - self.usual_cost);
+        }
+        let cameras = cameras(&one.instant, &one.screened);
+        let blamed = self.blamed(cameras, doubts, one.time_ns);
+        self.standings.record(one.time_ns, &blamed);
+        if !one.is_wrong() {
+            for view in &one.instant.views {
+                *self.agreed_tags.entry(view.tag).or_default() += 1;
+            }
+        }
+        self.compared.push_back(one);
+    }
+
+    /// Of two cameras that contradict each other, the one is wrong that has been so before, whose images have jumped, or
+    /// that the track rejects; without any of that nobody knows.
+    fn blamed(
+        &self,
+        cameras: Vec<(usize, bool)>,
+        doubts: &TrackDoubts,
+        time_ns: u64,
+    ) -> Vec<(usize, bool)> {
+        let [(a, a_is_wrong), (b, b_is_wrong)] = cameras[..] else {
+            return cameras;
+        };
+        if !a_is_wrong && !b_is_wrong {
+            return cameras;
+        }
+        let signs = [
+            [a, b].map(|camera| self.standings.is_suspended(camera)),
+            [a, b].map(|camera| self.evidence.has_jumped(camera, time_ns)),
+            [a, b].map(|camera| doubts.cameras.contains(&camera)),
+        ];
+        let sign = signs.into_iter().find(|[a, b]| a != b);
+        sign.map_or_else(Vec::new, |[a_is_wrong, b_is_wrong]| {
+            vec![(a, a_is_wrong), (b, b_is_wrong)]
+        })
     }
 
     /// Whether a contradiction is open, and since when.
@@ -149,7 +236,8 @@ impl Contradictions {
 
     /// Whether nothing is to be learned from images now: what contradicts may be a mistake.
     pub fn forbids_learning(&self) -> bool {
-        let is_exhausted = self.n_explained >= MOST_TO_EXPLAIN && self.standings.suspended().next().is_none();
+        let is_exhausted =
+            self.n_explained >= MOST_TO_EXPLAIN && self.standings.suspended().next().is_none();
         let newest = self.compared.iter().rev().take(OPENS);
         let is_wrong = newest.filter(|one| one.is_wrong()).count() > 0;
         (self.since_ns.is_some() || is_wrong) && !is_exhausted
@@ -160,9 +248,31 @@ impl Contradictions {
         self.standings.is_suspended(camera)
     }
 
-    /// The mistakes that explain an open contradiction, once there are enough instants.
-    pub fn explain(&mut self) -> Option<Explanation> {
-        let since_ns = self.since_ns?;
+    /// Prepares a search for mistakes if an instant is new that calls for one; there is one at a time.
+    pub fn prepare(&mut self, models: &ModelledSite) {
+        if !std::mem::take(&mut self.is_new) || self.due.is_some() {
+            return;
+        }
+        let search = match self.since_ns {
+            Some(since_ns) => self.search_open(since_ns),
+            None => self.search_files(models).or_else(|| self.search_small()),
+        };
+        self.due = search.map(Arc::new);
+    }
+
+    /// The search that is due.
+    pub fn due(&self) -> Option<&Arc<MistakeSearch>> {
+        self.due.as_ref()
+    }
+
+    /// The mistakes to mend by the search that is due.
+    pub fn take_found(&mut self) -> Vec<Mistake> {
+        let due = self.due.take();
+        due.map_or_else(Vec::new, |search| self.to_mend(search.solution()))
+    }
+
+    /// What explains an open contradiction, once there are enough instants.
+    fn search_open(&mut self, since_ns: u64) -> Option<MistakeSearch> {
         let site = self.site.as_ref()?;
         let since = self.compared.iter().filter(|one| one.time_ns >= since_ns);
         let instants: Vec<Instant> = since.map(|one| one.instant.clone()).collect();
@@ -173,11 +283,67 @@ impl Contradictions {
             return None;
         }
         self.n_explained = instants.len();
-        Some(explain(&site.site, &instants))
+        let scope = Scope::Open(self.history(site));
+        Some(MistakeSearch::new(site.site.clone(), instants, scope))
+    }
+
+    fn history(&self, site: &IndexedSite) -> History {
+        let cameras = 0..site.site.cameras.len();
+        let agreed = self.agreed_tags.iter();
+        let confirmed = agreed.filter(|(_, n_agreed)| **n_agreed >= CONFIRMED);
+        History {
+            cameras: cameras
+                .filter(|camera| self.standings.is_confirmed(*camera))
+                .collect(),
+            tags: confirmed.map(|(tag, _)| *tag).collect(),
+            suspended: self.standings.suspended().collect(),
+        }
+    }
+
+    /// What would pass for large errors of files that are nearly exact: two names exchanged where two cameras stand
+    /// alike, a print at another scale.
+    fn search_files(&mut self, models: &ModelledSite) -> Option<MistakeSearch> {
+        let (n_instants, n_parameters) = CHECKS.get(self.n_checked).copied()?;
+        if self.compared.len() < n_instants {
+            return None;
+        }
+        self.n_checked += 1;
+        let instants: Vec<Instant> = self
+            .compared
+            .iter()
+            .map(|one| one.instant.clone())
+            .collect();
+        let files = IndexedSite::with(models, Exactness::ExactFiles);
+        let scope = Scope::Files { n_parameters };
+        Some(MistakeSearch::new(files.site, instants, scope))
+    }
+
+    /// A camera that has been moved by so little that no single instant contradicts.
+    fn search_small(&mut self) -> Option<MistakeSearch> {
+        let newest = self.compared.iter().rev().take(LEAST_TO_EXPLAIN);
+        let costs: Vec<f64> = newest.clone().map(|one| one.screened.mean_cost).collect();
+        let mean = costs.iter().sum::<f64>() / costs.len().max(1) as f64;
+        if costs.len() < LEAST_TO_EXPLAIN || mean < self.unusual_cost() {
+            self.n_unusual = 0;
+            self.pair = None;
+            return None;
+        }
+        self.n_unusual += 1;
+        if self.n_unusual % LEAST_TO_EXPLAIN != 1 {
+            return None;
+        }
+        let instants: Vec<Instant> = newest.map(|one| one.instant.clone()).collect();
+        let site = self.site.as_ref()?.site.clone();
+        Some(MistakeSearch::new(site, instants, Scope::Small))
+    }
+
+    /// What a view costs on average from which on more than errors of single views is the cause.
+    fn unusual_cost(&self) -> f64 {
+        (UNUSUAL * self.usual_cost).max(LEAST_UNUSUAL)
     }
 
     /// The mistakes to mend: of two cameras that explain the same, the one that is suspended.
-    pub fn to_mend(&mut self, explanation: &Explanation) -> Vec<Mistake> {
+    fn to_mend(&mut self, explanation: &Explanation) -> Vec<Mistake> {
         let mut mistakes = Vec::new();
         self.pair = None;
         for found in &explanation.found {
@@ -186,27 +352,50 @@ impl Contradictions {
                 continue;
             };
             let both = [found.mistake, other];
-            let is_suspended = |one: &&Mistake| {
-                let mut cameras = one.cameras().into_iter();
-                cameras.any(|camera| self.standings.is_suspended(camera))
-            };
-            let mut suspended = both.iter().filter(is_suspended);
-            match (suspended.next(), suspended.next()) {
-                (Some(one), None) => mistakes.push(*one),
-                _ => {
-                    let cameras = both.map(|one| one.cameras().first().copied());
-                    if let [Some(a), Some(b)] = cameras {
-                        self.pair = Some([a, b]);
-                    }
-                }
+            match self.culprit(both.map(|one| one.cameras())) {
+                Some(index) => mistakes.push(both[index]),
+                None => self.pair = self.pair_of(both),
             }
         }
         mistakes
     }
 
+    /// The one of two mistakes whose cameras contradict others that are right, or see things jump.
+    fn culprit(&self, cameras: [Vec<usize>; 2]) -> Option<usize> {
+        let newest_ns = self.compared.back()?.time_ns;
+        let any = |is_blamed: &dyn Fn(usize) -> bool| {
+            let is_any = |own: &Vec<usize>| own.iter().any(|camera| is_blamed(*camera));
+            [is_any(&cameras[0]), is_any(&cameras[1])]
+        };
+        let signs = [
+            any(&|camera| self.standings.is_suspended(camera)),
+            any(&|camera| self.evidence.has_jumped(camera, newest_ns)),
+        ];
+        let [first, second] = signs.into_iter().find(|[a, b]| a != b)?;
+        Some(usize::from(second && !first))
+    }
+
+    fn pair_of(&self, mistakes: [Mistake; 2]) -> Option<Pair> {
+        let site = &self.site.as_ref()?.site;
+        let [first, second] = mistakes.map(|one| one.cameras().first().copied());
+        let mut apart = PoseSigma::NONE;
+        for mistake in mistakes {
+            let camera = mistake.cameras().first().copied()?;
+            let before = site.cameras[camera].as_ref()?.world_from_camera;
+            let moved = mistake.amended(site).cameras[camera]
+                .as_ref()?
+                .world_from_camera;
+            let step = se3::difference(&moved, &before);
+            apart.position_m = apart.position_m.max(step.fixed_rows::<3>(0).norm());
+            apart.orientation_rad = apart.orientation_rad.max(step.fixed_rows::<3>(3).norm());
+        }
+        let cameras = [first?, second?];
+        Some(Pair { cameras, apart })
+    }
+
     /// The two cameras one of which is not where the rig says.
     pub fn pair(&self) -> Option<[usize; 2]> {
-        self.pair
+        self.pair.map(|pair| pair.cameras)
     }
 
     /// By how much what is known of an object's pose may be wrong, where no majority of cameras or tags agrees on it.
@@ -215,6 +404,12 @@ impl Contradictions {
         let own = |one: &&Compared| site.object(one.instant.body) == object;
         let newest = self.compared.iter().rev().find(own)?;
         let is_new = newest.time_ns.abs_diff(time_ns) <= NEW_NS;
+        let views = || newest.instant.views.iter();
+        if let Some(pair) = self.pair
+            && views().all(|view| pair.cameras.contains(&view.camera))
+        {
+            return Some(pair.apart);
+        }
         (is_new && self.is_undecided(newest)).then_some(newest.screened.apart)
     }
 

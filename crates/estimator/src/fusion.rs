@@ -6,6 +6,7 @@ pub(crate) mod faults;
 pub(crate) mod intake;
 pub(crate) mod mistakes;
 pub(crate) mod tag_hosts;
+pub(crate) mod task;
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -16,7 +17,8 @@ use crate::diagnosis::frozen_cameras::FrozenCameras;
 use crate::diagnosis::print_scale::PrintScale;
 use crate::diagnosis::{Action, Diagnosis, Models};
 use crate::fusion::intake::ImageIntake;
-use crate::self_calibration::{AdjustmentTask, Offered, SelfCalibration};
+use crate::fusion::task::SolverTask;
+use crate::self_calibration::{Offered, SelfCalibration};
 use crate::site::{AssociatedImage, ModelledSite, ObjectImage};
 use crate::tracker::finalised_views::{FinalisedInstant, FinalisedView};
 use crate::tracker::timeline::Timeline;
@@ -41,7 +43,7 @@ pub enum Input {
         /// By how many ns it was set forward; below zero where it was set back.
         by_ns: i64,
     },
-    /// The adjustment that is due applies ([`crate::Fusion::adjustment`]); it is solved now unless it has been. Means
+    /// The task that is due applies ([`crate::Fusion::task`]); it is solved now unless it has been. Means
     /// nothing where none is due.
     Adjusted,
     /// Time has passed.
@@ -148,7 +150,7 @@ impl RigFusion {
     }
 
     /// From now on the errors of the files are adjusted apart: all but the first, small adjustments wait in
-    /// [`Self::adjustment`] until [`Input::Adjusted`] comes, so that no image waits for them. Otherwise each is solved
+    /// [`Self::task`] until [`Input::Adjusted`] comes, so that no image waits for them. Otherwise each is solved
     /// at once.
     pub fn adjust_apart(&mut self) {
         self.adjusts_apart = true;
@@ -159,9 +161,13 @@ impl RigFusion {
         self.adjusts_apart
     }
 
-    /// The adjustment that is due, for another thread to solve.
-    pub fn adjustment(&self) -> Option<&Arc<AdjustmentTask>> {
-        self.self_calibration.due()
+    /// The task that is due, for another thread to solve.
+    pub fn task(&self) -> Option<SolverTask> {
+        let search = self.contradictions.due().cloned();
+        let adjustment = || self.self_calibration.due().cloned();
+        search
+            .map(SolverTask::Mistakes)
+            .or_else(|| adjustment().map(SolverTask::Adjustment))
     }
 
     /// Takes an input in; `now_ns` is the present in ns since the Unix epoch. It goes back with [`Input::ClockStep`]
@@ -177,10 +183,19 @@ impl RigFusion {
             Input::Rig(rig) => self.take_rig(&rig),
             Input::Objects(objects) => self.take_objects(objects),
             Input::ClockStep { by_ns } => self.take_clock_step(by_ns),
-            Input::Adjusted => self.take_adjusted(),
+            Input::Adjusted => self.take_solved(),
             Input::Tick => {}
         }
         self.emit_losses(self.present_ns());
+    }
+
+    /// Applies the task that is due: a search for mistakes before an adjustment.
+    fn take_solved(&mut self) {
+        if self.contradictions.due().is_some() {
+            self.take_found();
+        } else {
+            self.take_adjusted();
+        }
     }
 
     /// The next output, oldest first.

@@ -7,7 +7,6 @@
 //! their information.
 
 use std::collections::{BTreeMap, VecDeque};
-use std::sync::Arc;
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use sextant_geometry::{Pose, se3};
@@ -18,7 +17,7 @@ use sextant_site_report::{ClockOffset, Fault, Imperfection, ObjectEstimate, Stat
 
 use crate::fading_counter::FadingCounter;
 use crate::fusion::RigFusion;
-use crate::self_calibration::AdjustmentTask;
+use crate::fusion::task::SolverTask;
 use crate::{FusionOptions, Input, ModelError, Output, Proposal, Statistics};
 
 /// Squared distance of two estimates of one pose, in sigmas, beyond which they contradict each other: one in a thousand
@@ -85,9 +84,9 @@ impl Fusion {
         self.machines_mut().for_each(RigFusion::adjust_apart);
     }
 
-    /// The adjustment that is due, for another thread to solve.
-    pub fn adjustment(&self) -> Option<&Arc<AdjustmentTask>> {
-        self.machines().find_map(RigFusion::adjustment)
+    /// The task that is due, for another thread to solve.
+    pub fn task(&self) -> Option<SolverTask> {
+        self.machines().find_map(RigFusion::task)
     }
 
     /// Takes an input in; `now_ns` is the present in ns since the Unix epoch. It goes back with [`Input::ClockStep`]
@@ -101,7 +100,7 @@ impl Fusion {
             }
             Input::Adjusted => {
                 let mut machines = self.machines_mut();
-                if let Some(due) = machines.find(|machine| machine.adjustment().is_some()) {
+                if let Some(due) = machines.find(|machine| machine.task().is_some()) {
                     due.handle(now_ns, Input::Adjusted);
                 }
             }

@@ -1,6 +1,7 @@
 //! Rig and objects by index, with everything that follows from the models computed once, and data association.
 
 pub(crate) mod corrections;
+pub(crate) mod indexed_site;
 pub(crate) mod mending;
 
 use std::collections::BTreeMap;
@@ -149,6 +150,13 @@ pub(crate) struct AssociatedImage {
     pub objects: BTreeMap<usize, Arc<ObjectImage>>,
     pub unknown_tags: u64,
     pub damaged_tags: u64,
+}
+
+impl SiteCamera {
+    /// Lens and pose as the rig's file has them.
+    pub fn file(&self) -> Option<&FileCamera> {
+        self.file.as_ref()
+    }
 }
 
 impl TagPlacement {

@@ -151,6 +151,11 @@ impl Explained {
         anew
     }
 
+    /// The sum of all costs.
+    pub fn total(&self) -> f64 {
+        self.costs.iter().flatten().sum()
+    }
+
     /// The views that contradict, with their instants.
     pub fn contradicting<'a>(
         &'a self,

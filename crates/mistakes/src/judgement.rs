@@ -1,5 +1,7 @@
 //! Which mistakes explain what contradicts: the best one first, then what is left.
 
+use std::collections::BTreeSet;
+
 use crate::explained::{Branches, Explained};
 use crate::mistake::Mistake;
 use crate::site::{Instant, Site, View};
@@ -14,6 +16,13 @@ const SAME_VIEWS: usize = 2;
 /// What the views of a mistake's own cameras and tags may cost on average more than with the mistake that explains them
 /// best: as much as the usual errors of files.
 const SAME_COST: f64 = 3.0;
+/// Least cost of a view on average that is worth an explanation, and share of it that the mistake may leave. Views of a
+/// site without errors cost .15.
+const LEAST_MEAN_COST: f64 = 0.4;
+const MOST_COST_LEFT: f64 = 0.35;
+/// Factors by which another mistake may cost more to explain the same: one with other parameters, one with as many.
+const SAME_TOTAL: f64 = 2.0;
+const RIVAL_COST: f64 = 3.0;
 /// Least share of the views that contradict which a mistake must explain.
 const LEAST_EXPLAINED: f64 = 0.25;
 /// Share of the views of a mistake's own cameras and tags that may go on to contradict, beyond that of all views.
@@ -71,9 +80,14 @@ struct Candidate {
     n_left: usize,
 }
 
-/// Explains views that contradict a site. Instants with less than two views say nothing and are passed over.
+/// Explains views that contradict a site by the mistakes that are possible. Instants with less than two views say
+/// nothing.
 #[must_use]
-pub fn explain(site: &Site, instants: &[Instant]) -> Explanation {
+pub fn explain(
+    site: &Site,
+    instants: &[Instant],
+    is_possible: impl Fn(&Mistake) -> bool,
+) -> Explanation {
     let branches = Branches::new(site, instants);
     let explained = Explained::new(site, instants, &branches);
     let n_contradicting = explained.contradicting(instants).count();
@@ -95,7 +109,7 @@ pub fn explain(site: &Site, instants: &[Instant]) -> Explanation {
             branches,
             explained,
         };
-        let Some((best, or)) = best(candidates(&starts), &starts) else {
+        let Some((best, or)) = best(candidates(&starts, &is_possible), &starts) else {
             break;
         };
         let is_open = or.is_some();
@@ -113,7 +127,55 @@ pub fn explain(site: &Site, instants: &[Instant]) -> Explanation {
     explanation
 }
 
-fn candidates(starts: &Starts<'_>) -> Vec<Candidate> {
+/// The mistake that explains views which contradict a site by little each but all in one way; `None` unless it leaves
+/// hardly anything of what they cost.
+#[must_use]
+pub fn recognise(
+    site: &Site,
+    instants: &[Instant],
+    is_possible: impl Fn(&Mistake) -> bool,
+) -> Option<Found> {
+    let branches = Branches::new(site, instants);
+    let explained = Explained::new(site, instants, &branches);
+    let n_views = instants
+        .iter()
+        .map(|instant| instant.views.len())
+        .sum::<usize>();
+    let before = explained.total();
+    if before < LEAST_MEAN_COST * n_views as f64 {
+        return None;
+    }
+    let starts = Starts {
+        site,
+        instants,
+        branches: &branches,
+        explained: &explained,
+    };
+    let mut candidates = candidates(&starts, is_possible);
+    let costs = candidates.iter().map(|one| one.explained.total());
+    let least = costs.fold(f64::INFINITY, f64::min);
+    let most = (MOST_COST_LEFT * before).min(SAME_TOTAL * least);
+    let n_parameters = |one: &Candidate| one.mistake.n_parameters();
+    candidates.sort_by(|a, b| {
+        let by_cost = a.explained.total().total_cmp(&b.explained.total());
+        n_parameters(a).cmp(&n_parameters(b)).then(by_cost)
+    });
+    let explains = |one: &Candidate| one.explained.total() <= most;
+    let best = candidates.remove(candidates.iter().position(explains)?);
+    let is_rival = |one: &Candidate| {
+        let costs_the_same = one.explained.total() <= RIVAL_COST * best.explained.total();
+        n_parameters(one) == n_parameters(&best)
+            && (costs_the_same || is_same_of_two(&one.mistake, &best.mistake, instants))
+    };
+    let or = only_rival(candidates.into_iter().filter(is_rival))?;
+    Some(Found {
+        explained: 1.0 - best.explained.total() / before,
+        mistake: best.mistake,
+        or,
+    })
+}
+
+fn candidates(starts: &Starts<'_>, is_possible: impl Fn(&Mistake) -> bool) -> Vec<Candidate> {
     let candidate = |mistake: Mistake| {
         let site = mistake.amended(starts.site);
         let concerns = |view: &View| mistake.concerns(&site, view);
@@ -133,7 +195,8 @@ fn candidates(starts: &Starts<'_>) -> Vec<Candidate> {
             explained,
         }
     };
-    starts.all().into_iter().map(candidate).collect()
+    let all = starts.all(&starts.suspects()).into_iter();
+    all.filter(is_possible).map(candidate).collect()
 }
 
 /// The simplest of the candidates that leave the least, with another that is as simple and leaves as little.
@@ -147,6 +210,7 @@ fn best(
     if least as f64 > (1.0 - LEAST_EXPLAINED) * n_before as f64 {
         return None;
     }
+    let of_two: Vec<Mistake> = candidates.iter().map(|one| one.mistake).collect();
     let same = SAME_VIEWS.max((SAME_SHARE * n_before as f64) as usize);
     candidates.retain(|one| one.n_left <= least + same);
     let costs = candidates.iter().map(|one| one.mean_cost(starts.instants));
@@ -157,10 +221,27 @@ fn best(
     let mut all = candidates.into_iter();
     let best = all.next()?;
     let n_parameters = best.mistake.n_parameters();
-    let mut rivals = all.take_while(|one| one.mistake.n_parameters() == n_parameters);
+    let rivals = all.take_while(|one| one.mistake.n_parameters() == n_parameters);
+    let or = only_rival(rivals)?;
+    let of_two = of_two.into_iter().find(|other| {
+        *other != best.mistake && is_same_of_two(other, &best.mistake, starts.instants)
+    });
+    Some((best, or.or(of_two)))
+}
+
+/// The other mistake where there is one; `None` where there are more, of which nobody can say more than that something
+/// is wrong.
+fn only_rival(mut rivals: impl Iterator<Item = Candidate>) -> Option<Option<Mistake>> {
     let rival = rivals.next().map(|rival| rival.mistake);
-    // Of more than two nobody can say more than that something is wrong.
-    rivals.next().is_none().then_some((best, rival))
+    rivals.next().is_none().then_some(rival)
+}
+
+/// Whether two mistakes are one to two cameras, which know nothing but where they are to one another.
+fn is_same_of_two(one: &Mistake, other: &Mistake, instants: &[Instant]) -> bool {
+    let is_moved = |mistake: &Mistake| matches!(mistake, Mistake::CameraMoved { .. });
+    let views = || instants.iter().flat_map(|instant| &instant.views);
+    let cameras: BTreeSet<usize> = views().map(|view| view.camera).collect();
+    cameras.len() == 2 && is_moved(one) && is_moved(other)
 }
 
 impl Candidate {

@@ -18,7 +18,7 @@ mod screen;
 mod site;
 mod starts;
 
-pub use judgement::{Explanation, Found, explain};
+pub use judgement::{Explanation, Found, explain, recognise};
 pub use mistake::Mistake;
 pub use screen::{Screened, screen};
 pub use site::{Instant, Site, SiteCamera, SiteTag, View};

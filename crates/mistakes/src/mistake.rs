@@ -4,6 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::{UnitQuaternion, Vector3};
 use sextant_geometry::{Lens, Pose};
+use sextant_site_model::PoseSigma;
 
 use crate::site::{Site, View};
 
@@ -16,6 +17,8 @@ pub enum Mistake {
         camera: usize,
         /// Where it is: maps points of the camera into the world.
         world_from_camera: Pose,
+        /// Standard deviation of that.
+        sigma: PoseSigma,
     },
     /// A camera is turned about its line of sight, as a phone held in the other landscape.
     CameraTurned {
@@ -79,6 +82,8 @@ pub enum Mistake {
         tag: usize,
         /// Where it is: maps points of the tag into the body.
         body_from_tag: Pose,
+        /// Standard deviation of that.
+        sigma: PoseSigma,
     },
 }
 
@@ -97,6 +102,7 @@ impl Mistake {
             Self::CameraMoved {
                 camera,
                 world_from_camera,
+                sigma: _,
             } => {
                 if let Some(camera) = &mut cameras[camera] {
                     camera.world_from_camera = world_from_camera;
@@ -130,7 +136,9 @@ impl Mistake {
                 tags[b].body_from_tag = place;
             }
             Self::TagResized { tag, ratio } => tags[tag].size_m *= ratio,
-            Self::TagMoved { tag, body_from_tag } => tags[tag].body_from_tag = body_from_tag,
+            Self::TagMoved {
+                tag, body_from_tag, ..
+            } => tags[tag].body_from_tag = body_from_tag,
         }
     }
 
@@ -145,8 +153,36 @@ impl Mistake {
         }
     }
 
+    /// The tags that it is a mistake of, by index.
+    pub fn tags(&self, site: &Site) -> Vec<usize> {
+        match *self {
+            Self::BodyScaled { body, .. } | Self::SizesScaled { body, .. } => {
+                let tags = site.tags.iter().enumerate();
+                let own = tags.filter(|(_, tag)| tag.body == body);
+                own.map(|(index, _)| index).collect()
+            }
+            Self::TagTurned { tag, .. }
+            | Self::TagResized { tag, .. }
+            | Self::TagMoved { tag, .. } => vec![tag],
+            Self::TagsExchanged { a, b } => vec![a, b],
+            _ => Vec::new(),
+        }
+    }
+
+    /// Whether it may happen to a site that has been right: cameras are touched and tags come off, but nobody prints
+    /// anew meanwhile.
+    pub fn is_sudden(&self) -> bool {
+        matches!(
+            self,
+            Self::CameraMoved { .. }
+                | Self::CameraTurned { .. }
+                | Self::LensChanged { .. }
+                | Self::TagMoved { .. }
+        )
+    }
+
     /// How many numbers are free in it: of two mistakes that explain the same, the simpler one was made.
-    pub(crate) fn n_parameters(&self) -> usize {
+    pub fn n_parameters(&self) -> usize {
         match self {
             Self::CameraMoved { .. } | Self::TagMoved { .. } => 6,
             Self::LensChanged { .. }

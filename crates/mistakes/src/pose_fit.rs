@@ -162,6 +162,15 @@ fn refined(terms: &[Term<'_>], start: Pose) -> (Pose, f64) {
     (best, least)
 }
 
+/// Covariance of the pose that explains some terms, (dt, dr), m² and rad²; `None` where they do not determine it.
+pub(crate) fn covariance(terms: &[Term<'_>], pose: &Pose) -> Option<Matrix6<f64>> {
+    let (mut information, mut gradient) = (Matrix6::zeros(), Vector6::zeros());
+    for term in terms {
+        term.add(pose, &mut information, &mut gradient);
+    }
+    Some(information.cholesky()?.inverse())
+}
+
 /// The best of several starts, the most promising ones refined; `None` without a start.
 pub(crate) fn best_of(
     terms: &[Term<'_>],

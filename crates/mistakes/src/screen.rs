@@ -10,6 +10,8 @@ use sextant_site_model::PoseSigma;
 pub struct Screened {
     /// By view: whether it contradicts the pose that explains most views.
     pub is_contradicting: Vec<bool>,
+    /// What a view costs on average: half its squared residuals in units of their standard deviations, bounded.
+    pub mean_cost: f64,
     /// How far the poses of the body by single cameras differ at most, m and rad; zero where nothing contradicts.
     pub apart: PoseSigma,
 }
@@ -37,7 +39,9 @@ pub fn screen(site: &Site, instant: &Instant) -> Screened {
     let one = std::slice::from_ref(instant);
     let branches = Branches::new(site, one);
     let explained = Explained::new(site, one, &branches);
+    let n_views = instant.views.len().max(1) as f64;
     let mut screened = Screened {
+        mean_cost: explained.total() / n_views,
         is_contradicting: explained.costs[0]
             .iter()
             .map(|cost| contradicts(*cost))

@@ -2,8 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use nalgebra::Vector3;
-use sextant_geometry::{Pose, tag_corners_in_tag};
+use nalgebra::{Matrix6, Vector3};
+use sextant_geometry::{Pose, so3, tag_corners_in_tag};
+use sextant_site_model::PoseSigma;
 
 use crate::explained::{Branches, Explained, body_term, poses_by, poses_by_camera, spread};
 use crate::mistake::{Mistake, zoomed};
@@ -16,10 +17,12 @@ const MOST_SUSPECTS: usize = 8;
 const SECTIONS: usize = 12;
 /// Range of the logarithm of a focal length or of a size over the file's.
 const LOG_RANGE: f64 = 1.2;
+/// Range of the logarithm of a scale about the median of what pairs of cameras say.
+const NEAR_LOG_SCALE: f64 = 0.03;
 /// Starts on that range.
 const GRID: usize = 24;
 /// A scale nearer to one than this is an error of the file, which is adjusted.
-const LEAST_LOG_SCALE: f64 = 0.04;
+const LEAST_LOG_SCALE: f64 = 0.015;
 
 /// The site with its views, and what they show with the models as they are.
 pub(crate) struct Starts<'a> {
@@ -29,36 +32,51 @@ pub(crate) struct Starts<'a> {
     pub explained: &'a Explained,
 }
 
+/// Cameras, tags and bodies that something may be wrong with.
+pub(crate) struct Suspects {
+    cameras: Vec<usize>,
+    tags: Vec<usize>,
+    bodies: BTreeSet<usize>,
+}
+
 impl Starts<'_> {
-    /// All mistakes that may explain what contradicts.
-    pub fn all(&self) -> Vec<Mistake> {
-        let wrong: BTreeSet<usize> = self
-            .explained
-            .contradicting(self.instants)
-            .map(|(instant, _)| instant)
-            .collect();
+    /// The sources of the instants that contradict, or of all where none does.
+    pub fn suspects(&self) -> Suspects {
+        let contradicting = || self.explained.contradicting(self.instants);
+        let mut suspected: BTreeSet<usize> = contradicting().map(|(instant, _)| instant).collect();
+        if suspected.is_empty() {
+            suspected = (0..self.instants.len()).collect();
+        }
         let views = || {
-            let instants = wrong.iter().map(|at| &self.instants[*at]);
+            let instants = suspected.iter().map(|at| &self.instants[*at]);
             instants.flat_map(|instant| &instant.views)
         };
-        let cameras = self.most_suspect(views().map(|view| view.camera), |view| view.camera);
-        let tags = self.most_suspect(views().map(|view| view.tag), |view| view.tag);
-        let bodies: BTreeSet<usize> = wrong.iter().map(|at| self.instants[*at].body).collect();
+        let bodies = suspected.iter().map(|at| self.instants[*at].body);
+        Suspects {
+            cameras: self.most_suspect(views().map(|view| view.camera), |view| view.camera),
+            tags: self.most_suspect(views().map(|view| view.tag), |view| view.tag),
+            bodies: bodies.collect(),
+        }
+    }
+
+    /// All mistakes of some sources.
+    pub fn all(&self, suspects: &Suspects) -> Vec<Mistake> {
         let mut all = Vec::new();
-        for camera in &cameras {
+        for camera in &suspects.cameras {
             all.extend(self.of_camera(*camera));
         }
-        all.extend(pairs(&cameras).map(|(a, b)| Mistake::CamerasExchanged { a, b }));
-        for tag in &tags {
+        let cameras = pairs(&suspects.cameras);
+        all.extend(cameras.map(|(a, b)| Mistake::CamerasExchanged { a, b }));
+        for tag in &suspects.tags {
             all.extend(self.of_tag(*tag));
         }
         let same_body =
             |(a, b): &(usize, usize)| self.site.tags[*a].body == self.site.tags[*b].body;
-        let exchanged = pairs(&tags).filter(same_body);
+        let exchanged = pairs(&suspects.tags).filter(same_body);
         all.extend(exchanged.map(|(a, b)| Mistake::TagsExchanged { a, b }));
-        for body in bodies {
-            all.extend(self.body_scaled(body));
-            all.extend(self.sizes_scaled(body));
+        for body in &suspects.bodies {
+            all.extend(self.body_scaled(*body));
+            all.extend(self.sizes_scaled(*body));
         }
         all
     }
@@ -93,10 +111,10 @@ impl Starts<'_> {
         let terms = self.camera_terms(camera, model, &poses);
         let starts = self.camera_starts(camera, &poses);
         if let Some((camera_from_world, _)) = best_of(&terms, starts.into_iter()) {
-            let world_from_camera = camera_from_world.inverse();
             all.push(Mistake::CameraMoved {
                 camera,
-                world_from_camera,
+                world_from_camera: camera_from_world.inverse(),
+                sigma: camera_sigma(&terms, &camera_from_world),
             });
         }
         all.extend(self.lens_changed(camera, model, &poses));
@@ -184,7 +202,12 @@ impl Starts<'_> {
         let terms = self.tag_terms(tag, size_m, &poses);
         let starts = self.tag_starts(tag, &poses);
         if let Some((body_from_tag, _)) = best_of(&terms, starts.into_iter()) {
-            all.push(Mistake::TagMoved { tag, body_from_tag });
+            let covariance = pose_fit::covariance(&terms, &body_from_tag);
+            all.push(Mistake::TagMoved {
+                tag,
+                body_from_tag,
+                sigma: sigma(covariance),
+            });
         }
         let place = self.site.tags[tag].body_from_tag;
         let cost = |log_ratio: f64| {
@@ -255,8 +278,25 @@ impl Starts<'_> {
                 }
             }
         }
-        let ratio = median(ratios)?;
-        (ratio.ln().abs() > LEAST_LOG_SCALE).then_some(Mistake::BodyScaled { body, ratio })
+        let start = median(ratios)?.ln();
+        let scaled = |log_ratio: f64| Mistake::BodyScaled {
+            body,
+            ratio: log_ratio.exp(),
+        };
+        let range = (start - NEAR_LOG_SCALE, start + NEAR_LOG_SCALE);
+        let log_ratio = golden_section(|log_ratio| self.cost_with(&scaled(log_ratio)), range);
+        (log_ratio.abs() > LEAST_LOG_SCALE).then(|| scaled(log_ratio))
+    }
+
+    /// What all views cost if a mistake was made.
+    fn cost_with(&self, mistake: &Mistake) -> f64 {
+        let site = mistake.amended(self.site);
+        let is_concerned = |view: &View| mistake.concerns(&site, view);
+        let branches = self.branches.renewed(&site, self.instants, is_concerned);
+        let explained = self
+            .explained
+            .renewed(&site, self.instants, &branches, is_concerned);
+        explained.total()
     }
 
     /// Of each camera of an instant: its centre, and from there to the body as it sees it by itself; world axes, m.
@@ -296,6 +336,39 @@ impl Starts<'_> {
     }
 }
 
+/// Standard deviation of where a camera is, by the covariance of `camera_from_world`: its centre is -R' t.
+fn camera_sigma(terms: &[Term<'_>], camera_from_world: &Pose) -> PoseSigma {
+    let turn = camera_from_world.rotation.to_rotation_matrix();
+    let mut by_step = Matrix6::identity();
+    let world_axes = -turn.matrix().transpose();
+    by_step.fixed_view_mut::<3, 3>(0, 0).copy_from(&world_axes);
+    let by_turn = world_axes * so3::hat(&camera_from_world.translation.vector);
+    by_step.fixed_view_mut::<3, 3>(0, 3).copy_from(&by_turn);
+    let covariance = pose_fit::covariance(terms, camera_from_world);
+    sigma(covariance.map(|covariance| by_step * covariance * by_step.transpose()))
+}
+
+/// Standard deviations of an axis on average; those of a pose that is not known without a covariance.
+fn sigma(covariance: Option<Matrix6<f64>>) -> PoseSigma {
+    let Some(covariance) = covariance else {
+        return UNKNOWN;
+    };
+    let of_axes = |first: usize| {
+        let variance = covariance.fixed_view::<3, 3>(first, first).trace() / 3.0;
+        variance.max(0.0).sqrt()
+    };
+    PoseSigma {
+        position_m: of_axes(0).min(UNKNOWN.position_m),
+        orientation_rad: of_axes(3).min(UNKNOWN.orientation_rad),
+    }
+}
+
+/// Standard deviation of a pose of which hardly anything is known.
+const UNKNOWN: PoseSigma = PoseSigma {
+    position_m: 0.3,
+    orientation_rad: 0.3,
+};
+
 fn pairs(all: &[usize]) -> impl Iterator<Item = (usize, usize)> {
     let firsts = all.iter().enumerate();
     firsts.flat_map(|(index, a)| all[index + 1..].iter().map(move |b| (*a, *b)))
@@ -314,7 +387,7 @@ fn median(numbers: Vec<f64>) -> Option<f64> {
 /// Fewer ratios tell nothing.
 const FEWEST: usize = 5;
 
-/// Where a function of a logarithm is least: the best of a grid, and a golden section about it (J. Kiefer, 1953).
+/// Where a function of a logarithm is least: the best of a grid, and a golden section about it.
 fn least(cost: impl Fn(f64) -> f64) -> f64 {
     let width = 2.0 * LOG_RANGE / GRID as f64;
     let grid = (0..=GRID).map(|at| at as f64 * width - LOG_RANGE);
@@ -324,8 +397,12 @@ fn least(cost: impl Fn(f64) -> f64) -> f64 {
     let Some((_, middle)) = best else {
         return 0.0;
     };
+    golden_section(cost, (middle - width, middle + width))
+}
+
+/// Where a function of one minimum is least between two bounds (J. Kiefer, 1953).
+fn golden_section(cost: impl Fn(f64) -> f64, (mut low, mut high): (f64, f64)) -> f64 {
     let shrink = 0.5 * (5f64.sqrt() - 1.0);
-    let (mut low, mut high) = (middle - width, middle + width);
     for _ in 0..SECTIONS {
         let inner = [high - shrink * (high - low), low + shrink * (high - low)];
         if cost(inner[0]) < cost(inner[1]) {

@@ -157,7 +157,9 @@ fn check_fault(fault: &Fault) -> Result<(), OutOfRange> {
         Fault::Untimely { age_s, .. } => check::finite(&[*age_s], "faults[].age_s"),
         Fault::HostClockOff { offset_s } => check::finite(&[*offset_s], "faults[].offset_s"),
         Fault::CameraFrozen { still_s, .. } => check::amount(*still_s, "faults[].still_s"),
-        Fault::ObjectScaled { ratio, .. } | Fault::LensChanged { ratio, .. } => check::amount(*ratio, "faults[].ratio"),
+        Fault::ObjectScaled { ratio, .. } | Fault::LensChanged { ratio, .. } => {
+            check::amount(*ratio, "faults[].ratio")
+        }
         Fault::ObjectContradicted { share, .. } => check::amount(*share, "faults[].share"),
         Fault::CameraMoved { .. }
         | Fault::CamerasDisagree { .. }

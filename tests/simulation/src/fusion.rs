@@ -9,13 +9,12 @@ use node_fusion::{
     Payloads, Publication, Put,
 };
 use sextant_election::{Link, Moment};
-use sextant_estimator::AdjustmentTask;
+use sextant_estimator::SolverTask;
 use sextant_process::ClockQuality;
 use sextant_proto::NodeId;
 use sextant_zenoh_bus::{Item, Presence};
 use std::collections::{BTreeMap, VecDeque};
 use std::convert::Infallible;
-use std::sync::Arc;
 
 /// As the node's: observations and heartbeats that wait, and the longest sleep.
 const OBSERVATIONS: usize = 2048;
@@ -99,7 +98,7 @@ struct ProcessState {
     max_age_ns: u64,
     writing: Option<Writing>,
     question: Option<Question>,
-    solving: Option<(Arc<AdjustmentTask>, u64)>,
+    solving: Option<(SolverTask, u64)>,
     /// The models of this node, for other fusion nodes, and their root.
     shelf: Option<(String, Payloads)>,
     /// What those who join late get.
@@ -251,7 +250,7 @@ impl Process {
 
 impl ProcessState {
     fn solve_what_is_due(&mut self, at_ns: u64) {
-        let is_due = |(_, due_ns): &mut (Arc<AdjustmentTask>, u64)| *due_ns <= at_ns;
+        let is_due = |(_, due_ns): &mut (SolverTask, u64)| *due_ns <= at_ns;
         if let Some((task, _)) = self.solving.take_if(is_due) {
             task.solve();
         }
@@ -363,7 +362,7 @@ impl Environment for Turn<'_> {
         Ok(())
     }
 
-    fn solve(&mut self, task: &Arc<AdjustmentTask>) {
+    fn solve(&mut self, task: &SolverTask) {
         let due_ns = self.now_ns + ADJUSTMENT_NS;
         self.host
             .solving

@@ -231,7 +231,7 @@ fn fuse(fusion: &mut Fusion, n_own: usize, messages: &[Vec<u8>]) -> Costs {
         costs.passed += passed;
         costs.longest = costs.longest.max(passed);
         costs.busy += processor_time() - before;
-        if let Some(task) = fusion.adjustment().filter(|task| !task.is_solved()) {
+        if let Some(task) = fusion.task().filter(|task| !task.is_solved()) {
             let before = processor_time();
             task.solve();
             let took = processor_time() - before;

@@ -11,9 +11,9 @@ use sextant_mistakes::{Instant, View};
 use sextant_site_model::TagId;
 
 use crate::FusionOptions;
-use crate::contradictions::indexed_site::IndexedSite;
 use crate::measurement::corners::TagView;
 use crate::site::ObjectImage;
+use crate::site::indexed_site::IndexedSite;
 use crate::time::seconds;
 
 /// Longest time over which corners are moved on, s, and most times that between the two images they are moved on by.
@@ -23,6 +23,11 @@ const MOST_STEPS: f64 = 1.5;
 const UNCERTAIN_MOTION: f64 = 0.2;
 /// Standard deviation of a clock that nobody vouches for, s: images that are further off are another matter.
 const USUAL_CLOCK_S: f64 = 0.005;
+/// A corner jumps that is off by more than so many px and such a share of its motion.
+const JUMP_PX: f64 = 4.0;
+const JUMP_SHARE: f64 = 1.0;
+/// Time for which a jump tells which camera has been moved, ns.
+const LATELY_NS: u64 = 700_000_000;
 /// Most views of an instant: those of the largest tags.
 const MOST_VIEWS: usize = 24;
 
@@ -31,24 +36,36 @@ const MOST_VIEWS: usize = 24;
 pub(crate) struct Evidence {
     /// By object and camera index, the newer first.
     images: BTreeMap<(usize, usize), [Option<Arc<ObjectImage>>; 2]>,
+    /// When what a camera sees last jumped, by its index, ns.
+    jumped_ns: BTreeMap<usize, u64>,
 }
 
 impl Evidence {
     /// Takes an image of an object in.
     pub fn take(&mut self, object: usize, image: &Arc<ObjectImage>) {
-        let images = self
-            .images
-            .entry((object, image.camera_index))
-            .or_default();
+        let images = self.images.entry((object, image.camera_index)).or_default();
         let is_newer = |newest: &Arc<ObjectImage>| image.capture_ns > newest.capture_ns;
-        if images[0].as_ref().is_none_or(is_newer) {
-            images[1] = images[0].replace(image.clone());
+        if !images[0].as_ref().is_none_or(is_newer) {
+            return;
         }
+        if let [Some(newest), Some(before)] = &images
+            && is_jump([before, newest, image])
+        {
+            self.jumped_ns.insert(image.camera_index, image.capture_ns);
+        }
+        images[1] = images[0].replace(image.clone());
+    }
+
+    /// Whether what a camera sees has jumped lately.
+    pub fn has_jumped(&self, camera: usize, time_ns: u64) -> bool {
+        let jumped_ns = self.jumped_ns.get(&camera);
+        jumped_ns.is_some_and(|jumped_ns| jumped_ns.abs_diff(time_ns) <= LATELY_NS)
     }
 
     /// Forgets all images.
     pub fn clear(&mut self) {
         self.images.clear();
+        self.jumped_ns.clear();
     }
 
     /// An object at the time of its newest image, body by body; those seen by two or more tags.
@@ -88,6 +105,27 @@ impl Evidence {
         };
         bodies.map(instant).collect()
     }
+}
+
+/// Whether tags are not where they would be had they moved on as between the two images before.
+fn is_jump(images: [&ObjectImage; 3]) -> bool {
+    let [t0, t1, t2] = images.map(|image| image.capture_ns);
+    let steps = seconds(t1, t2) / seconds(t0, t1);
+    if seconds(t1, t2) > LONGEST_S || !steps.is_finite() || steps > MOST_STEPS {
+        return false;
+    }
+    let corner = |image: &ObjectImage, tag: TagId| {
+        let mut own = image.views.iter().filter(|view| view.tag == tag);
+        own.next().map(|view| view.corners_in_image[0].coords)
+    };
+    let jumped = images[2].views.iter().filter_map(|view| {
+        let [a, b, c] = images.map(|image| corner(image, view.tag));
+        let (a, b, c) = (a?, b?, c?);
+        let expected = b + (b - a) * steps;
+        Some((c - expected).norm() > JUMP_PX + JUMP_SHARE * (b - a).norm())
+    });
+    let jumped: Vec<bool> = jumped.collect();
+    !jumped.is_empty() && jumped.iter().all(|jumped| *jumped)
 }
 
 /// The views of tags that an image has once.

@@ -68,6 +68,11 @@ impl Standings {
         self.0.get(&camera).is_some_and(|one| one.is_suspended)
     }
 
+    /// Whether a camera has agreed with others before.
+    pub fn is_confirmed(&self, camera: usize) -> bool {
+        let standing = self.0.get(&camera);
+        standing.is_some_and(|standing| standing.n_agreed >= CONFIRMED)
+    }
 
     /// The cameras that contradict others that are right.
     pub fn suspended(&self) -> impl Iterator<Item = usize> {

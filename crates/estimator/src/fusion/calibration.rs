@@ -57,8 +57,7 @@ impl RigFusion {
 
     /// Whether what images contradict may be a fault.
     fn is_suspect(&self) -> bool {
-        let is_alert =
-            self.diagnosis.is_alert(&self.options) && !self.self_calibration.is_young();
+        let is_alert = self.diagnosis.is_alert(&self.options) && !self.self_calibration.is_young();
         is_alert || self.contradictions.forbids_learning()
     }
 

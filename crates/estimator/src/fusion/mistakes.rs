@@ -1,10 +1,11 @@
 //! Mistakes of the files and in the room: found, mended in the models, reported.
 
+use crate::contradictions::TrackDoubts;
 use crate::fusion::RigFusion;
-use crate::site::{AssociatedImage, ModelledSite};
+use crate::site::AssociatedImage;
 use crate::tracker::timeline::Timeline;
 use sextant_mistakes::Mistake;
-use sextant_site_model::ImageObservation;
+use sextant_site_model::{ImageObservation, TagId};
 use sextant_site_report::{Fault, ObjectEstimate, State};
 
 impl RigFusion {
@@ -16,30 +17,41 @@ impl RigFusion {
         associated: AssociatedImage,
     ) -> AssociatedImage {
         for (object, seen) in &associated.objects {
-            let is_doubted = self.is_doubted(*object);
+            let doubts = self.track_doubts(*object);
             self.contradictions
-                .take(*object, seen, is_doubted, &self.site, &self.options);
+                .take(*object, seen, &doubts, &self.site, &self.options);
         }
-        let Some(explanation) = self.contradictions.explain() else {
-            return associated;
-        };
-        let mistakes = self.contradictions.to_mend(&explanation);
-        if mistakes.is_empty() {
+        self.contradictions.prepare(&self.site);
+        let is_due = self.contradictions.due().is_some();
+        if !is_due || self.adjusts_apart || !self.take_found() {
             return associated;
         }
-        self.mend(&mistakes);
         match self.site.camera(&image.camera) {
             Some((camera_index, _)) => self.site.associate(camera_index, image, &self.options),
             None => associated,
         }
     }
 
-    /// Whether the track of an object rejects views.
-    fn is_doubted(&self, object: usize) -> bool {
+    /// Mends what the search that is due has found; whether the models have changed by it.
+    pub(crate) fn take_found(&mut self) -> bool {
+        let mistakes = self.contradictions.take_found();
+        if !mistakes.is_empty() {
+            self.mend(&mistakes);
+        }
+        !mistakes.is_empty()
+    }
+
+    fn track_doubts(&self, object: usize) -> TrackDoubts {
         let track = self.timelines[object].at(u64::MAX);
-        !track.summary.refused.is_empty()
-            || track.contradicted_since_ns.is_some()
-            || track.refused_share(self.present_ns()).is_some()
+        let best = track.hypotheses.first().filter(|_| track.trusted);
+        let doubted = best.map_or(&[][..], |best| best.consistency.doubted());
+        TrackDoubts {
+            is_any: !track.summary.refused.is_empty()
+                || !doubted.is_empty()
+                || track.contradicted_since_ns.is_some()
+                || track.refused_share(self.present_ns()).is_some(),
+            cameras: doubted.to_vec(),
+        }
     }
 
     /// Takes over what is right if some mistakes were made. What was learned with them means nothing now.
@@ -68,7 +80,8 @@ impl RigFusion {
         let camera = |index: usize| self.site.camera_id(index);
         let degrees = |quarters: u8| u16::from(quarters) * 90;
         let indexed = self.contradictions.indexed()?;
-        let tags = ModelledSite::tags_of(mistake, indexed);
+        let tags = mistake.tags(&indexed.site).into_iter();
+        let tags: Vec<TagId> = tags.map(|tag| indexed.tags[tag]).collect();
         let first = tags.first().copied();
         let of_first = first.and_then(|tag| Some((self.site.object_of(&tag)?.clone(), tag)));
         Some(match *mistake {
@@ -125,7 +138,10 @@ impl RigFusion {
     /// The faults of the mistakes that are mended, and of two cameras that may as well be the one or the other.
     pub(crate) fn mistakes(&self) -> Vec<Fault> {
         let mut all = self.mended.clone();
-        let ids = self.contradictions.pair().map(|pair| pair.map(|index| self.site.camera_id(index)));
+        let ids = self
+            .contradictions
+            .pair()
+            .map(|pair| pair.map(|index| self.site.camera_id(index)));
         if let Some([Some(a), Some(b)]) = ids {
             all.push(Fault::CamerasDisagree {
                 a: a.clone().min(b.clone()),

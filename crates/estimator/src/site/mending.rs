@@ -1,22 +1,28 @@
 //! Mistakes mended in the models that the files give.
 
 use sextant_mistakes::Mistake;
-use sextant_site_model::{ObjectTag, PoseSigma, TagId};
+use sextant_site_model::{ObjectTag, PoseSigma};
 
-use crate::contradictions::indexed_site::IndexedSite;
+use crate::site::indexed_site::IndexedSite;
 use crate::site::{FileCamera, ModelledSite, TagPlacement};
 
 /// Standard deviation of a focal length that was found beside poses, as a share of it.
 const FOCAL_SIGMA: f64 = 0.02;
-/// Factor on the usual standard deviation of a tag for one that was found elsewhere.
-const MOVED_TAG: f64 = 3.0;
 
 impl ModelledSite {
     /// Takes the values over that are right if a mistake was made, as if the files had them, with a standard deviation
     /// for what was found by the images.
     pub fn mend(&mut self, mistake: &Mistake, indexed: &IndexedSite) {
         match *mistake {
-            Mistake::CameraMoved { camera, .. } | Mistake::CameraTurned { camera, .. } => {
+            Mistake::CameraMoved {
+                camera,
+                world_from_camera,
+                sigma,
+            } => self.mend_camera(camera, |file| {
+                file.world_from_camera = world_from_camera;
+                file.sigma = at_least(sigma, PoseSigma::OF_CAMERA);
+            }),
+            Mistake::CameraTurned { camera, .. } => {
                 let there = mistake.amended(&indexed.site).cameras[camera].clone();
                 self.mend_camera(camera, |file| {
                     if let Some(there) = &there {
@@ -70,8 +76,8 @@ impl ModelledSite {
             };
             if before.body_from_tag != after.body_from_tag {
                 place.change(|tag| tag.object_from_tag = Some(after.body_from_tag));
-                if matches!(mistake, Mistake::TagMoved { .. }) {
-                    place.prior = at_least(place.prior, PoseSigma::OF_TAG.times(MOVED_TAG));
+                if let Mistake::TagMoved { sigma, .. } = mistake {
+                    place.prior = at_least(*sigma, PoseSigma::OF_TAG);
                 }
                 place.sigma = Some(place.prior).filter(PoseSigma::is_some);
             }
@@ -81,18 +87,6 @@ impl ModelledSite {
                 place.size_prior = place.size_prior.max(super::PRINT_SCALE_SIGMA);
             }
         }
-    }
-
-    /// The two tags, or the one, that a mistake is of.
-    pub fn tags_of(mistake: &Mistake, indexed: &IndexedSite) -> Vec<TagId> {
-        let tags = match *mistake {
-            Mistake::TagTurned { tag, .. }
-            | Mistake::TagResized { tag, .. }
-            | Mistake::TagMoved { tag, .. } => vec![tag],
-            Mistake::TagsExchanged { a, b } => vec![a, b],
-            _ => Vec::new(),
-        };
-        tags.into_iter().map(|tag| indexed.tags[tag]).collect()
     }
 }
 

@@ -13,6 +13,11 @@ pub(crate) struct CameraConsistency {
 }
 
 impl CameraConsistency {
+    /// The cameras of whose last image no view took part, by index.
+    pub fn doubted(&self) -> &[usize] {
+        &self.doubted
+    }
+
     /// Whether the last image of a camera took no part.
     pub fn doubts(&self, camera: usize) -> bool {
         self.doubted.contains(&camera)

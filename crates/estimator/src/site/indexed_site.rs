@@ -22,8 +22,21 @@ pub(crate) struct IndexedSite {
     bodies: Vec<(usize, usize)>,
 }
 
+/// What a site's models are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Exactness {
+    /// As they are in force, with generous standard deviations.
+    InForce,
+    /// As the files have them, taken to be nearly exact.
+    ExactFiles,
+}
+
 impl IndexedSite {
     pub fn new(models: &ModelledSite) -> Self {
+        Self::with(models, Exactness::InForce)
+    }
+
+    pub fn with(models: &ModelledSite, exactness: Exactness) -> Self {
         let mut indexed = Self {
             site: Site::default(),
             tags: Vec::new(),
@@ -31,9 +44,15 @@ impl IndexedSite {
             bodies: Vec::new(),
         };
         let cameras = models.cameras().iter();
-        indexed.site.cameras = cameras.map(|camera| site_camera(camera, models)).collect();
+        indexed.site.cameras = cameras
+            .map(|camera| site_camera(camera, models, exactness))
+            .collect();
         for (tag, place) in models.placements() {
-            let Some(body_from_tag) = place.tag.object_from_tag else {
+            let (model, sigma) = match exactness {
+                Exactness::InForce => (&place.tag, place.sigma),
+                Exactness::ExactFiles => (&place.file, None),
+            };
+            let Some(body_from_tag) = model.object_from_tag else {
                 continue;
             };
             let key = place.body();
@@ -47,8 +66,8 @@ impl IndexedSite {
             indexed.site.tags.push(SiteTag {
                 body,
                 body_from_tag,
-                size_m: place.tag.size_m,
-                sigma: widened(place.sigma, PoseSigma::OF_TAG),
+                size_m: model.size_m,
+                sigma: widened(sigma, PoseSigma::OF_TAG),
             });
         }
         indexed
@@ -75,16 +94,25 @@ impl IndexedSite {
     }
 }
 
-fn site_camera(camera: &ModelledCamera, models: &ModelledSite) -> Option<SiteCamera> {
+fn site_camera(
+    camera: &ModelledCamera,
+    models: &ModelledSite,
+    exactness: Exactness,
+) -> Option<SiteCamera> {
     let posed = camera.posed.as_ref()?;
-    let alone = models.has_one_camera();
+    let file = camera.file()?;
+    let (lens, world_from_camera, sigma) = match exactness {
+        Exactness::InForce => (posed.lens, posed.camera_from_world.inverse(), posed.sigma),
+        Exactness::ExactFiles => (file.lens, file.world_from_camera, None),
+    };
+    let sigma = match models.has_one_camera() {
+        true => PoseSigma::NONE,
+        false => widened(sigma, PoseSigma::OF_CAMERA),
+    };
     Some(SiteCamera {
-        lens: posed.lens,
-        world_from_camera: posed.camera_from_world.inverse(),
-        sigma: match alone {
-            true => PoseSigma::NONE,
-            false => widened(posed.sigma, PoseSigma::OF_CAMERA),
-        },
+        lens,
+        world_from_camera,
+        sigma,
     })
 }
 

@@ -1,0 +1,94 @@
+//! The search for the mistakes that explain some instants, as a task of its own: a copy of all that it needs.
+
+use std::collections::BTreeSet;
+use std::sync::OnceLock;
+
+use sextant_mistakes::{Explanation, Instant, Mistake, Site, explain, recognise};
+
+/// What is looked for.
+#[derive(Debug, Clone)]
+pub(crate) enum Scope {
+    /// Whatever explains instants that contradict.
+    Open(History),
+    /// What has at most so many parameters and would pass for small errors of files.
+    Files {
+        /// Most free parameters.
+        n_parameters: usize,
+    },
+    /// A camera moved by so little that no single instant contradicts.
+    Small,
+}
+
+/// What has been right at a site, and who contradicts now: what has been right is changed by what can happen to a site
+/// in use alone, and cameras that contradict others are to blame rather than these.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct History {
+    /// The cameras and tags that have agreed with others, by index.
+    pub cameras: BTreeSet<usize>,
+    pub tags: BTreeSet<usize>,
+    /// The cameras that contradict others that are right.
+    pub suspended: BTreeSet<usize>,
+}
+
+impl History {
+    fn allows(&self, mistake: &Mistake, site: &Site) -> bool {
+        let (cameras, tags) = (mistake.cameras(), mistake.tags(site));
+        let was_right = cameras.iter().all(|camera| self.cameras.contains(camera))
+            && tags.iter().any(|tag| self.tags.contains(tag)) != tags.is_empty();
+        let is_to_blame = cameras.is_empty()
+            || self.suspended.is_empty()
+            || cameras.iter().any(|camera| self.suspended.contains(camera));
+        (mistake.is_sudden() || !was_right) && is_to_blame
+    }
+}
+
+/// A search for mistakes that is due.
+#[derive(Debug)]
+pub struct MistakeSearch {
+    site: Site,
+    instants: Vec<Instant>,
+    scope: Scope,
+    solution: OnceLock<Explanation>,
+}
+
+impl MistakeSearch {
+    pub(crate) fn new(site: Site, instants: Vec<Instant>, scope: Scope) -> Self {
+        Self {
+            site,
+            instants,
+            scope,
+            solution: OnceLock::new(),
+        }
+    }
+
+    /// Whether it has been solved.
+    pub fn is_solved(&self) -> bool {
+        self.solution.get().is_some()
+    }
+
+    /// Solves it.
+    pub fn solve(&self) {
+        self.solution();
+    }
+
+    /// What explains the instants; the same search always has the same solution.
+    pub(crate) fn solution(&self) -> &Explanation {
+        self.solution.get_or_init(|| self.solved())
+    }
+
+    fn solved(&self) -> Explanation {
+        let recognised = |is_possible: &dyn Fn(&Mistake) -> bool| Explanation {
+            found: Vec::from_iter(recognise(&self.site, &self.instants, is_possible)),
+            ..Explanation::default()
+        };
+        match &self.scope {
+            Scope::Open(history) => explain(&self.site, &self.instants, |mistake| {
+                history.allows(mistake, &self.site)
+            }),
+            Scope::Files { n_parameters } => {
+                recognised(&|mistake| mistake.n_parameters() <= *n_parameters)
+            }
+            Scope::Small => recognised(&|mistake| matches!(mistake, Mistake::CameraMoved { .. })),
+        }
+    }
+}
