@@ -333,7 +333,9 @@ impl RigFusion {
             .record_duplicates(camera_index, image.capture_ns, tags);
         let associated = self.check_print_scales(image, associated);
         let associated = self.check_mistakes(image, associated);
-        if self.contradictions.is_suspended(camera_index) {
+        if self.contradictions.is_suspended(camera_index)
+            && !self.is_clock_in_question(camera_index)
+        {
             let n_views = associated.objects.values().map(|seen| seen.views.len());
             let n_views = n_views.sum();
             self.intake.count_views(&image.camera, n_views, n_views);

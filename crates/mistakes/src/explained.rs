@@ -70,7 +70,11 @@ impl Branches {
 fn branches(site: &Site, view: &View) -> Vec<Pose> {
     let camera = site.cameras[view.camera].as_ref();
     camera.map_or_else(Vec::new, |camera| {
-        let poses = tag_poses(&camera.lens, &view.corners, site.tags[view.tag].size_m);
+        let poses = tag_poses(
+            &camera.lens,
+            &view.corners_at(camera.clock_s),
+            site.tags[view.tag].size_m,
+        );
         poses.iter().map(|pose| pose.camera_from_tag).collect()
     })
 }
@@ -81,7 +85,7 @@ pub(crate) fn body_term<'a>(camera: &'a SiteCamera, tag: &SiteTag, view: &View) 
         lens: &camera.lens,
         outer: camera.world_from_camera.inverse(),
         points: tag_corners_in_tag(tag.size_m).map(|corner| tag.body_from_tag * corner),
-        corners: view.corners,
+        corners: view.corners_at(camera.clock_s),
         whitening: spread(camera, tag, view).whitening(&view.corners),
     }
 }

@@ -162,12 +162,16 @@ pub fn recognise(
     });
     let explains = |one: &Candidate| one.explained.total() <= most;
     let best = candidates.remove(candidates.iter().position(explains)?);
+    let is_same = |one: &Candidate| is_same_of_two(&one.mistake, &best.mistake, instants);
+    let most = RIVAL_COST * best.explained.total();
     let is_rival = |one: &Candidate| {
-        let costs_the_same = one.explained.total() <= RIVAL_COST * best.explained.total();
-        n_parameters(one) == n_parameters(&best)
-            && (costs_the_same || is_same_of_two(&one.mistake, &best.mistake, instants))
+        n_parameters(one) == n_parameters(&best) && one.explained.total() <= most && !is_same(one)
     };
-    let or = only_rival(candidates.into_iter().filter(is_rival))?;
+    if candidates.iter().any(is_rival) {
+        return None;
+    }
+    let or = candidates.iter().find(|one| is_same(one));
+    let or = or.map(|one| one.mistake);
     Some(Found {
         explained: 1.0 - best.explained.total() / before,
         mistake: best.mistake,
@@ -210,7 +214,7 @@ fn best(
     if least as f64 > (1.0 - LEAST_EXPLAINED) * n_before as f64 {
         return None;
     }
-    let of_two: Vec<Mistake> = candidates.iter().map(|one| one.mistake).collect();
+    let moved: Vec<Mistake> = candidates.iter().map(|one| one.mistake).collect();
     let same = SAME_VIEWS.max((SAME_SHARE * n_before as f64) as usize);
     candidates.retain(|one| one.n_left <= least + same);
     let costs = candidates.iter().map(|one| one.mean_cost(starts.instants));
@@ -221,27 +225,26 @@ fn best(
     let mut all = candidates.into_iter();
     let best = all.next()?;
     let n_parameters = best.mistake.n_parameters();
-    let rivals = all.take_while(|one| one.mistake.n_parameters() == n_parameters);
-    let or = only_rival(rivals)?;
-    let of_two = of_two.into_iter().find(|other| {
-        *other != best.mistake && is_same_of_two(other, &best.mistake, starts.instants)
-    });
-    Some((best, or.or(of_two)))
-}
-
-/// The other mistake where there is one; `None` where there are more, of which nobody can say more than that something
-/// is wrong.
-fn only_rival(mut rivals: impl Iterator<Item = Candidate>) -> Option<Option<Mistake>> {
-    let rival = rivals.next().map(|rival| rival.mistake);
-    rivals.next().is_none().then_some(rival)
+    let is_same = |other: &Mistake| is_same_of_two(other, &best.mistake, starts.instants);
+    let mut rivals = all.take_while(|one| one.mistake.n_parameters() == n_parameters);
+    // Of several that explain the same nobody can say more than that something is wrong.
+    if rivals.any(|one| !is_same(&one.mistake)) {
+        return None;
+    }
+    let or = moved.into_iter().find(is_same);
+    Some((best, or))
 }
 
 /// Whether two mistakes are one to two cameras, which know nothing but where they are to one another.
 fn is_same_of_two(one: &Mistake, other: &Mistake, instants: &[Instant]) -> bool {
-    let is_moved = |mistake: &Mistake| matches!(mistake, Mistake::CameraMoved { .. });
+    let (Mistake::CameraMoved { camera, .. }, Mistake::CameraMoved { camera: second, .. }) =
+        (one, other)
+    else {
+        return false;
+    };
     let views = || instants.iter().flat_map(|instant| &instant.views);
     let cameras: BTreeSet<usize> = views().map(|view| view.camera).collect();
-    cameras.len() == 2 && is_moved(one) && is_moved(other)
+    cameras.len() == 2 && camera != second
 }
 
 impl Candidate {

@@ -41,6 +41,13 @@ pub enum Mistake {
         /// Its focal length over that of the file.
         ratio: f64,
     },
+    /// A camera's clock is ahead.
+    ClockOff {
+        /// Which camera.
+        camera: usize,
+        /// By how much, s; below zero where it is behind.
+        offset_s: f64,
+    },
     /// A whole body was printed or built at another scale: places and sizes of its tags.
     BodyScaled {
         /// Which body.
@@ -119,6 +126,11 @@ impl Mistake {
                     camera.lens = zoomed(&camera.lens, ratio);
                 }
             }
+            Self::ClockOff { camera, offset_s } => {
+                if let Some(camera) = &mut cameras[camera] {
+                    camera.clock_s += offset_s;
+                }
+            }
             Self::BodyScaled { body, ratio } => {
                 for tag in tags.iter_mut().filter(|tag| tag.body == body) {
                     tag.size_m *= ratio;
@@ -147,7 +159,8 @@ impl Mistake {
         match *self {
             Self::CameraMoved { camera, .. }
             | Self::CameraTurned { camera, .. }
-            | Self::LensChanged { camera, .. } => vec![camera],
+            | Self::LensChanged { camera, .. }
+            | Self::ClockOff { camera, .. } => vec![camera],
             Self::CamerasExchanged { a, b } => vec![a, b],
             _ => Vec::new(),
         }
@@ -177,6 +190,7 @@ impl Mistake {
             Self::CameraMoved { .. }
                 | Self::CameraTurned { .. }
                 | Self::LensChanged { .. }
+                | Self::ClockOff { .. }
                 | Self::TagMoved { .. }
         )
     }
@@ -186,6 +200,7 @@ impl Mistake {
         match self {
             Self::CameraMoved { .. } | Self::TagMoved { .. } => 6,
             Self::LensChanged { .. }
+            | Self::ClockOff { .. }
             | Self::BodyScaled { .. }
             | Self::SizesScaled { .. }
             | Self::TagResized { .. } => 1,
@@ -201,7 +216,8 @@ impl Mistake {
         match *self {
             Self::CameraMoved { camera, .. }
             | Self::CameraTurned { camera, .. }
-            | Self::LensChanged { camera, .. } => view.camera == camera,
+            | Self::LensChanged { camera, .. }
+            | Self::ClockOff { camera, .. } => view.camera == camera,
             Self::CamerasExchanged { a, b } => view.camera == a || view.camera == b,
             Self::BodyScaled { body, .. } | Self::SizesScaled { body, .. } => {
                 site.tags[view.tag].body == body
@@ -219,6 +235,7 @@ impl Mistake {
             self,
             Self::CamerasExchanged { .. }
                 | Self::LensChanged { .. }
+                | Self::ClockOff { .. }
                 | Self::BodyScaled { .. }
                 | Self::SizesScaled { .. }
                 | Self::TagResized { .. }

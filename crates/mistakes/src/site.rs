@@ -1,6 +1,6 @@
 //! The site as its files have it, and the views that may contradict it.
 
-use nalgebra::Point2;
+use nalgebra::{Point2, Vector2};
 use sextant_geometry::{Lens, Pose};
 use sextant_site_model::PoseSigma;
 
@@ -22,6 +22,8 @@ pub struct SiteCamera {
     pub world_from_camera: Pose,
     /// Standard deviation of its pose: errors of this size are no mistake.
     pub sigma: PoseSigma,
+    /// By how much its clock is ahead, s.
+    pub clock_s: f64,
 }
 
 /// A tag as its object's file has it.
@@ -55,6 +57,16 @@ pub struct View {
     pub tag: usize,
     /// Top left, top right, bottom right, bottom left, px.
     pub corners: [Point2<f64>; 4],
+    /// Their velocities, px/s; zero where they are unknown.
+    pub velocities: [Vector2<f64>; 4],
     /// Standard deviation of a coordinate, px.
     pub sigma_px: f64,
+}
+
+impl View {
+    /// The corners at the time of the stamp, px, if the camera's clock is ahead by so many seconds: they were taken
+    /// before it.
+    pub(crate) fn corners_at(&self, clock_s: f64) -> [Point2<f64>; 4] {
+        std::array::from_fn(|corner| self.corners[corner] + self.velocities[corner] * clock_s)
+    }
 }

@@ -19,7 +19,10 @@ const SECTIONS: usize = 12;
 const LOG_RANGE: f64 = 1.2;
 /// Range of the logarithm of a scale about the median of what pairs of cameras say.
 const NEAR_LOG_SCALE: f64 = 0.03;
-/// Starts on that range.
+/// Range of a clock's offset, s, over which images move uniformly, and least one that displaces anything.
+const CLOCK_RANGE_S: f64 = 0.12;
+const LEAST_CLOCK_S: f64 = 0.004;
+/// Starts on a range.
 const GRID: usize = 24;
 /// A scale nearer to one than this is an error of the file, which is adjusted.
 const LEAST_LOG_SCALE: f64 = 0.015;
@@ -118,7 +121,30 @@ impl Starts<'_> {
             });
         }
         all.extend(self.lens_changed(camera, model, &poses));
+        all.extend(self.clock_off(camera, model, &poses));
         all
+    }
+
+    /// A clock that is off: all corners of the camera are where they will be or have been.
+    fn clock_off(
+        &self,
+        camera: usize,
+        model: &SiteCamera,
+        poses: &[Option<Pose>],
+    ) -> Option<Mistake> {
+        let camera_from_world = model.world_from_camera.inverse();
+        let cost = |offset_s: f64| {
+            let model = SiteCamera {
+                clock_s: model.clock_s + offset_s,
+                ..model.clone()
+            };
+            pose_fit::cost(
+                &self.camera_terms(camera, &model, poses),
+                &camera_from_world,
+            )
+        };
+        let offset_s = least(cost, CLOCK_RANGE_S);
+        (offset_s.abs() > LEAST_CLOCK_S).then_some(Mistake::ClockOff { camera, offset_s })
     }
 
     /// The views of a camera as terms of the pose `camera_from_world`.
@@ -140,7 +166,7 @@ impl Starts<'_> {
                     lens: &model.lens,
                     outer: Pose::identity(),
                     points: tag_corners_in_tag(tag.size_m).map(|corner| world_from_tag * corner),
-                    corners: view.corners,
+                    corners: view.corners_at(model.clock_s),
                     whitening: spread(model, tag, view).whitening(&view.corners),
                 });
             }
@@ -185,7 +211,7 @@ impl Starts<'_> {
                 &camera_from_world,
             )
         };
-        let log_ratio = least(cost);
+        let log_ratio = least(cost, LOG_RANGE);
         (log_ratio.abs() > LEAST_LOG_SCALE).then(|| Mistake::LensChanged {
             camera,
             ratio: log_ratio.exp(),
@@ -214,7 +240,7 @@ impl Starts<'_> {
             let terms = self.tag_terms(tag, size_m * log_ratio.exp(), &poses);
             pose_fit::cost(&terms, &place)
         };
-        let log_ratio = least(cost);
+        let log_ratio = least(cost, LOG_RANGE);
         if log_ratio.abs() > LEAST_LOG_SCALE {
             all.push(Mistake::TagResized {
                 tag,
@@ -387,10 +413,10 @@ fn median(numbers: Vec<f64>) -> Option<f64> {
 /// Fewer ratios tell nothing.
 const FEWEST: usize = 5;
 
-/// Where a function of a logarithm is least: the best of a grid, and a golden section about it.
-fn least(cost: impl Fn(f64) -> f64) -> f64 {
-    let width = 2.0 * LOG_RANGE / GRID as f64;
-    let grid = (0..=GRID).map(|at| at as f64 * width - LOG_RANGE);
+/// Where a function is least within a range about zero: the best of a grid, and a golden section about it.
+fn least(cost: impl Fn(f64) -> f64, range: f64) -> f64 {
+    let width = 2.0 * range / GRID as f64;
+    let grid = (0..=GRID).map(|at| at as f64 * width - range);
     let best = grid
         .map(|log| (cost(log), log))
         .min_by(|a, b| a.0.total_cmp(&b.0));

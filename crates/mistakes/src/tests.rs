@@ -40,6 +40,7 @@ fn ring(n_cameras: usize) -> Vec<Option<SiteCamera>> {
             lens: lens(),
             world_from_camera: looking_from(eye),
             sigma: PoseSigma::OF_CAMERA,
+            clock_s: 0.0,
         })
     };
     (0..n_cameras).map(camera).collect()
@@ -121,6 +122,7 @@ fn images(truth: &Site, seed: u64) -> Vec<Instant> {
                         camera,
                         tag,
                         corners,
+                        velocities: [nalgebra::Vector2::zeros(); 4],
                         sigma_px: SIGMA_PX,
                     });
                 }

@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use nalgebra::{Point2, Vector2};
+use nalgebra::Vector2;
 use sextant_mistakes::{Instant, View};
 use sextant_site_model::TagId;
 
@@ -20,7 +20,7 @@ use crate::time::seconds;
 const LONGEST_S: f64 = 0.06;
 const MOST_STEPS: f64 = 1.5;
 /// Share of their motion by which corners that are moved on are uncertain.
-const UNCERTAIN_MOTION: f64 = 0.2;
+const UNCERTAIN_MOTION: f64 = 0.4;
 /// Standard deviation of a clock that nobody vouches for, s: images that are further off are another matter.
 const USUAL_CLOCK_S: f64 = 0.005;
 /// A corner jumps that is off by more than so many px and such a share of its motion.
@@ -86,15 +86,10 @@ impl Evidence {
                 continue;
             };
             for view in singles(&newest.views) {
-                let known = site.tag(&view.tag).zip(moved.view(view, options));
-                if let Some((tag, (corners, sigma_px))) = known {
-                    let views = bodies.entry(site.body(tag)).or_default();
-                    views.push(View {
-                        camera: *camera,
-                        tag,
-                        corners,
-                        sigma_px,
-                    });
+                let tag = site.tag(&view.tag);
+                let view = tag.and_then(|tag| moved.view(view, [*camera, tag], options));
+                if let Some(view) = view {
+                    bodies.entry(site.body(view.tag)).or_default().push(view);
                 }
             }
         }
@@ -175,29 +170,48 @@ impl<'a> Moved<'a> {
         })
     }
 
-    /// Corners, px, and the standard deviation of their coordinates, px; `None` where the motion is needed and unknown.
-    fn view(&self, view: &TagView, options: &FusionOptions) -> Option<([Point2<f64>; 4], f64)> {
+    /// A view of the camera as it is at the time; `None` where the motion is needed and unknown.
+    fn view(
+        &self,
+        view: &TagView,
+        [camera, tag]: [usize; 2],
+        options: &FusionOptions,
+    ) -> Option<View> {
         let variance = view.seen.own_covariance().trace() / 8.0;
         let own_px = match variance > 0.0 {
             true => variance.sqrt(),
             false => options.corner_sigma_px,
         };
-        if self.steps == 0.0 && self.clock_s == 0.0 {
-            return Some((view.corners_in_image, own_px));
-        }
-        let mut earlier = self.before?.views.iter();
-        let earlier = earlier.find(|earlier| earlier.tag == view.tag)?;
+        let earlier = self.before.and_then(|before| {
+            let mut views = before.views.iter();
+            views.find(|earlier| earlier.tag == view.tag)
+        });
+        let Some(earlier) = earlier else {
+            let is_at_rest = self.steps == 0.0 && self.clock_s == 0.0;
+            return is_at_rest.then_some(View {
+                camera,
+                tag,
+                corners: view.corners_in_image,
+                velocities: [Vector2::zeros(); 4],
+                sigma_px: own_px,
+            });
+        };
         let motion: [Vector2<f64>; 4] = std::array::from_fn(|corner| {
             view.corners_in_image[corner] - earlier.corners_in_image[corner]
-        });
-        let corners = std::array::from_fn(|corner| {
-            view.corners_in_image[corner] + motion[corner] * self.steps
         });
         let squares = motion.iter().map(Vector2::norm_squared);
         let motion_px = (squares.sum::<f64>() / 4.0).sqrt();
         let noise_px = own_px * (1.0 + self.steps).hypot(self.steps);
         let moved_px = motion_px * self.steps.abs() * UNCERTAIN_MOTION;
         let clock_px = motion_px / self.step_s * self.clock_s;
-        Some((corners, noise_px.hypot(moved_px).hypot(clock_px)))
+        Some(View {
+            camera,
+            tag,
+            corners: std::array::from_fn(|corner| {
+                view.corners_in_image[corner] + motion[corner] * self.steps
+            }),
+            velocities: motion.map(|motion| motion / self.step_s),
+            sigma_px: noise_px.hypot(moved_px).hypot(clock_px),
+        })
     }
 }

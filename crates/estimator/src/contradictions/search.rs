@@ -10,10 +10,10 @@ use sextant_mistakes::{Explanation, Instant, Mistake, Site, explain, recognise};
 pub(crate) enum Scope {
     /// Whatever explains instants that contradict.
     Open(History),
-    /// What has at most so many parameters and would pass for small errors of files.
+    /// What would pass for small errors of files: exchanged and turned cameras and tags.
     Files {
-        /// Most free parameters.
-        n_parameters: usize,
+        /// Whether prints of another scale are among that.
+        is_scaled: bool,
     },
     /// A camera moved by so little that no single instant contradicts.
     Small,
@@ -85,10 +85,16 @@ impl MistakeSearch {
             Scope::Open(history) => explain(&self.site, &self.instants, |mistake| {
                 history.allows(mistake, &self.site)
             }),
-            Scope::Files { n_parameters } => {
-                recognised(&|mistake| mistake.n_parameters() <= *n_parameters)
-            }
-            Scope::Small => recognised(&|mistake| matches!(mistake, Mistake::CameraMoved { .. })),
+            Scope::Files { is_scaled } => recognised(&|mistake| match mistake {
+                Mistake::BodyScaled { .. } => *is_scaled,
+                _ => mistake.n_parameters() == 0,
+            }),
+            Scope::Small => recognised(&|mistake| {
+                matches!(
+                    mistake,
+                    Mistake::CameraMoved { .. } | Mistake::ClockOff { .. }
+                )
+            }),
         }
     }
 }

@@ -4,6 +4,7 @@ use crate::contradictions::TrackDoubts;
 use crate::fusion::RigFusion;
 use crate::site::AssociatedImage;
 use crate::tracker::timeline::Timeline;
+use sextant_geometry::se3;
 use sextant_mistakes::Mistake;
 use sextant_site_model::{ImageObservation, TagId};
 use sextant_site_report::{Fault, ObjectEstimate, State};
@@ -34,11 +35,20 @@ impl RigFusion {
 
     /// Mends what the search that is due has found; whether the models have changed by it.
     pub(crate) fn take_found(&mut self) -> bool {
-        let mistakes = self.contradictions.take_found();
+        let mut mistakes = self.contradictions.take_found();
+        mistakes.retain(|mistake| {
+            let mut cameras = mistake.cameras().into_iter();
+            !cameras.any(|camera| self.is_clock_in_question(camera))
+        });
         if !mistakes.is_empty() {
             self.mend(&mistakes);
         }
         !mistakes.is_empty()
+    }
+
+    /// Whether what a camera shows may be due to its clock.
+    pub(crate) fn is_clock_in_question(&self, camera: usize) -> bool {
+        self.offset_search.is_young(self.now_ns) || self.offset_search.is_out_of_step(camera)
     }
 
     fn track_doubts(&self, object: usize) -> TrackDoubts {
@@ -58,6 +68,14 @@ impl RigFusion {
     fn mend(&mut self, mistakes: &[Mistake]) {
         for mistake in mistakes {
             let fault = self.fault(mistake);
+            if self.is_back(mistake) {
+                self.mended
+                    .retain(|other| fault.as_ref().is_none_or(|fault| !is_of_same(other, fault)));
+                if let Mistake::CameraMoved { camera, .. } = mistake {
+                    self.site.restore_camera(*camera, &self.rig);
+                }
+                continue;
+            }
             if let Some(indexed) = self.contradictions.indexed() {
                 self.site.mend(mistake, indexed);
             }
@@ -73,6 +91,27 @@ impl RigFusion {
         self.diagnosis.reset();
         self.offset_search.models_changed();
         self.contradictions.models_changed();
+    }
+
+    /// Whether a camera is where its file has it again.
+    fn is_back(&self, mistake: &Mistake) -> bool {
+        let Mistake::CameraMoved {
+            camera,
+            world_from_camera,
+            sigma,
+        } = mistake
+        else {
+            return false;
+        };
+        let id = self.site.camera_id(*camera);
+        let mut cameras = self.rig.cameras().iter();
+        let file = cameras.find(|file| Some(&file.id) == id.as_ref());
+        file.and_then(|file| file.world_from_camera)
+            .is_some_and(|place| {
+                let step = se3::difference(world_from_camera, &place);
+                step.fixed_rows::<3>(0).norm() <= BACK * sigma.position_m
+                    && step.fixed_rows::<3>(3).norm() <= BACK * sigma.orientation_rad
+            })
     }
 
     /// What is reported of a mistake; `None` where something else reports it.
@@ -126,12 +165,11 @@ impl RigFusion {
                 let (object, tag) = of_first?;
                 Fault::TagSize { object, tag, ratio }
             }
-            Mistake::TagMoved { .. } => {
-                let (object, tag) = of_first?;
-                Fault::TagMisplaced { object, tag }
-            }
-            // The site knows the scales of its objects.
-            Mistake::BodyScaled { .. } | Mistake::SizesScaled { .. } => return None,
+            // The site knows the scales of its objects; clocks and loose tags are not mended.
+            Mistake::BodyScaled { .. }
+            | Mistake::SizesScaled { .. }
+            | Mistake::ClockOff { .. }
+            | Mistake::TagMoved { .. } => return None,
         })
     }
 
@@ -165,6 +203,9 @@ impl RigFusion {
         estimate
     }
 }
+
+/// Standard deviations within which a camera is where it was.
+const BACK: f64 = 3.0;
 
 /// Whether two faults are of one camera or tag, so that the later one replaces the other.
 fn is_of_same(one: &Fault, other: &Fault) -> bool {

@@ -113,6 +113,7 @@ fn site_camera(
         lens,
         world_from_camera,
         sigma,
+        clock_s: 0.0,
     })
 }
 

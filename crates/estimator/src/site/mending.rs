@@ -1,7 +1,7 @@
 //! Mistakes mended in the models that the files give.
 
 use sextant_mistakes::Mistake;
-use sextant_site_model::{ObjectTag, PoseSigma};
+use sextant_site_model::{ObjectTag, PoseSigma, Rig};
 
 use crate::site::indexed_site::IndexedSite;
 use crate::site::{FileCamera, ModelledSite, TagPlacement};
@@ -59,6 +59,18 @@ impl ModelledSite {
             _ => self.mend_tag(mistake, indexed),
         }
         self.is_exact = self.has_exact_models();
+    }
+
+    /// Takes a camera as its file has it.
+    pub fn restore_camera(&mut self, camera: usize, rig: &Rig) {
+        let file = Self::new(rig, &[]).ok().and_then(|site| {
+            let (index, _) = site.camera(&self.cameras[camera].id)?;
+            site.cameras[index].file.clone()
+        });
+        if file.is_some() {
+            self.cameras[camera].file = file;
+            self.mend_camera(camera, |_| {});
+        }
     }
 
     fn mend_camera(&mut self, camera: usize, change: impl Fn(&mut FileCamera)) {
