@@ -16,7 +16,7 @@ use crate::diagnosis::{Action, Diagnosis, Models};
 use crate::fusion::intake::ImageIntake;
 use crate::self_calibration::{AdjustmentTask, Offered, SelfCalibration};
 use crate::site::{AssociatedImage, ModelledSite, ObjectImage};
-use crate::tracker::finalised_views::{FinalisedInstant, FinalisedView};
+use crate::tracker::report::{FinalisedInstant, FinalisedView};
 use crate::tracker::timeline::Timeline;
 use crate::{FusionOptions, ModelError, Proposal, Statistics};
 use sextant_site_model::{ImageObservation, ObjectId, ObjectModel, ObjectTag, Rig};

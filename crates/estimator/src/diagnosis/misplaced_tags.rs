@@ -6,7 +6,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::fading_counter::FadingCounter;
-use crate::tracker::finalised_views::FinalisedView;
+use crate::tracker::report::FinalisedView;
 use sextant_site_model::TagId;
 
 /// Where a tag is that is far from where its object has it.

@@ -15,7 +15,7 @@ use sextant_geometry::Pose;
 
 use crate::FusionOptions;
 use crate::site::{ModelledSite, ObjectImage, SiteCamera};
-use crate::tracker::finalised_views::FinalisedInstant;
+use crate::tracker::report::{FinalisedInstant, report, report_loss};
 use crate::tracker::track::Track;
 use sextant_site_model::ObjectId;
 use sextant_site_report::{ClockOffset, ObjectEstimate};
@@ -37,7 +37,7 @@ struct Instant {
 
 impl Instant {
     /// The track after its images.
-    fn following(
+    fn advance(
         &self,
         before: &Track,
         time_ns: u64,
@@ -45,7 +45,7 @@ impl Instant {
         options: &FusionOptions,
     ) -> Box<Track> {
         let images: Vec<&ObjectImage> = self.images.values().map(Arc::as_ref).collect();
-        Box::new(before.advanced(time_ns, &images, site, options))
+        Box::new(before.advance(time_ns, &images, site, options))
     }
 }
 
@@ -116,7 +116,7 @@ impl Timeline {
         let mut before = &self.base;
         for (key, instant) in self.instants.range_mut(from..=upto) {
             if *key >= stale {
-                instant.after = instant.following(before, key.0, site, options);
+                instant.after = instant.advance(before, key.0, site, options);
             }
             before = &instant.after;
         }
@@ -144,7 +144,7 @@ impl Timeline {
         };
         let mut track = Cow::Borrowed(self.before(stale));
         for ((time_ns, _), instant) in self.instants.range(stale..=upto) {
-            track = Cow::Owned(*instant.following(&track, *time_ns, site, options));
+            track = Cow::Owned(*instant.advance(&track, *time_ns, site, options));
         }
         track
     }
@@ -216,13 +216,12 @@ impl Timeline {
         if !track.is_known_at(stamp_ns, options) {
             return None;
         }
-        track.estimate(&self.object, stamp_ns, ahead_s, options)
+        report(&track, &self.object, stamp_ns, ahead_s, options)
     }
 
     /// The last that is known of an object that was last seen before `time_ns`.
     pub fn last_estimate(&self, time_ns: u64, options: &FusionOptions) -> Option<ObjectEstimate> {
-        self.at(time_ns)
-            .last_estimate(&self.object, time_ns, options)
+        report_loss(self.at(time_ns), &self.object, time_ns, options)
     }
 
     /// Discards the images and keeps the track: the models that they were taken in with are no longer in force. All
