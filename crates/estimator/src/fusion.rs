@@ -508,7 +508,7 @@ impl RigFusion {
                 self.emit_lost(object, self.timelines[object].newest_ns());
             }
         }
-        self.begin_anew();
+        self.begin_anew(|_| true);
         self.intake.forget_times();
         self.self_calibration.forget_times();
         self.offered.clear();

@@ -50,6 +50,8 @@ const GROWTH: f64 = 0.2;
 
 /// Keyframes with which the site's imperfections are known but for details.
 const YOUNG: usize = 10;
+/// Keyframes that replace corrections whose own were forgotten.
+const FORGOTTEN: usize = 40;
 /// Time from one adjustment to the next for each keyframe of it, ns: several times what it takes to solve, whatever
 /// moves.
 const REST_NS: u64 = 4_000_000;
@@ -136,14 +138,15 @@ impl SelfCalibration {
         }
     }
 
-    /// Timestamps before and after mean something else: instants of moving objects whose cameras' clocks are estimated
-    /// can't be compared with later ones, nor are the offsets those of before.
-    pub fn forget_clocks(&mut self) {
-        self.keyframes.retain(|keyframe| keyframe.path.is_none());
+    /// Timestamps of some cameras mean something else before and after: what these show of moving objects can't be
+    /// compared with other images, nor are their offsets those of before. What is in quarantine may be from then.
+    pub fn forget_clocks(&mut self, is_affected: impl Fn(usize) -> bool) {
+        self.keyframes.forget_clocks(&is_affected);
         self.held_back.retain(|keyframe| keyframe.path.is_none());
         self.discard_quarantine();
         self.discard_adjustment();
-        self.adjustment.forget_clocks();
+        self.added = self.added.min(self.keyframes.len());
+        self.adjustment.forget_clocks(is_affected);
     }
 
     /// The clock was set: what was learned stays, and objects that are known are not new again.
@@ -159,11 +162,13 @@ impl SelfCalibration {
         self.quarantine = Quarantine::default();
     }
 
-    /// Prepares an adjustment if enough is new; there is one at a time.
+    /// Prepares an adjustment if enough is new; there is one at a time. Where most keyframes had to be forgotten, the
+    /// corrections in force stay until there are enough again: a few keyframes would make files right that are wrong.
     pub fn prepare(&mut self, now_ns: u64, site: &ModelledSite) {
         let enough = (GROWTH * self.keyframes.len() as f64).max(1.0);
         let is_enough = self.added as f64 >= enough;
-        if is_enough && self.due.is_none() && now_ns >= self.rests_until_ns {
+        let knows_more = self.keyframes.len() < self.n_adjusted.min(FORGOTTEN);
+        if is_enough && !knows_more && self.due.is_none() && now_ns >= self.rests_until_ns {
             let task =
                 AdjustmentTask::new(&self.adjustment, &self.keyframes, &self.held_back, site);
             self.due = Some((Arc::new(task), std::mem::take(&mut self.added)));
