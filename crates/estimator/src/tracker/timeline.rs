@@ -57,6 +57,8 @@ pub(crate) struct Timeline {
     instants: BTreeMap<Key, Instant>,
     /// First instant that lacks late images.
     stale_from: Option<Key>,
+    /// Whether the instants were processed by former models.
+    is_outdated: bool,
 }
 
 /// An image that came too late to be inserted.
@@ -70,6 +72,7 @@ impl Timeline {
             base: Track::default(),
             instants: BTreeMap::new(),
             stale_from: None,
+            is_outdated: false,
         }
     }
 
@@ -154,7 +157,8 @@ impl Timeline {
         before.map_or(&self.base, |(_, instant)| &instant.after)
     }
 
-    /// Drops the instants older than the window, which no late image can change any more; the newest always stays.
+    /// Drops the instants older than the window, which no late image can change any more; the newest always stays. What
+    /// former models made of them is not returned.
     fn forget(
         &mut self,
         window_ns: u64,
@@ -175,6 +179,9 @@ impl Timeline {
         }
         if let Some(last) = finalised.last() {
             self.base.clone_from(&last.track);
+        }
+        if self.is_outdated {
+            finalised.clear();
         }
         finalised
     }
@@ -228,6 +235,7 @@ impl Timeline {
     /// instants must have been processed.
     pub fn discard_images(&mut self) {
         self.stale_from = None;
+        self.is_outdated = false;
         if let Some((_, last)) = std::mem::take(&mut self.instants).into_iter().next_back() {
             self.base = *last.after;
         }
@@ -253,22 +261,37 @@ impl Timeline {
         })
     }
 
-    /// The models have been corrected: the window is processed again with them, from a base that is moved along.
-    pub fn remodel(
-        &mut self,
-        moved: Option<(Pose, Pose)>,
-        site: &ModelledSite,
-        options: &FusionOptions,
-    ) {
+    /// The models have been corrected: the tracks are moved along, until [`Self::reprocess`].
+    pub fn remodel(&mut self, moved: Option<(Pose, Pose)>) {
+        self.is_outdated = !self.instants.is_empty();
+        let Some((before, after)) = moved else {
+            return;
+        };
+        self.base.move_along(&before, &after);
+        for instant in self.instants.values_mut() {
+            instant.after.move_along(&before, &after);
+        }
+    }
+
+    /// Whether the models have been corrected since the window was processed.
+    pub fn is_outdated(&self) -> bool {
+        self.is_outdated
+    }
+
+    /// Processes the window again by the models in force, from a base that has been moved along, where it is outdated.
+    /// Returns the number of instants that were.
+    pub fn reprocess(&mut self, site: &ModelledSite, options: &FusionOptions) -> usize {
+        if !std::mem::take(&mut self.is_outdated) {
+            return 0;
+        }
         for instant in self.instants.values_mut() {
             for image in instant.images.values_mut() {
                 *image = Arc::new(site.remodelled(image, options));
             }
         }
-        if let Some((before, after)) = moved {
-            self.base.move_along(&before, &after);
-        }
         self.stale_from = self.instants.keys().next().copied();
+        self.catch_up(u64::MAX, site, options);
+        self.instants.len()
     }
 
     /// Clocks may have jumped before the window, by a standard deviation of `sigma_s`: it is processed again.
