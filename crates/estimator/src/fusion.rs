@@ -284,6 +284,7 @@ impl RigFusion {
         };
         let image = &image;
         self.self_calibrate(image.capture_ns);
+        self.reprocess_outdated();
         let Some(associated) =
             self.intake
                 .admit(self.present_ns(), image, &self.site, &self.options)

@@ -65,6 +65,15 @@ pub(crate) struct Offered {
     pub stretch_ns: u64,
 }
 
+/// When an object appeared, and how well it has been seen since.
+#[derive(Debug, Clone, Copy)]
+struct Beginning {
+    /// Capture time of its first keyframe, ns.
+    first_ns: u64,
+    /// Most keyframes of it at a time: those of many objects displace one another.
+    n_keyframes: usize,
+}
+
 /// Keyframes and what they say about the site.
 #[derive(Debug, Default)]
 pub(crate) struct SelfCalibration {
@@ -72,8 +81,8 @@ pub(crate) struct SelfCalibration {
     held_back: HeldBackKeyframes,
     adjustment: Adjustment,
     quarantine: Quarantine,
-    /// Capture time of the first keyframe of each object, ns.
-    first_ns: BTreeMap<usize, u64>,
+    /// By object.
+    beginnings: BTreeMap<usize, Beginning>,
     /// Keyframes added since the last adjustment.
     added: usize,
     /// Keyframes of the last adjustment.
@@ -93,7 +102,8 @@ pub(crate) struct SelfCalibration {
 impl SelfCalibration {
     /// Whether so little is known of an object that its newest instant is worth adjusting with each of its images.
     pub fn is_beginning(&self, object: usize) -> bool {
-        self.keyframes.count(object) < FIRST
+        let beginning = self.beginnings.get(&object);
+        beginning.is_none_or(|beginning| beginning.n_keyframes < FIRST)
     }
 
     /// Whether contradictions are most likely imperfections of the site: little is known of it, or most of what is
@@ -116,14 +126,19 @@ impl SelfCalibration {
         };
         let (object, time_ns) = (keyframe.object, keyframe.time_ns);
         if self.keyframes.offer(keyframe) {
-            self.first_ns.entry(object).or_insert(time_ns);
+            let beginning = self.beginnings.entry(object).or_insert(Beginning {
+                first_ns: time_ns,
+                n_keyframes: 0,
+            });
+            let n_keyframes = self.keyframes.count(object);
+            beginning.n_keyframes = beginning.n_keyframes.max(n_keyframes);
             self.added += 1;
         }
     }
 
     /// Capture time of the first keyframe of an object, ns.
     pub fn first_ns(&self, object: usize) -> Option<u64> {
-        self.first_ns.get(&object).copied()
+        Some(self.beginnings.get(&object)?.first_ns)
     }
 
     /// Keeps a keyframe until it is known whether it shows a fault.
@@ -151,9 +166,9 @@ impl SelfCalibration {
 
     /// The clock was set: what was learned stays, and objects that are known are not new again.
     pub fn forget_times(&mut self) {
-        self.first_ns
-            .values_mut()
-            .for_each(|first_ns| *first_ns = 0);
+        for beginning in self.beginnings.values_mut() {
+            beginning.first_ns = 0;
+        }
         self.rests_until_ns = 0;
     }
 

@@ -29,7 +29,6 @@ impl RigFusion {
         if self.site.is_exact() {
             return;
         }
-        self.reprocess_outdated();
         self.offered
             .resize(self.timelines.len(), Offered::default());
         let is_suspect = self.is_suspect();
@@ -82,7 +81,7 @@ impl RigFusion {
 
     /// Processes windows of objects again whose models have been corrected: some of them with each image, so that none
     /// waits for all.
-    fn reprocess_outdated(&mut self) {
+    pub(crate) fn reprocess_outdated(&mut self) {
         let mut n_instants = 0;
         for timeline in &mut self.timelines {
             if n_instants < MOST_REPROCESSED {
