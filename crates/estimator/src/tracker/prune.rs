@@ -24,8 +24,8 @@ const NEAR: f64 = 0.1;
 /// less than a pixel never does.
 const MOST_OFF: f64 = 0.06;
 
-/// The track at the instant of a prediction by the likeliest of the branches. One that is initialised keeps of the track
-/// before what [`Track::reset`] does.
+/// The track at the instant of a prediction by the likeliest of the branches. One that is initialised keeps of the
+/// track before what [`Track::reset`] does.
 pub(crate) fn prune(
     prediction: &Prediction<'_>,
     mut hypotheses: Vec<Hypothesis>,
