@@ -29,7 +29,7 @@ use crate::self_calibration::SelfCalibration;
 use crate::self_calibration::keyframe_builder::{KeyframeBuilder, TOGETHER_NS};
 use crate::site::{ModelledSite, ObjectImage};
 use crate::time::nanoseconds;
-use crate::tracker::finalised_views::{FinalisedInstant, FinalisedView};
+use crate::tracker::report::{FinalisedInstant, FinalisedView};
 use crate::{DiagnosisOptions, FusionOptions};
 use sextant_site_model::TagId;
 

@@ -20,7 +20,7 @@ use crate::fusion::intake::ImageIntake;
 use crate::fusion::task::SolverTask;
 use crate::self_calibration::{Offered, SelfCalibration};
 use crate::site::{AssociatedImage, ModelledSite, ObjectImage};
-use crate::tracker::finalised_views::{FinalisedInstant, FinalisedView};
+use crate::tracker::report::{FinalisedInstant, FinalisedView};
 use crate::tracker::timeline::Timeline;
 use crate::{FusionOptions, ModelError, Proposal, Statistics};
 use sextant_site_model::{ImageObservation, ObjectId, ObjectModel, ObjectTag, Rig};
@@ -312,6 +312,7 @@ impl RigFusion {
         };
         let image = &image;
         self.self_calibrate(image.capture_ns);
+        self.reprocess_outdated();
         let Some(associated) =
             self.intake
                 .admit(self.present_ns(), image, &self.site, &self.options)
@@ -554,7 +555,7 @@ impl RigFusion {
                 self.emit_lost(object, self.timelines[object].newest_ns());
             }
         }
-        self.begin_anew();
+        self.begin_anew(|_| true);
         self.intake.forget_times();
         self.self_calibration.forget_times();
         self.offered.clear();

@@ -50,6 +50,8 @@ const GROWTH: f64 = 0.2;
 
 /// Keyframes with which the site's imperfections are known but for details.
 const YOUNG: usize = 10;
+/// Keyframes that replace corrections whose own were forgotten.
+const FORGOTTEN: usize = 40;
 /// Time from one adjustment to the next for each keyframe of it, ns: several times what it takes to solve, whatever
 /// moves.
 const REST_NS: u64 = 4_000_000;
@@ -63,6 +65,15 @@ pub(crate) struct Offered {
     pub stretch_ns: u64,
 }
 
+/// When an object appeared, and how well it has been seen since.
+#[derive(Debug, Clone, Copy)]
+struct Beginning {
+    /// Capture time of its first keyframe, ns.
+    first_ns: u64,
+    /// Most keyframes of it at a time: those of many objects displace one another.
+    n_keyframes: usize,
+}
+
 /// Keyframes and what they say about the site.
 #[derive(Debug, Default)]
 pub(crate) struct SelfCalibration {
@@ -70,8 +81,8 @@ pub(crate) struct SelfCalibration {
     held_back: HeldBackKeyframes,
     adjustment: Adjustment,
     quarantine: Quarantine,
-    /// Capture time of the first keyframe of each object, ns.
-    first_ns: BTreeMap<usize, u64>,
+    /// By object.
+    beginnings: BTreeMap<usize, Beginning>,
     /// Keyframes added since the last adjustment.
     added: usize,
     /// Keyframes of the last adjustment.
@@ -91,7 +102,8 @@ pub(crate) struct SelfCalibration {
 impl SelfCalibration {
     /// Whether so little is known of an object that its newest instant is worth adjusting with each of its images.
     pub fn is_beginning(&self, object: usize) -> bool {
-        self.keyframes.count(object) < FIRST
+        let beginning = self.beginnings.get(&object);
+        beginning.is_none_or(|beginning| beginning.n_keyframes < FIRST)
     }
 
     /// Whether contradictions are most likely imperfections of the site: little is known of it, or most of what is
@@ -114,14 +126,19 @@ impl SelfCalibration {
         };
         let (object, time_ns) = (keyframe.object, keyframe.time_ns);
         if self.keyframes.offer(keyframe) {
-            self.first_ns.entry(object).or_insert(time_ns);
+            let beginning = self.beginnings.entry(object).or_insert(Beginning {
+                first_ns: time_ns,
+                n_keyframes: 0,
+            });
+            let n_keyframes = self.keyframes.count(object);
+            beginning.n_keyframes = beginning.n_keyframes.max(n_keyframes);
             self.added += 1;
         }
     }
 
     /// Capture time of the first keyframe of an object, ns.
     pub fn first_ns(&self, object: usize) -> Option<u64> {
-        self.first_ns.get(&object).copied()
+        Some(self.beginnings.get(&object)?.first_ns)
     }
 
     /// Keeps a keyframe until it is known whether it shows a fault.
@@ -136,21 +153,22 @@ impl SelfCalibration {
         }
     }
 
-    /// Timestamps before and after mean something else: instants of moving objects whose cameras' clocks are estimated
-    /// can't be compared with later ones, nor are the offsets those of before.
-    pub fn forget_clocks(&mut self) {
-        self.keyframes.retain(|keyframe| keyframe.path.is_none());
+    /// Timestamps of some cameras mean something else before and after: what these show of moving objects can't be
+    /// compared with other images, nor are their offsets those of before. What is in quarantine may be from then.
+    pub fn forget_clocks(&mut self, is_affected: impl Fn(usize) -> bool) {
+        self.keyframes.forget_clocks(&is_affected);
         self.held_back.retain(|keyframe| keyframe.path.is_none());
         self.discard_quarantine();
         self.discard_adjustment();
-        self.adjustment.forget_clocks();
+        self.added = self.added.min(self.keyframes.len());
+        self.adjustment.forget_clocks(is_affected);
     }
 
     /// The clock was set: what was learned stays, and objects that are known are not new again.
     pub fn forget_times(&mut self) {
-        self.first_ns
-            .values_mut()
-            .for_each(|first_ns| *first_ns = 0);
+        for beginning in self.beginnings.values_mut() {
+            beginning.first_ns = 0;
+        }
         self.rests_until_ns = 0;
     }
 
@@ -159,11 +177,13 @@ impl SelfCalibration {
         self.quarantine = Quarantine::default();
     }
 
-    /// Prepares an adjustment if enough is new; there is one at a time.
+    /// Prepares an adjustment if enough is new; there is one at a time. Where most keyframes had to be forgotten, the
+    /// corrections in force stay until there are enough again: a few keyframes would make files right that are wrong.
     pub fn prepare(&mut self, now_ns: u64, site: &ModelledSite) {
         let enough = (GROWTH * self.keyframes.len() as f64).max(1.0);
         let is_enough = self.added as f64 >= enough;
-        if is_enough && self.due.is_none() && now_ns >= self.rests_until_ns {
+        let knows_more = self.keyframes.len() < self.n_adjusted.min(FORGOTTEN);
+        if is_enough && !knows_more && self.due.is_none() && now_ns >= self.rests_until_ns {
             let task =
                 AdjustmentTask::new(&self.adjustment, &self.keyframes, &self.held_back, site);
             self.due = Some((Arc::new(task), std::mem::take(&mut self.added)));

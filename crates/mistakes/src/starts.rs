@@ -26,6 +26,8 @@ const LEAST_CLOCK_S: f64 = 0.004;
 const GRID: usize = 24;
 /// A scale nearer to one than this is an error of the file, which is adjusted.
 const LEAST_LOG_SCALE: f64 = 0.015;
+/// The same of a focal length: nobody turns a zoom by less.
+const LEAST_LOG_ZOOM: f64 = 0.1;
 
 /// The site with its views, and what they show with the models as they are.
 pub(crate) struct Starts<'a> {
@@ -212,7 +214,7 @@ impl Starts<'_> {
             )
         };
         let log_ratio = least(cost, LOG_RANGE);
-        (log_ratio.abs() > LEAST_LOG_SCALE).then(|| Mistake::LensChanged {
+        (log_ratio.abs() > LEAST_LOG_ZOOM).then(|| Mistake::LensChanged {
             camera,
             ratio: log_ratio.exp(),
         })

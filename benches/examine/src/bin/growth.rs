@@ -211,9 +211,14 @@ fn record(hall: &mut Hall, from_s: u64, for_s: u64) -> Vec<Vec<u8>> {
     turns.map(message).collect()
 }
 
-fn fuse(fusion: &mut Fusion, n_own: usize, messages: &[Vec<u8>]) -> Costs {
+/// `applies_ns` is when the adjustment under way applies.
+fn fuse(
+    fusion: &mut Fusion,
+    n_own: usize,
+    messages: &[Vec<u8>],
+    applies_ns: &mut Option<u64>,
+) -> Costs {
     let mut costs = Costs::default();
-    let mut applies_ns = None;
     for message in messages {
         let (before, begun) = (processor_time(), Instant::now());
         let seen: Observations = decode(message).expect("a message");
@@ -222,7 +227,7 @@ fn fuse(fusion: &mut Fusion, n_own: usize, messages: &[Vec<u8>]) -> Costs {
         let now_ns = seen.capture_ns + SECOND_NS / 100;
         fusion.handle(now_ns, Input::Image(image));
         if applies_ns.is_some_and(|applies_ns| applies_ns <= now_ns) {
-            applies_ns = None;
+            *applies_ns = None;
             fusion.handle(now_ns, Input::Adjusted);
         }
         costs.poses += std::iter::from_fn(|| fusion.poll_output()).count();
@@ -236,7 +241,7 @@ fn fuse(fusion: &mut Fusion, n_own: usize, messages: &[Vec<u8>]) -> Costs {
             task.solve();
             let took = processor_time() - before;
             costs.adjusting += took;
-            applies_ns = Some(now_ns + took.as_nanos() as u64);
+            *applies_ns = Some(now_ns + took.as_nanos() as u64);
         }
     }
     costs
@@ -284,8 +289,9 @@ fn main() {
     let warm_up = record(&mut hall, 0, WARM_UP_S);
     let measured = record(&mut hall, WARM_UP_S, MEASURED_S);
     let before_mib = resident_mib();
-    fuse(&mut fusion, n_own, &warm_up);
-    let costs = fuse(&mut fusion, n_own, &measured);
+    let mut applies_ns = None;
+    fuse(&mut fusion, n_own, &warm_up, &mut applies_ns);
+    let costs = fuse(&mut fusion, n_own, &measured, &mut applies_ns);
     let per_s = |count: usize| count as f64 / MEASURED_S as f64;
     println!(
         "| {n_cameras} | {n_objects} | {:.0} % | {:.0} % | {:.0} ms | {:.0} % | {:.0} MiB | {:.1} Mbit/s | {:.0} |",

@@ -37,6 +37,8 @@ const DECIDES: f64 = 40.0;
 const MOST_MINIMA: usize = 6;
 /// Seconds (one sigma) to which an offset must be known.
 const KNOWN_S: f64 = 0.005;
+/// Standard deviations from which on an offset is one.
+const SIGNIFICANT: f64 = 3.0;
 /// Seconds over which motions must be known before no offset is said to explain their difference.
 const LONG_S: f64 = 0.7;
 /// Metres and radians, one sigma, by which rigs are off anyway.
@@ -128,10 +130,12 @@ fn verdict(
         };
     }
     match comparison.sigma_s(*offset_s) {
-        Some(sigma_s) if sigma_s < KNOWN_S => MotionMatch::Off(ClockOffset {
-            offset_s: *offset_s,
-            sigma_s,
-        }),
+        Some(sigma_s) if sigma_s < KNOWN_S.min(offset_s.abs() / SIGNIFICANT) => {
+            MotionMatch::Off(ClockOffset {
+                offset_s: *offset_s,
+                sigma_s,
+            })
+        }
         _ => MotionMatch::Open,
     }
 }
@@ -254,7 +258,7 @@ impl Comparison<'_> {
         let nearest = nearest.min_by(|a, b| a.abs().total_cmp(&b.abs()));
         let known = nearest.and_then(|at| Some((at, self.sigma_s(at)?)));
         match known {
-            Some((at, sigma_s)) if sigma_s < KNOWN_S && at.abs() < 3.0 * sigma_s => {
+            Some((at, sigma_s)) if sigma_s < KNOWN_S && at.abs() < SIGNIFICANT * sigma_s => {
                 MotionMatch::Agree
             }
             _ => MotionMatch::Open,

@@ -10,6 +10,7 @@ use sextant_geometry::Pose;
 use crate::FusionOptions;
 use crate::measurement::corners::TagView;
 use crate::site::{ClockPrior, ModelledSite, ObjectImage};
+use crate::tracker::report::report;
 use crate::tracker::track::Track;
 use sextant_site_model::ObjectId;
 use sextant_site_report::State;
@@ -55,12 +56,12 @@ impl SingleCameraTrack {
             return;
         }
         let stamp_ns = image.capture_ns;
-        self.track = self.track.advanced(stamp_ns, &[image], site, options);
+        self.track = self.track.advance(stamp_ns, &[image], site, options);
         let spaced = self
             .samples
             .back()
             .is_none_or(|last| stamp_ns.saturating_sub(last.stamp_ns) >= SPACING_NS);
-        let estimate = self.track.estimate(object, stamp_ns, 0.0, options);
+        let estimate = report(&self.track, object, stamp_ns, 0.0, options);
         if let Some(estimate) = estimate.filter(|one| spaced && one.state == State::Tracking) {
             if self.samples.len() == REMEMBERED {
                 self.samples.pop_front();

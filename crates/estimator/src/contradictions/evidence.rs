@@ -20,7 +20,7 @@ use crate::time::seconds;
 const LONGEST_S: f64 = 0.06;
 const MOST_STEPS: f64 = 1.5;
 /// Share of their motion by which corners that are moved on are uncertain.
-const UNCERTAIN_MOTION: f64 = 0.4;
+const UNCERTAIN_MOTION: f64 = 0.8;
 /// Standard deviation of a clock that nobody vouches for, s: images that are further off are another matter.
 const USUAL_CLOCK_S: f64 = 0.005;
 /// A corner jumps that is off by more than so many px and such a share of its motion.

@@ -3,10 +3,10 @@
 //! A camera that was moved sees all its tags in the wrong place; of a sound camera's views only those of a misplaced
 //! tag are rejected.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use crate::fading_counter::FadingCounter;
-use crate::tracker::finalised_views::FinalisedView;
+use crate::tracker::report::FinalisedView;
 use sextant_site_model::TagId;
 
 /// Where a tag is that is far from where its object has it.
@@ -81,29 +81,24 @@ impl MisplacedTags {
         self.found.iter().map(|(tag, on)| (*tag, *on))
     }
 
-    /// Decides anew; `of_camera` gives the counts of a camera's views.
+    /// Decides anew, in one pass; `of_camera` gives the counts of a camera's views.
     pub fn judge(&mut self, now_ns: u64, of_camera: impl Fn(usize) -> Option<FadingCounter>) {
-        for count in self.rejected.values_mut() {
+        self.rejected.retain(|_, count| {
             count.views = count.views.faded(now_ns);
-        }
-        self.rejected.retain(|_, count| count.views.total > 0.01);
-        let tags: BTreeSet<ObjectTag> = self.rejected.keys().map(|(_, tag)| *tag).collect();
-        self.found.retain(|tag, _| tags.contains(tag));
-        for tag in tags {
-            let sound = self.rejected.iter().filter(|((camera, own), count)| {
-                *own == tag && of_camera(*camera).is_some_and(|all| is_sound(&all, count))
-            });
-            let (mut far, mut on) = (0.0, None);
-            for (_, count) in sound {
-                far += count.far();
-                on = on.or(count.on);
-            }
-            if far >= RAISED || (self.found.contains_key(&tag) && far >= CLEARED) {
-                self.found.insert(tag, on);
-            } else {
-                self.found.remove(&tag);
+            count.views.total > 0.01
+        });
+        let mut by_tag: BTreeMap<ObjectTag, (f64, Option<usize>)> = BTreeMap::new();
+        for ((camera, tag), count) in &self.rejected {
+            let (far, on) = by_tag.entry(*tag).or_default();
+            if of_camera(*camera).is_some_and(|all| is_sound(&all, count)) {
+                *far += count.far();
+                *on = on.or(count.on);
             }
         }
+        let found = by_tag.into_iter().filter(|(tag, (far, _))| {
+            *far >= RAISED || (*far >= CLEARED && self.found.contains_key(tag))
+        });
+        self.found = found.map(|(tag, (_, on))| (tag, on)).collect();
     }
 }
 

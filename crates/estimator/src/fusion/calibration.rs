@@ -16,8 +16,7 @@ impl RigFusion {
     pub(crate) fn self_calibrate_from_start(&mut self, object: usize, capture_ns: u64) {
         if self.self_calibration.is_beginning(object) {
             self.self_calibrate(capture_ns.saturating_add(1));
-            let timeline = &mut self.timelines[object];
-            timeline.catch_up(capture_ns, &self.site, &self.options);
+            self.timelines[object].reprocess(&self.site, &self.options);
         }
     }
 
@@ -34,6 +33,9 @@ impl RigFusion {
             .resize(self.timelines.len(), Offered::default());
         let is_suspect = self.is_suspect();
         for object in 0..self.timelines.len() {
+            if self.timelines[object].is_outdated() {
+                continue;
+            }
             let before_ns = self.offered_before(object, before_ns);
             if is_suspect {
                 let offered_ns = &mut self.offered[object].instant_ns;
@@ -73,9 +75,20 @@ impl RigFusion {
             self.contradictions.models_corrected();
             for (object, timeline) in self.timelines.iter_mut().enumerate() {
                 let moved = self.self_calibration.moved(object);
-                timeline.remodel(moved, &self.site, &self.options);
+                timeline.remodel(moved);
             }
             self.self_calibration.mark_applied();
+        }
+    }
+
+    /// Processes windows of objects again whose models have been corrected: some of them with each image, so that none
+    /// waits for all.
+    pub(crate) fn reprocess_outdated(&mut self) {
+        let mut n_instants = 0;
+        for timeline in &mut self.timelines {
+            if n_instants < MOST_REPROCESSED {
+                n_instants += timeline.reprocess(&self.site, &self.options);
+            }
         }
     }
 
@@ -169,6 +182,8 @@ impl RigFusion {
 const STRETCH_NS: u64 = 110_000_000;
 /// Most images of each camera in it.
 const MOST_IMAGES: usize = 3;
+/// Instants after which no further object's window is processed again with an image: a few ms.
+const MOST_REPROCESSED: usize = 240;
 
 /// The last stretch of time until an image, which no other camera took at once: the track in its middle, and the images
 /// camera by camera. `None` where others did, or where no other camera shows the object.

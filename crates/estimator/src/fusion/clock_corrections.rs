@@ -111,7 +111,7 @@ impl RigFusion {
             .record_views(camera_index, associated, &self.site, &self.options);
         let found = self.offset_search.evaluate(now_ns);
         if !found.is_empty() {
-            self.begin_anew();
+            self.begin_anew(|camera| found.contains(&camera));
         }
     }
 
@@ -137,11 +137,11 @@ impl RigFusion {
         }
     }
 
-    /// Discards what was estimated with wrong timestamps.
-    pub(crate) fn begin_anew(&mut self) {
+    /// Discards what was estimated with wrong timestamps of some cameras.
+    pub(crate) fn begin_anew(&mut self, is_affected: impl Fn(usize) -> bool) {
         self.diagnosis.reset();
         self.contradictions.forget_times();
-        self.self_calibration.forget_clocks();
+        self.self_calibration.forget_clocks(is_affected);
         for timeline in &mut self.timelines {
             *timeline = Timeline::new(timeline.object().clone());
         }

@@ -3,7 +3,7 @@
 use crate::diagnosis::misplaced_tags::SeenOn;
 use crate::fusion::RigFusion;
 use crate::measurement::ray::Ray;
-use crate::tracker::finalised_views::FinalisedView;
+use crate::tracker::report::FinalisedView;
 use sextant_site_model::ObjectModel;
 
 impl RigFusion {

@@ -405,10 +405,10 @@ impl Adjustment {
         }
     }
 
-    /// The offsets of the clocks are not those of before.
-    pub fn forget_clocks(&mut self) {
+    /// The offsets of some cameras' clocks are not those of before.
+    pub fn forget_clocks(&mut self, is_affected: impl Fn(usize) -> bool) {
         for (source, errors) in &mut self.errors {
-            if matches!(source, Source::Camera(_)) {
+            if matches!(source, Source::Camera(camera) if is_affected(*camera)) {
                 errors[CLOCK] = 0.0;
             }
         }

@@ -217,9 +217,17 @@ impl Keyframes {
         self.0.iter_mut()
     }
 
-    /// Keeps those that a condition holds for.
-    pub fn retain(&mut self, is_kept: impl FnMut(&Keyframe) -> bool) {
-        self.0.retain(is_kept);
+    /// Leaves the images of some cameras out where the body moves; what no two other cameras show then goes.
+    pub fn forget_clocks(&mut self, is_affected: impl Fn(usize) -> bool) {
+        self.0.retain_mut(|keyframe| {
+            let n_views = keyframe.views.len();
+            if keyframe.path.is_some() {
+                keyframe
+                    .views
+                    .retain(|view| !is_affected(view.camera_index));
+            }
+            keyframe.views.len() == n_views || keyframe.cameras().len() > 1
+        });
     }
 
     /// How many there are of an object.

@@ -6,19 +6,19 @@
 /// Cameras that contradict and agree with one hypothesis, by index.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct CameraConsistency {
-    /// Of whose last image no view took part.
+    /// Of whose last image no view was used.
     doubted: Vec<usize>,
-    /// The others that took part since one came to be doubted.
+    /// The others whose views were used since one came to be doubted.
     agreed: Vec<usize>,
 }
 
 impl CameraConsistency {
-    /// The cameras of whose last image no view took part, by index.
+    /// The cameras of whose last image no view was used, by index.
     pub fn doubted(&self) -> &[usize] {
         &self.doubted
     }
 
-    /// Whether the last image of a camera took no part.
+    /// Whether no view of a camera's last image was used.
     pub fn doubts(&self, camera: usize) -> bool {
         self.doubted.contains(&camera)
     }
@@ -33,9 +33,9 @@ impl CameraConsistency {
         !self.doubted.is_empty()
     }
 
-    /// Notes whether a view of an image took part.
-    pub fn note(&mut self, camera: usize, part: bool) {
-        if part {
+    /// Records whether a view of an image is used.
+    pub fn record(&mut self, camera: usize, is_used: bool) {
+        if is_used {
             self.clear(&[camera]);
             if self.is_in_doubt() && !self.agreed.contains(&camera) {
                 self.agreed.push(camera);
@@ -62,11 +62,11 @@ mod tests {
     #[test]
     fn one_that_goes_on_to_contradict_is_wrong_once_another_agrees() {
         let mut consistency = CameraConsistency::default();
-        consistency.note(1, false);
+        consistency.record(1, false);
         assert!(consistency.doubts(1) && !consistency.is_wrong(1));
-        consistency.note(0, true);
+        consistency.record(0, true);
         assert!(consistency.is_wrong(1) && !consistency.is_wrong(0));
-        consistency.note(1, true);
+        consistency.record(1, true);
         assert_eq!(consistency, CameraConsistency::default());
     }
 
@@ -74,11 +74,11 @@ mod tests {
     fn those_who_are_more_than_those_that_agree_are_not_wrong() {
         let mut consistency = CameraConsistency::default();
         for camera in [1, 2] {
-            consistency.note(camera, false);
-            consistency.note(0, true);
+            consistency.record(camera, false);
+            consistency.record(0, true);
         }
         assert!(!consistency.is_wrong(1) && !consistency.is_wrong(2));
-        consistency.note(3, true);
+        consistency.record(3, true);
         assert!(consistency.is_wrong(1) && consistency.is_wrong(2));
     }
 }

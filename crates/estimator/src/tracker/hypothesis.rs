@@ -1,4 +1,4 @@
-//! One attitude that explains the images: a filter state and its evidence.
+//! One attitude that explains the images: a filter state, its evidence, and the outcome of each view.
 
 use nalgebra::Vector6;
 use sextant_geometry::Pose;
@@ -7,8 +7,6 @@ use crate::FusionOptions;
 use crate::filter::state::ObjectState;
 use crate::measurement::corners::WeightedView;
 use crate::tracker::camera_consistency::CameraConsistency;
-use crate::tracker::planar_ambiguity;
-use crate::tracker::view_outcome::ViewOutcome;
 
 /// One attitude.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,8 +14,6 @@ pub(crate) struct Hypothesis {
     pub state: ObjectState,
     /// Logarithm of its odds against the likeliest.
     pub evidence: f64,
-    /// Whether the attitude is so vague that the cost of this instant's corners may be no parabola about the fit.
-    pub vague: bool,
     /// Logarithm of the odds of the mirrored attitude against this one; minus infinity where it is out of question.
     pub mirrored: f64,
     /// Logarithm of the odds against the mirrored attitude by the corners of all images so far; counted until it is
@@ -27,11 +23,24 @@ pub(crate) struct Hypothesis {
     pub to_mirrored: Option<Vector6<f64>>,
     /// Which cameras go on to contradict it.
     pub consistency: CameraConsistency,
-    /// What became of each view at the last instant.
+    /// Outcome of each view of the last instant.
     pub outcomes: Vec<ViewOutcome>,
 }
 
 impl Hypothesis {
+    /// A state by which all views are refused.
+    pub fn refused(state: ObjectState, evidence: f64, n_views: usize) -> Self {
+        Self {
+            state,
+            evidence,
+            mirrored: f64::NEG_INFINITY,
+            confirmed_odds: 0.0,
+            to_mirrored: None,
+            consistency: CameraConsistency::default(),
+            outcomes: vec![ViewOutcome::refused(); n_views],
+        }
+    }
+
     /// Pose of the same root link by another hypothesis.
     pub fn root_of(&self, other: &Self) -> Pose {
         match &other.state.joints {
@@ -58,24 +67,49 @@ impl Hypothesis {
         Some((self.to_mirrored?, (-self.confirmed_odds.max(0.0)).exp()))
     }
 
-    /// Adds the odds of the views that took part against the mirrored attitude to those of earlier ones.
-    pub fn confirm(
-        &mut self,
-        before: f64,
-        weighted_views: &[WeightedView<'_>],
-        options: &FusionOptions,
-    ) {
-        self.confirmed_odds = before;
-        self.to_mirrored = None;
-        if before < options.trusted_odds {
-            let pairs = weighted_views.iter().zip(&self.outcomes);
-            let part: Vec<_> = pairs
-                .filter(|(_, outcome)| outcome.part)
-                .map(|(weighted, _)| weighted)
-                .collect();
-            let at = self.state.configuration();
-            self.confirmed_odds += planar_ambiguity::odds_against_mirrored(&at, &part);
-            self.to_mirrored = planar_ambiguity::step_to_mirrored(&at, &part);
+    /// The views that are used among those of the last instant.
+    pub fn used<'s, 'a>(
+        &'s self,
+        views: &'s [WeightedView<'a>],
+    ) -> impl Iterator<Item = &'s WeightedView<'a>> {
+        let pairs = views.iter().zip(&self.outcomes);
+        let used = pairs.filter(|(_, outcome)| outcome.used);
+        used.map(|(weighted, _)| weighted)
+    }
+}
+
+/// Coordinates of the corners of a view.
+const COORDINATES: f64 = 8.0;
+/// Squared whitened residuals as which a rejected view counts for the noise: more than usual, so that a noise
+/// underestimated at the start does not stay so.
+const REJECTED_SQUARE: f64 = 12.6;
+
+/// Outcome of a view in an update.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ViewOutcome {
+    /// Whether the view is used.
+    pub used: bool,
+    /// Whether it is without a jolt.
+    pub expected: bool,
+    /// Sum of its squared whitened residuals after the update, by the view's weight.
+    pub weighted_square: f64,
+    /// Degrees of freedom that the residuals keep after the update.
+    pub redundancy: f64,
+    /// Sum of its squared residuals in px².
+    pub square_px: f64,
+    /// As [`WeightedView::distortion_score`] has it.
+    pub distortion_score: [f64; 2],
+}
+
+impl ViewOutcome {
+    pub fn refused() -> Self {
+        Self {
+            used: false,
+            expected: false,
+            weighted_square: REJECTED_SQUARE,
+            redundancy: COORDINATES,
+            square_px: 0.0,
+            distortion_score: [0.0; 2],
         }
     }
 }

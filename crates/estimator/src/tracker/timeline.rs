@@ -15,7 +15,7 @@ use sextant_geometry::Pose;
 
 use crate::FusionOptions;
 use crate::site::{ModelledSite, ObjectImage, SiteCamera};
-use crate::tracker::finalised_views::FinalisedInstant;
+use crate::tracker::report::{FinalisedInstant, report, report_loss};
 use crate::tracker::track::Track;
 use sextant_site_model::ObjectId;
 use sextant_site_report::{ClockOffset, ObjectEstimate};
@@ -37,7 +37,7 @@ struct Instant {
 
 impl Instant {
     /// The track after its images.
-    fn following(
+    fn advance(
         &self,
         before: &Track,
         time_ns: u64,
@@ -45,7 +45,7 @@ impl Instant {
         options: &FusionOptions,
     ) -> Box<Track> {
         let images: Vec<&ObjectImage> = self.images.values().map(Arc::as_ref).collect();
-        Box::new(before.advanced(time_ns, &images, site, options))
+        Box::new(before.advance(time_ns, &images, site, options))
     }
 }
 
@@ -57,6 +57,8 @@ pub(crate) struct Timeline {
     instants: BTreeMap<Key, Instant>,
     /// First instant that lacks late images.
     stale_from: Option<Key>,
+    /// Whether the instants were processed by former models.
+    is_outdated: bool,
 }
 
 /// An image that came too late to be inserted.
@@ -70,6 +72,7 @@ impl Timeline {
             base: Track::default(),
             instants: BTreeMap::new(),
             stale_from: None,
+            is_outdated: false,
         }
     }
 
@@ -116,7 +119,7 @@ impl Timeline {
         let mut before = &self.base;
         for (key, instant) in self.instants.range_mut(from..=upto) {
             if *key >= stale {
-                instant.after = instant.following(before, key.0, site, options);
+                instant.after = instant.advance(before, key.0, site, options);
             }
             before = &instant.after;
         }
@@ -144,7 +147,7 @@ impl Timeline {
         };
         let mut track = Cow::Borrowed(self.before(stale));
         for ((time_ns, _), instant) in self.instants.range(stale..=upto) {
-            track = Cow::Owned(*instant.following(&track, *time_ns, site, options));
+            track = Cow::Owned(*instant.advance(&track, *time_ns, site, options));
         }
         track
     }
@@ -154,7 +157,8 @@ impl Timeline {
         before.map_or(&self.base, |(_, instant)| &instant.after)
     }
 
-    /// Drops the instants older than the window, which no late image can change any more; the newest always stays.
+    /// Drops the instants older than the window, which no late image can change any more; the newest always stays. What
+    /// former models made of them is not returned.
     fn forget(
         &mut self,
         window_ns: u64,
@@ -175,6 +179,9 @@ impl Timeline {
         }
         if let Some(last) = finalised.last() {
             self.base.clone_from(&last.track);
+        }
+        if self.is_outdated {
+            finalised.clear();
         }
         finalised
     }
@@ -216,19 +223,19 @@ impl Timeline {
         if !track.is_known_at(stamp_ns, options) {
             return None;
         }
-        track.estimate(&self.object, stamp_ns, ahead_s, options)
+        report(&track, &self.object, stamp_ns, ahead_s, options)
     }
 
     /// The last that is known of an object that was last seen before `time_ns`.
     pub fn last_estimate(&self, time_ns: u64, options: &FusionOptions) -> Option<ObjectEstimate> {
-        self.at(time_ns)
-            .last_estimate(&self.object, time_ns, options)
+        report_loss(self.at(time_ns), &self.object, time_ns, options)
     }
 
     /// Discards the images and keeps the track: the models that they were taken in with are no longer in force. All
     /// instants must have been processed.
     pub fn discard_images(&mut self) {
         self.stale_from = None;
+        self.is_outdated = false;
         if let Some((_, last)) = std::mem::take(&mut self.instants).into_iter().next_back() {
             self.base = *last.after;
         }
@@ -254,22 +261,37 @@ impl Timeline {
         })
     }
 
-    /// The models have been corrected: the window is processed again with them, from a base that is moved along.
-    pub fn remodel(
-        &mut self,
-        moved: Option<(Pose, Pose)>,
-        site: &ModelledSite,
-        options: &FusionOptions,
-    ) {
+    /// The models have been corrected: the tracks are moved along, until [`Self::reprocess`].
+    pub fn remodel(&mut self, moved: Option<(Pose, Pose)>) {
+        self.is_outdated = !self.instants.is_empty();
+        let Some((before, after)) = moved else {
+            return;
+        };
+        self.base.move_along(&before, &after);
+        for instant in self.instants.values_mut() {
+            instant.after.move_along(&before, &after);
+        }
+    }
+
+    /// Whether the models have been corrected since the window was processed.
+    pub fn is_outdated(&self) -> bool {
+        self.is_outdated
+    }
+
+    /// Processes the window again by the models in force, from a base that has been moved along, where it is outdated.
+    /// Returns the number of instants that were.
+    pub fn reprocess(&mut self, site: &ModelledSite, options: &FusionOptions) -> usize {
+        if !std::mem::take(&mut self.is_outdated) {
+            return 0;
+        }
         for instant in self.instants.values_mut() {
             for image in instant.images.values_mut() {
                 *image = Arc::new(site.remodelled(image, options));
             }
         }
-        if let Some((before, after)) = moved {
-            self.base.move_along(&before, &after);
-        }
         self.stale_from = self.instants.keys().next().copied();
+        self.catch_up(u64::MAX, site, options);
+        self.instants.len()
     }
 
     /// Clocks may have jumped before the window, by a standard deviation of `sigma_s`: it is processed again.

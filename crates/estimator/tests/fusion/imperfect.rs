@@ -1,7 +1,7 @@
 //! Sites whose files are wrong by what nobody gives a sigma for, as files of real sites are.
 
 use nalgebra::{UnitQuaternion, Vector3};
-use sextant_estimator::{Fusion, FusionOptions};
+use sextant_estimator::{Fusion, FusionOptions, Input};
 use sextant_geometry::{Pose, se3};
 use sextant_site_model::{Camera, ObjectModel, ObjectTag, Rig};
 use sextant_site_report::{Imperfection, ObjectEstimate, State};
@@ -81,7 +81,7 @@ pub fn watched(
     last
 }
 
-/// Worst error of the way between two poses a quarter of a second apart, m: no frame of world or object matters for it.
+/// Worst error of the way between a pose and the eighth after it, m: no frame of world or object matters for it.
 fn worst_way_error(poses: &[ObjectEstimate]) -> f64 {
     let way = |from: &Pose, to: &Pose| from.translation.vector - to.translation.vector;
     let pairs = poses.iter().zip(poses.iter().skip(8));
@@ -217,4 +217,30 @@ fn exact_files_are_recognised_where_shutters_run_free() {
     }
     assert_eq!(learned.imperfections(), []);
     assert!(worst < 0.001, "{worst} m");
+}
+
+#[test]
+fn corrections_outlive_a_clock_that_is_found_to_be_off() {
+    for seed in 1..4 {
+        let random = &mut Random(seed);
+        let (truth, object) = (rig(4), cube());
+        let configured = measured(&truth, 0.01, 0.01, random);
+        let mut fusion = fusion(&configured, &object, FusionOptions::default());
+        let mut tracked = Vec::new();
+        for mut image in run(&truth, &object, 0.05, 8.0, random) {
+            let arrival_ns = image.capture_ns + 10_000_000;
+            if image.camera == scene::camera_id(1) && image.capture_ns > START_NS + 4_000_000_000 {
+                image.capture_ns -= 200_000_000;
+            }
+            fusion.handle(arrival_ns, Input::Image(image));
+            let poses = scene::poses(&mut fusion).into_iter();
+            tracked.extend(poses.filter(|pose| pose.state == State::Tracking));
+        }
+        assert!(!fusion.clock_offsets().is_empty(), "seed {seed}");
+        let since_ns = START_NS + 5_000_000_000;
+        tracked.retain(|pose| pose.capture_ns >= since_ns);
+        assert!(tracked.len() > 350, "seed {seed}: {} poses", tracked.len());
+        let worst = worst_way_error(&tracked);
+        assert!(worst < 0.001, "seed {seed}: {worst} m");
+    }
 }

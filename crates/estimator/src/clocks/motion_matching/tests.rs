@@ -61,3 +61,26 @@ fn a_step_that_one_camera_alone_shows_of_a_body_at_rest_tells_none() {
         }
     }
 }
+
+#[test]
+fn an_offset_within_its_deviation_is_none() {
+    // Tracks so rough that neither the stamps as they are nor a camera that was moved explains them.
+    let waving = |s: f64| 0.1 * (2.0 * s).sin();
+    let rough = |s: f64| waving(s) + 0.016 * (1e3 * s).sin();
+    let (a, b) = (seen(0.0, waving), seen(0.0, rough));
+    let comparison = Comparison {
+        pairs: &[MotionPair { a: &a, b: &b }],
+    };
+    let at_zero = comparison.cost(0.0, FINE);
+    let fits = Cost {
+        mean: FITS - 4.0,
+        compared: FINE,
+    };
+    let found = |offset_s: f64| verdict(&comparison, &[(offset_s, fits)], at_zero, 0.0);
+    assert!(
+        matches!(found(0.04), MotionMatch::Off(_)),
+        "{:?}",
+        found(0.04)
+    );
+    assert_eq!(found(0.004), MotionMatch::Open);
+}

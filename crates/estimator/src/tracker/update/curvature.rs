@@ -20,21 +20,20 @@ const SIGMAS: f64 = 3.0;
 /// Most growth of the variance.
 const MOST_GROWTH: f64 = 10.0;
 
-/// Widens the state after a fit, where its cost is flatter than its covariance claims. Returns whether the attitude is
-/// vague.
+/// Widens the state after a fit, where its cost is flatter than its covariance claims.
 pub(crate) fn widen<const D: usize>(
     state: &mut ObjectState,
     prior: &Prior<D>,
-    weighted_views: &[WeightedView<'_>],
+    views: &[WeightedView<'_>],
     fit: &Fit<D>,
-) -> bool {
+) {
     let Some((axis, variance)) = widest(state) else {
-        return false;
+        return;
     };
     let sigma = one_sigma::<D>(state, &axis, variance);
     let risen = |sigmas: f64| {
         let stepped = fit.configuration.perturbed(&(sigma * sigmas));
-        cost(prior, weighted_views, &stepped) - fit.cost
+        cost(prior, views, &stepped) - fit.cost
     };
     let flattest = risen(SIGMAS).min(risen(-SIGMAS)) / SIGMAS.powi(2);
     let growth = (1.0 / flattest.max(1.0 / MOST_GROWTH)).max(1.0);
@@ -42,7 +41,6 @@ pub(crate) fn widen<const D: usize>(
     let wider = state.covariance + along * along.transpose() * (growth - 1.0);
     state.covariance = symmetric(&wider);
     widen_joints(state, &along, &(axis / variance.sqrt()), growth);
-    true
 }
 
 /// The widest axis of the pose, of unit length, and its variance; `None` where the attitude is sharp.
@@ -92,14 +90,6 @@ fn widen_joints(
     }
 }
 
-fn cost<const D: usize>(
-    prior: &Prior<D>,
-    weighted_views: &[WeightedView<'_>],
-    at: &Configuration,
-) -> f64 {
-    prior.nis(at)
-        + weighted_views
-            .iter()
-            .map(|weighted| weighted.chi2(at))
-            .sum::<f64>()
+fn cost<const D: usize>(prior: &Prior<D>, views: &[WeightedView<'_>], at: &Configuration) -> f64 {
+    prior.nis(at) + views.iter().map(|weighted| weighted.chi2(at)).sum::<f64>()
 }

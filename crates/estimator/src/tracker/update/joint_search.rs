@@ -25,14 +25,14 @@ const REACH: f64 = 1.0;
 pub(crate) fn by_branch(
     weighted: &WeightedView<'_>,
     world_from_link: &Pose,
-    weighted_views: &[WeightedView<'_>],
+    views: &[WeightedView<'_>],
 ) -> Configuration {
     let Some(chain_link) = &weighted.view.chain_link else {
         return Configuration::rigid(world_from_link);
     };
     let search = Search {
         chain: &chain_link.chain,
-        weighted_views,
+        views,
         anchor: chain_link.link,
         world_from_anchor: *world_from_link,
         values: middle(&chain_link.chain),
@@ -40,7 +40,7 @@ pub(crate) fn by_branch(
     };
     let found = search.finished();
     let base = chain_link.chain.articulation.base();
-    let mut chain_links = weighted_views
+    let mut chain_links = views
         .iter()
         .filter_map(|weighted| weighted.view.chain_link.as_ref());
     if chain_links.any(|chain_link| chain_link.link == base) {
@@ -51,10 +51,7 @@ pub(crate) fn by_branch(
 }
 
 /// Where the joints that are only vaguely known would be by the views; `None` where all are known well.
-pub(crate) fn start(
-    prior: &ObjectState,
-    weighted_views: &[WeightedView<'_>],
-) -> Option<Configuration> {
+pub(crate) fn start(prior: &ObjectState, views: &[WeightedView<'_>]) -> Option<Configuration> {
     let joints = prior.joints.as_ref()?;
     let known = std::array::from_fn(|slot| slot >= joints.moving || joints.sigma(slot) < VAGUE);
     let vague = |weighted: &WeightedView<'_>| {
@@ -62,10 +59,10 @@ pub(crate) fn start(
         let way = chain_link.map(|chain_link| joints.chain.between(joints.root, chain_link.link));
         way.is_some_and(|way| way.iter().any(|slot| !known[*slot]))
     };
-    weighted_views.iter().any(vague).then(|| {
+    views.iter().any(vague).then(|| {
         let search = Search {
             chain: &joints.chain,
-            weighted_views,
+            views,
             anchor: joints.root,
             world_from_anchor: prior.pose,
             values: joints.values,
@@ -77,7 +74,7 @@ pub(crate) fn start(
 
 struct Search<'a> {
     chain: &'a KinematicChain,
-    weighted_views: &'a [WeightedView<'a>],
+    views: &'a [WeightedView<'a>],
     anchor: usize,
     world_from_anchor: Pose,
     values: Values,
@@ -88,7 +85,7 @@ impl Search<'_> {
     /// The configuration with all links that are seen, the nearest first.
     fn finished(mut self) -> Configuration {
         let links = self
-            .weighted_views
+            .views
             .iter()
             .filter_map(|weighted| weighted.view.chain_link.as_ref());
         let mut links: Vec<usize> = links.map(|chain_link| chain_link.link).collect();
@@ -151,7 +148,7 @@ impl Search<'_> {
     }
 
     fn views(&self, link: usize) -> impl Iterator<Item = &WeightedView<'_>> {
-        self.weighted_views.iter().filter(move |weighted| {
+        self.views.iter().filter(move |weighted| {
             weighted
                 .view
                 .chain_link
