@@ -44,7 +44,8 @@ const MORE_TO_EXPLAIN: f64 = 1.5;
 const MOST_TO_EXPLAIN: usize = 40;
 /// Instants in which a tag agreed after which it has been right once.
 const CONFIRMED: usize = 5;
-/// Numbers of instants at which the files are compared as if they were exact, and whether for other scales, too.
+/// Numbers of instants at which the files are compared as if they were exact, and whether objects
+/// have been seen from several sides by then.
 const CHECKS: [(usize, bool); 3] = [(4, false), (12, true), (MOST_INSTANTS, true)];
 /// Factor on the usual cost of a view, and least cost, from which on it is unusual; weight of an instant in the usual
 /// one.
@@ -305,7 +306,7 @@ impl Contradictions {
     /// What would pass for large errors of files that are nearly exact: two names exchanged where two cameras stand
     /// alike, a print at another scale.
     fn search_files(&mut self, models: &ModelledSite) -> Option<MistakeSearch> {
-        let (n_instants, is_scaled) = CHECKS.get(self.n_checked).copied()?;
+        let (n_instants, has_seen_much) = CHECKS.get(self.n_checked).copied()?;
         if self.compared.len() < n_instants {
             return None;
         }
@@ -316,7 +317,7 @@ impl Contradictions {
             .map(|one| one.instant.clone())
             .collect();
         let files = IndexedSite::with(models, Exactness::ExactFiles);
-        let scope = Scope::Files { is_scaled };
+        let scope = Scope::Files { has_seen_much };
         Some(MistakeSearch::new(files.site, instants, scope))
     }
 

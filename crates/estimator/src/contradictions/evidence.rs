@@ -45,7 +45,10 @@ impl Evidence {
     pub fn take(&mut self, object: usize, image: &Arc<ObjectImage>) {
         let images = self.images.entry((object, image.camera_index)).or_default();
         let is_newer = |newest: &Arc<ObjectImage>| image.capture_ns > newest.capture_ns;
-        if !images[0].as_ref().is_none_or(is_newer) {
+        let is_new = images[0].as_ref().is_none_or(is_newer);
+        // No two pictures are equal: one that is stands still.
+        let is_same = |newest: &Arc<ObjectImage>| has_same_corners(newest, image);
+        if !is_new || images[0].as_ref().is_some_and(is_same) {
             return;
         }
         if let [Some(newest), Some(before)] = &images
@@ -100,6 +103,12 @@ impl Evidence {
         };
         bodies.map(instant).collect()
     }
+}
+
+fn has_same_corners(one: &ObjectImage, other: &ObjectImage) -> bool {
+    let pairs = one.views.iter().zip(&other.views);
+    let mut pairs = pairs.map(|(one, other)| one.corners_in_image == other.corners_in_image);
+    one.views.len() == other.views.len() && pairs.all(|is_same| is_same)
 }
 
 /// Whether tags are not where they would be had they moved on as between the two images before.

@@ -12,8 +12,8 @@ pub(crate) enum Scope {
     Open(History),
     /// What would pass for small errors of files: exchanged and turned cameras and tags.
     Files {
-        /// Whether prints of another scale are among that.
-        is_scaled: bool,
+        /// Whether objects have been seen from enough sides to tell tags and prints, too.
+        has_seen_much: bool,
     },
     /// A camera moved by so little that no single instant contradicts.
     Small,
@@ -85,9 +85,10 @@ impl MistakeSearch {
             Scope::Open(history) => explain(&self.site, &self.instants, |mistake| {
                 history.allows(mistake, &self.site)
             }),
-            Scope::Files { is_scaled } => recognised(&|mistake| match mistake {
-                Mistake::BodyScaled { .. } => *is_scaled,
-                _ => mistake.n_parameters() == 0,
+            Scope::Files { has_seen_much } => recognised(&|mistake| {
+                let is_of_cameras = !mistake.cameras().is_empty();
+                let is_scaled = matches!(mistake, Mistake::BodyScaled { .. });
+                (is_of_cameras || *has_seen_much) && (is_scaled || mistake.n_parameters() == 0)
             }),
             Scope::Small => recognised(&|mistake| {
                 matches!(
