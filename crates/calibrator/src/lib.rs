@@ -44,7 +44,8 @@ pub use rig::{
     RigReport, RigSession, Up,
 };
 pub use robot::{
-    CalibratedRobot, HeldOut, RobotError, RobotPlan, RobotPoses, RobotReport, RobotSession,
+    CalibratedRobot, HeldOut, PoseReading, RobotError, RobotPlan, RobotPoses, RobotReport,
+    RobotSession,
 };
 pub use site::{
     CalibratedSite, MeasuredDistance, SiteCameraReport, SiteError, SiteObjectReport, SitePlan,

@@ -1,6 +1,7 @@
 //! A solved robot before its report.
 
 use super::RobotError;
+use super::report::RobotMisfit;
 use crate::adjustment::AdjustmentResult;
 use crate::image_store::ImageView;
 use sextant_adjustment::{Arm, ArmResidual, Hand};
@@ -21,6 +22,16 @@ impl RobotSolution {
     pub(super) fn arm(&self) -> Result<&Arm, RobotError> {
         let arm = self.adjusted.solution.bundle.arm.as_ref();
         arm.ok_or(RobotError::NoStart)
+    }
+
+    /// What is left of its poses.
+    pub(super) fn misfit(&self) -> Result<RobotMisfit, RobotError> {
+        let arm = self.arm()?;
+        Ok(RobotMisfit {
+            poses: self.agreeing_hands(arm).count(),
+            mm: 1e3 * arm.sigma.position_m,
+            deg: arm.sigma.orientation_rad.to_degrees(),
+        })
     }
 
     /// Poses of the robot with an image of which a tag is used, in order of their instants.
