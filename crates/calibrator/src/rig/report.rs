@@ -6,6 +6,7 @@ use super::origin::Origin;
 use super::sightings::Sightings;
 use super::{CalibratedRig, RigError, RigSession};
 use crate::adjustment::AdjustmentResult;
+use crate::held_out::{self, HeldOutImages};
 use crate::learn::root_mean_square;
 use crate::lens::lens_sigma;
 use crate::verdict::{Finding, Verdict};
@@ -65,6 +66,8 @@ pub struct RigReport {
     pub rms_px: f64,
     /// Corner noise as a multiple of the detector's; 1 is expected.
     pub noise_ratio: f64,
+    /// Residuals of images that had no part in a solution; `None` where there are too few.
+    pub held_out: Option<HeldOutImages>,
     /// In the order of the rig.
     pub cameras: Vec<CalibratedCamera>,
     /// Tags of the object that were often outliers, as (tag, images, outliers).
@@ -163,7 +166,11 @@ impl RigSession {
         let tags_left_out = self.tags_left_out(found);
         let weak = self.weak(found);
         let reference = self.plan.origin.reference(&self.rig);
+        let held_out = found.adjusted.held_out(&found.sightings.views);
+        let mut verdict = self.verdict(found, &cameras, &tags_left_out, &weak);
+        held_out::judge(held_out.as_ref(), &mut verdict);
         RigReport {
+            held_out,
             reference: self.rig.cameras()[reference].id.to_string(),
             images: self.images.n_received(),
             images_used: used(found, |_| true),
@@ -172,7 +179,7 @@ impl RigSession {
             rms_px: solution.rms_px,
             noise_ratio: found.adjusted.noise_ratio(),
             scale: self.scale(found),
-            verdict: self.verdict(found, &cameras, &tags_left_out, &weak),
+            verdict,
             cameras,
             tags_left_out,
             weak,

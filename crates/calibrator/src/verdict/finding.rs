@@ -117,6 +117,22 @@ pub enum Finding {
         /// Source of the scale.
         scale: ScaleSource,
     },
+    /// Images that had no part in the solution fit worse than with it.
+    HeldOutWorse {
+        /// Their residual, root mean square, pixels.
+        rms_px: f64,
+        /// The same where they had a part, pixels.
+        used_rms_px: f64,
+    },
+    /// Two objects whose given sizes contradict each other by the distances of cameras.
+    SizesContradict {
+        /// The one whose sizes were corrected.
+        object: String,
+        /// The one by whose sizes all lengths are.
+        by: String,
+        /// Factor on the given sizes of the first.
+        ratio: f64,
+    },
     /// Cameras that have exchanged their former poses: each one has that of the next, the last that of the first.
     ExchangedNames(Vec<CameraId>),
     /// A carried object of another size than its file says, by the former places of the cameras, which was corrected.
@@ -337,6 +353,15 @@ sentences! { Finding {
         how = if *ratio > 1.0 { "larger" } else { "smaller" },
         source = scale.words(),
         others = if *scale == ScaleSource::Spacing { " and the spacing" } else { "" };
+    Self::HeldOutWorse { rms_px, used_rms_px } =>
+        "images that had no part in the solution are off by {rms_px:.2} px, and by {used_rms_px:.2} px where they had",
+        ": record longer, with the object all over the images";
+    Self::SizesContradict { object, by, ratio } =>
+        "the given sizes of {object} and {by} contradict each other: by the distances of the cameras that {by} gives, the \
+         tags of {object} are {percent:.1} % {how} than given; all lengths were taken from {by}",
+        ": measure a black square of each, and calibrate again with the right sizes (`--size ID:METRES`)",
+        percent = 100.0 * (ratio - 1.0).abs(),
+        how = if *ratio > 1.0 { "larger" } else { "smaller" };
     Self::ExchangedNames(cameras) if cameras.len() == 2 =>
         "{a} is where {b} was before, and the other way round: their names are exchanged",
         "; exchange their ids in the cameras' own files (camera.toml) and calibrate again, or keep the rig as written",
