@@ -37,7 +37,8 @@ object, or of the room, corrects them.
 Written to --out: rig.toml with lens_sigma and world_from_camera_sigma of each camera, object-N.toml for each object, N
 being its lowest tag, and room.toml with the static tags. Former files are kept as FILE.former. Cameras that share no
 view with the others are written without a pose and named, those that see no tag are left out; the exit code is then 4,
-and with --strict nothing is written. Lenses are brown-conrady; calibrate fisheye lenses with a board (`sextant calibrate lens`).
+and with --strict nothing is written. Lenses are brown-conrady; calibrate fisheye lenses with a board (`sextant
+calibrate lens`).
 
 With --json, the result is one line on standard output: {\"world\",\"reference\",\"images\",\"synchronised\",\"rms_px\",
 \"noise_ratio\",\"held_out\":{\"images\",\"rms_px\",

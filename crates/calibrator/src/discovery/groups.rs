@@ -26,7 +26,7 @@ struct Compared {
 }
 
 impl Compared {
-    fn new((tags, views): ([TagId; 2], &[PairView])) -> Option<Self> {
+    fn new(tags: [TagId; 2], views: &[PairView]) -> Option<Self> {
         (views.len() >= LEAST_VIEWS).then(|| Self {
             tags,
             n_views: views.len(),
@@ -74,7 +74,10 @@ fn bodies(tags: &[TagId], compared: &[Compared]) -> Vec<usize> {
 
 impl Groups {
     pub(super) fn from_tracks(tracks: &Tracks) -> Self {
-        let compared: Vec<Compared> = tracks.pairs().filter_map(Compared::new).collect();
+        let compared: Vec<Compared> = tracks
+            .pairs()
+            .filter_map(|(tags, views)| Compared::new(tags, views))
+            .collect();
         let joints = compared
             .iter()
             .filter_map(|pair| Some((pair.tags, pair.joint?)));

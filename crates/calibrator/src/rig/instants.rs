@@ -178,12 +178,12 @@ fn candidates(sightings: &Sightings, cameras: &[BundleCamera], group: &[usize]) 
 
 /// Cost of each tag that does not agree with a pose, in squared standard deviations.
 const DISAGREEING: f64 = 16.0;
-/// Standard deviations of the change of a pose from one time to a later one, m and rad: of both poses, and a second of a
-/// hand's motion.
+/// Standard deviations of the change of a pose from one time to a later one, m and rad: of both poses, and a second of
+/// a hand's motion.
 const CHANGE: [(f64, f64); 2] = [(0.02, 0.5), (0.1, 3.0)];
 
-/// For each time the pose of the most plausible sequence (dynamic programming; A. Viterbi, 1967): the mirrored pose of a
-/// single tag fits its image, but not the times before and after. `None` where there is no candidate.
+/// For each time the pose of the most plausible sequence (dynamic programming; A. Viterbi, 1967): the mirrored pose of
+/// a single tag fits its image, but not the times before and after. `None` where there is no candidate.
 fn smoothest(times: &[(f64, Vec<Candidate>)]) -> Vec<Option<Pose>> {
     let mut costs: Vec<f64> = Vec::new();
     let mut last: Option<&(f64, Vec<Candidate>)> = None;
@@ -233,8 +233,8 @@ fn smoothest(times: &[(f64, Vec<Candidate>)]) -> Vec<Option<Pose>> {
     poses
 }
 
-/// How implausible a change of pose is, in squared standard deviations, bounded by a kernel: an object may be taken away
-/// and come back.
+/// How implausible a change of pose is, in squared standard deviations, bounded by a kernel: an object may be taken
+/// away and come back.
 fn change(from: &Candidate, to: &Candidate, dt: f64) -> f64 {
     let [from, to] = [from, to].map(|candidate| &candidate.world_from_object);
     let moved = (to.translation.vector - from.translation.vector).norm();
@@ -245,8 +245,8 @@ fn change(from: &Candidate, to: &Candidate, dt: f64) -> f64 {
     Kernel::Cauchy { width: 3.0 }.rho(squares.sum())
 }
 
-/// Least time before and after an instant over which its initial twist is the mean: over less, the errors of two poses
-/// would be a twist of any size.
+/// Least time before and after an instant over which its initial twist is the mean: over less, the errors of two
+/// poses would be a twist of any size.
 const TWIST_OVER_S: f64 = 0.02;
 /// Longest such time; farther poses say nothing of the twist.
 const TWIST_WITHIN_S: f64 = 0.5;

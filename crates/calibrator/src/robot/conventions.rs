@@ -194,7 +194,10 @@ impl fmt::Display for PoseReading {
                 if self.late > 0 { "after" } else { "before" },
             );
             what.push(format!("each {n} {poses} {side} that of its image"));
-            remedy.push("write the number of its image (from 0, images that show nothing included) beside each".to_owned());
+            remedy.push(
+                "write beside each the number of its image, from 0, with those that show nothing"
+                    .to_owned(),
+            );
         }
         write!(f, "{}: {}", what.join(", and "), remedy.join("; "))
     }

@@ -2,6 +2,7 @@
 
 use super::report::{SiteCameraReport, SiteObjectReport, SiteReport};
 use super::solution::SiteSolution;
+use crate::held_out;
 use crate::verdict::{Finding, Grade, Verdict};
 
 /// Standard deviations below which a camera is well placed (millimetres, degrees); five times as much is usable.
@@ -60,6 +61,12 @@ impl SiteSolution {
         }
         if self.synchronised {
             judge_clocks(&report.cameras, verdict);
+        }
+        held_out::judge(report.held_out.as_ref(), verdict);
+        for found in &self.contradictions {
+            let [object, by] = [found.body, found.trusted].map(|body| self.name_of(body));
+            let ratio = found.ratio;
+            verdict.add(Grade::Poor, Finding::SizesContradict { object, by, ratio });
         }
     }
 

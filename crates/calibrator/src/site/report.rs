@@ -3,7 +3,7 @@
 use super::solution::SiteSolution;
 use super::world::{Scale, WorldFrame};
 use super::{CalibratedSite, SiteError, SiteSession};
-use crate::held_out::{self, HeldOutImages};
+use crate::held_out::HeldOutImages;
 use crate::learn::framing::sigma as pose_sigma;
 use crate::learn::gauge::{aligned, centroid, turned};
 use crate::lens::lens_sigma;
@@ -150,15 +150,18 @@ impl SiteSession {
             verdict: Verdict::new(),
         };
         found.judge(&mut report);
-        held_out::judge(report.held_out.as_ref(), &mut report.verdict);
-        for contradiction in &found.contradictions {
-            let [object, by] =
-                [contradiction.body, contradiction.trusted].map(|body| found.name_of(body));
-            let ratio = contradiction.ratio;
-            report
-                .verdict
-                .add(Grade::Poor, Finding::SizesContradict { object, by, ratio });
-        }
+        self.judge_blind_cameras(&mut report);
+        Ok(CalibratedSite {
+            rig,
+            objects,
+            report,
+        })
+    }
+}
+
+impl SiteSession {
+    /// Names the cameras that are left out.
+    fn judge_blind_cameras(&self, report: &mut SiteReport) {
         for camera in self.blind_cameras() {
             let cause = format!(
                 "no image of camera {camera} shows a tag, so that nothing is known of it and it was left out: carry \
@@ -167,11 +170,6 @@ impl SiteSession {
             report.unsolved.push(cause.clone());
             report.verdict.add(Grade::Usable, Finding::Unplaced(cause));
         }
-        Ok(CalibratedSite {
-            rig,
-            objects,
-            report,
-        })
     }
 }
 
@@ -282,7 +280,7 @@ impl SiteSolution {
     }
 
     /// Name of the object of a body, by its first placed tag.
-    fn name_of(&self, body: usize) -> String {
+    pub(super) fn name_of(&self, body: usize) -> String {
         let first = self
             .members
             .tags_of(body)

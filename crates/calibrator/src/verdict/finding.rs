@@ -357,8 +357,8 @@ sentences! { Finding {
         "images that had no part in the solution are off by {rms_px:.2} px, and by {used_rms_px:.2} px where they had",
         ": record longer, with the object all over the images";
     Self::SizesContradict { object, by, ratio } =>
-        "the given sizes of {object} and {by} contradict each other: by the distances of the cameras that {by} gives, the \
-         tags of {object} are {percent:.1} % {how} than given; all lengths were taken from {by}",
+        "the given sizes of {object} and {by} contradict each other: by the distances of the cameras that {by} gives, \
+         the tags of {object} are {percent:.1} % {how} than given; all lengths were taken from {by}",
         ": measure a black square of each, and calibrate again with the right sizes (`--size ID:METRES`)",
         percent = 100.0 * (ratio - 1.0).abs(),
         how = if *ratio > 1.0 { "larger" } else { "smaller" };
