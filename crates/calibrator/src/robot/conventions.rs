@@ -6,7 +6,7 @@
 //! odds.
 
 use super::poses::RobotPoses;
-use super::report::RobotMisfit;
+use super::solution::RobotMisfit;
 use super::{RobotError, RobotSession};
 use nalgebra::{Quaternion, UnitQuaternion};
 use sextant_geometry::Pose;

@@ -81,17 +81,6 @@ pub struct HeldOut {
     pub median_deg: f64,
 }
 
-/// What is left of a robot's poses.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct RobotMisfit {
-    /// Poses that agree with one another.
-    pub poses: usize,
-    /// Standard deviation per axis, millimetres.
-    pub mm: f64,
-    /// Standard deviation per axis, degrees.
-    pub deg: f64,
-}
-
 impl HeldOut {
     /// From distances (m), angles (rad) and corners (px).
     pub(super) fn from_errors(errors: &[[f64; 3]]) -> Option<Self> {

@@ -1,7 +1,6 @@
 //! A solved robot before its report.
 
 use super::RobotError;
-use super::report::RobotMisfit;
 use crate::adjustment::AdjustmentResult;
 use crate::image_store::ImageView;
 use sextant_adjustment::{Arm, ArmResidual, Hand};
@@ -12,6 +11,17 @@ pub(super) struct RobotSolution {
     /// Number of each view among the images of its camera.
     pub numbers: Vec<usize>,
     pub adjusted: AdjustmentResult,
+}
+
+/// What is left of a robot's poses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct RobotMisfit {
+    /// Poses that agree with one another.
+    pub poses: usize,
+    /// Standard deviation per axis, millimetres.
+    pub mm: f64,
+    /// Standard deviation per axis, degrees.
+    pub deg: f64,
 }
 
 /// Chi-square of six numbers above which a pose of the robot contradicts the others: five sigma.

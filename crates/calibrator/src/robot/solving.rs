@@ -2,8 +2,8 @@
 
 use super::clock;
 use super::poses::RobotPoses;
-use super::report::{CalibratedRobot, RobotMisfit};
-use super::solution::RobotSolution;
+use super::report::CalibratedRobot;
+use super::solution::{RobotMisfit, RobotSolution};
 use super::start::{PosePair, Transforms, start};
 use super::{RobotError, RobotSession};
 use crate::adjustment::{Adjustment, UsedImage};

@@ -1,8 +1,7 @@
 //! Whether the given sizes of two bodies contradict each other: cameras are as far apart by one body as by the other.
 
-use super::constellations::Constellations;
+use super::constellations::{Constellations, sightings};
 use super::members::{BodyViews, Members};
-use super::solving::sightings;
 use crate::rig::pairs::joined_cameras;
 use crate::rig::trajectory::{Moments, Trajectory, is_synchronised};
 use nalgebra::Point3;

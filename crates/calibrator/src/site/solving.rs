@@ -1,6 +1,6 @@
 //! The stages from images to the adjusted site.
 
-use super::constellations::{Constellations, bundle_tags, constellations};
+use super::constellations::{Constellations, bundle_tags, constellations, sightings};
 use super::focal_length::focal_length;
 use super::members::{BodyViews, Members};
 use super::scales::contradictions;
@@ -10,7 +10,6 @@ use crate::adjustment::{Adjustment, AdjustmentResult};
 use crate::discovery::TagGroups;
 use crate::graph::PoseGraph;
 use crate::priors::Priors;
-use crate::resection::views_of_object;
 use crate::rig::clocks::{self, Clocks};
 use crate::rig::comparison::options;
 use crate::rig::instants::{carried_in, floor_in, give_twists};
@@ -146,28 +145,6 @@ impl SiteSession {
             });
         }
         Ok(Members::from_groups(&self.plan, groups))
-    }
-}
-
-/// Where each body may be in each image.
-pub(super) fn sightings(
-    rig: &Rig,
-    members: &Members,
-    seen: &BodyViews,
-    known: &Constellations,
-) -> Sightings {
-    let object = seen.views.iter().zip(&seen.body_of);
-    let object = object.map(|(view, body)| match body {
-        Some(_) => views_of_object(&rig.cameras()[view.camera].lens, view, &known.placed),
-        None => Vec::new(),
-    });
-    Sightings {
-        object: object.collect(),
-        views: seen.views.clone(),
-        placed: known.placed.clone(),
-        n_carried: members.n_carried(),
-        seeking_tags: true,
-        unplaced: Vec::new(),
     }
 }
 
