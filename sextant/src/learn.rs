@@ -30,7 +30,8 @@ Ctrl-C; then it is solved. With --json, progress is one line per second at most:
 \"sketch\":[{\"tag\",\"size_m\",\"position\",\"orientation\"}]}}.
 
 With --json, the result is one line on standard output: {\"object\",\"images\",\"images_used\",\"rms_px\",
-\"noise_ratio\",\"tags\":[{\"tag\",\"images\",\"left_out\",\"elsewhere\",\"sigma_mm\",\"sigma_deg\",
+\"noise_ratio\",\"held_out\":{\"images\",\"rms_px\",\"used_rms_px\"},
+\"tags\":[{\"tag\",\"images\",\"left_out\",\"elsewhere\",\"sigma_mm\",\"sigma_deg\",
 \"sigma_axes_mm\":[3],\"sigma_axes_deg\":[3],\"rms_px\",\"size_ratio\",\"size_ratio_sigma\"}],\"kept\",\"weak\",
 \"unsolved\",\"solved_sizes\":[[\"tag\",metres]],\"found\":{\"object\",\"others\",\"loose\",\"still\"},
 \"verdict\":{\"grade\",\"because\"}}"
@@ -289,6 +290,7 @@ fn text(report: &LearnReport, arguments: &LearnArguments) -> String {
             size_m * 1e3
         )
     }));
+    lines.extend(report.held_out.as_ref().map(words::held_out));
     lines.push(format!(
         "{}: {} of {} images, {:.3} px rms; {}",
         arguments.out.display(),

@@ -4,7 +4,7 @@ pub use sextant_process::terminal::plain;
 
 use serde::Serialize;
 use serde_json::Value;
-use sextant_calibrator::{Finding, Verdict};
+use sextant_calibrator::{Finding, HeldOutImages, Verdict};
 use sextant_proto::{CameraStatus, ChangeOutcome, FusionStatus, Notice, SettingsOutcome};
 use sextant_site_model::ObjectId;
 use sextant_site_report::{Severity, State};
@@ -20,6 +20,15 @@ pub fn state(state: State) -> &'static str {
         State::Coasting => "coasting",
         State::Lost => "lost",
     }
+}
+
+/// The residual of images that had no part in a solution.
+pub fn held_out(held_out: &HeldOutImages) -> String {
+    format!(
+        "{} images were held out: off by {:.3} px where the others were solved without them, and by {:.3} px where \
+         they had a part.",
+        held_out.images, held_out.rms_px, held_out.used_rms_px
+    )
 }
 
 /// What a node reports.

@@ -88,8 +88,11 @@ const LEAST_DAMPING: f64 = 1e-9;
 /// With more damping than this a small step says nothing about having arrived.
 const ARRIVING_DAMPING: f64 = 1e-2;
 const MOST_DAMPING: f64 = 1e9;
-const BETTER: f64 = 0.1;
-const WORSE: f64 = 8.0;
+/// Factor on the damping after a step that was taken at once.
+const BETTER: f64 = 1.0 / 3.0;
+/// Factor on the damping after a rejected step, doubled with each one in a row (H. B. Nielsen, Damping parameter in
+/// Marquardt's method, 1999).
+const WORSE: f64 = 2.0;
 /// A decrease below this part of the cost drowns in rounding.
 const ROUNDING: f64 = 1e-12;
 
@@ -98,6 +101,8 @@ pub(crate) struct Descent<'a, const D: usize> {
     layout: Layout,
     options: &'a BundleOptions,
     damping: f64,
+    /// Factor on the damping where the next step is rejected.
+    worse: f64,
 }
 
 /// What moves, apart from the images: a bundle without them, and the errors of the stamps by image.
@@ -114,6 +119,7 @@ impl<'a, const D: usize> Descent<'a, D> {
             bundle,
             options,
             damping: FIRST_DAMPING,
+            worse: WORSE,
         }
     }
 
@@ -151,21 +157,27 @@ impl<'a, const D: usize> Descent<'a, D> {
         NormalEquations::new(&self.bundle, &self.layout, &self.options.kernel)
     }
 
-    /// Tries one step; the gain where it was taken.
+    /// Tries one step; the gain where it was taken. The damping stays where a step before was rejected: in a curved
+    /// valley every other one would be lost.
     fn advance(&mut self, equations: &NormalEquations<D>) -> Option<f64> {
         let taken = ReducedSystem::new(equations, self.damping)
             .and_then(|reduced| reduced.step(equations))
             .and_then(|step| self.take_if_better(&step, equations.rho));
-        self.damping = match taken {
-            Some(_) => (self.damping * BETTER).max(LEAST_DAMPING),
-            None => self.damping * WORSE,
-        };
+        match taken {
+            Some(_) if self.worse > WORSE => self.worse = WORSE,
+            Some(_) => self.damping = (self.damping * BETTER).max(LEAST_DAMPING),
+            None => {
+                self.damping *= self.worse;
+                self.worse *= 2.0;
+            }
+        }
         taken
     }
 
     fn take_if_better(&mut self, step: &Step<D>, rho: f64) -> Option<f64> {
         let mut trial = self.stepped(step)?;
         trial.swap(&mut self.bundle);
+        stamps::settle(&mut self.bundle, &self.options.kernel);
         let new = equations::rho(&self.bundle, &self.options.kernel);
         if new <= rho {
             return Some(rho - new);

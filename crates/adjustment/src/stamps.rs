@@ -6,9 +6,10 @@
 //! `H - h h' / d` and `b - h g / d`.
 
 use crate::node::Node;
-use crate::residuals::corners::KeptBlock;
+use crate::residuals::corners::{ImageModel, KeptBlock};
 use crate::values::{Bundle, BundleImage};
 use nalgebra::{DMatrix, DVector, SVector};
+use sextant_geometry::least_squares::Kernel;
 use std::collections::BTreeMap;
 
 /// The equations of the error of one stamp.
@@ -98,6 +99,51 @@ impl<const D: usize> StampRow<D> {
 fn precision(bundle: &Bundle, image: &BundleImage) -> Option<f64> {
     let sigma_s = bundle.cameras[image.camera].stamp_sigma_s;
     (bundle.motion.is_some() && sigma_s > 0.0).then(|| sigma_s.powi(-2))
+}
+
+/// Seconds over which the displacement of corners by an error is differentiated.
+const DIFFERENCE_S: f64 = 1e-6;
+
+/// Moves the errors of all stamps to their best values beside the present values of everything else, to first order
+/// (variable projection; G. Golub and V. Pereyra, 1973): errors and twists multiply, so that joint steps would creep
+/// along a curved valley.
+pub(crate) fn settle(bundle: &mut Bundle, kernel: &Kernel) {
+    let steps: Vec<f64> = bundle
+        .images
+        .iter()
+        .map(|image| step(bundle, image, kernel))
+        .collect();
+    for (image, step) in bundle.images.iter_mut().zip(steps) {
+        image.stamp_error_s += step;
+    }
+}
+
+/// Gauss-Newton step of the error of a stamp alone.
+fn step(bundle: &Bundle, image: &BundleImage, kernel: &Kernel) -> f64 {
+    let Some(precision) = precision(bundle, image) else {
+        return 0.0;
+    };
+    let later = BundleImage {
+        stamp_error_s: image.stamp_error_s + DIFFERENCE_S,
+        tags: Vec::new(),
+        ..*image
+    };
+    let [here, there] = [image, &later].map(|image| ImageModel::new(bundle, image));
+    let (mut own, mut pull) = (precision, image.stamp_error_s * precision);
+    for seen in &image.tags {
+        let corners = here.errors_px(seen).into_iter().zip(there.errors_px(seen));
+        for ((error, moved), whitening) in corners.zip(&seen.whitening) {
+            let (Some(error), Some(moved)) = (error, moved) else {
+                continue;
+            };
+            let by_error = whitening * (moved - error) / DIFFERENCE_S;
+            let error = whitening * error;
+            let weight = kernel.weight(error.norm_squared());
+            own += weight * by_error.norm_squared();
+            pull += weight * by_error.dot(&error);
+        }
+    }
+    -pull / own
 }
 
 /// Sum of the squares of all errors by their priors.

@@ -274,6 +274,14 @@ impl Adjustment {
         change
     }
 
+    /// Some of the instants with their images.
+    pub(crate) fn of_instants(&self, is_kept: impl Fn(usize) -> bool) -> Self {
+        let mut part = self.clone();
+        part.images.retain(|image| is_kept(image.instant));
+        part.drop_empty();
+        part
+    }
+
     /// Removes images without a tag and instants without an image.
     fn drop_empty(&mut self) {
         self.images.retain(|image| !image.tags.is_empty());

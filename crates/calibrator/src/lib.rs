@@ -19,6 +19,7 @@ mod constellation;
 mod discovered_tags;
 mod discovery;
 mod graph;
+mod held_out;
 mod image_store;
 mod learn;
 pub mod lens;
@@ -34,6 +35,7 @@ mod verdict;
 pub use board_layout::{LayoutCheck, OtherLayout};
 pub use discovered_tags::DiscoveredTags;
 pub use discovery::{DiscoveryPlan, DiscoverySession};
+pub use held_out::HeldOutImages;
 pub use learn::{
     Gauge, LearnError, LearnPlan, LearnProgress, LearnReport, LearnSession, LearnedObject,
     LearnedTag, SketchedTag, TagProgress,
@@ -44,7 +46,8 @@ pub use rig::{
     RigReport, RigSession, Up,
 };
 pub use robot::{
-    CalibratedRobot, HeldOut, RobotError, RobotPlan, RobotPoses, RobotReport, RobotSession,
+    CalibratedRobot, HeldOut, PoseReading, RobotError, RobotPlan, RobotPoses, RobotReport,
+    RobotSession,
 };
 pub use site::{
     CalibratedSite, MeasuredDistance, SiteCameraReport, SiteError, SiteObjectReport, SitePlan,

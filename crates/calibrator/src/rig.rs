@@ -7,6 +7,7 @@
 
 pub(crate) mod clocks;
 pub(crate) mod comparison;
+mod former;
 pub(crate) mod instants;
 mod judgement;
 mod origin;

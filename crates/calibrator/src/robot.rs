@@ -7,6 +7,7 @@
 //! from what they and the images disagree by.
 
 mod clock;
+mod conventions;
 mod degeneracy;
 mod held_out;
 mod judgement;
@@ -16,6 +17,7 @@ mod solution;
 mod solving;
 mod start;
 
+pub use conventions::PoseReading;
 pub use poses::RobotPoses;
 pub use report::{CalibratedRobot, HeldOut, RobotReport};
 
@@ -87,6 +89,23 @@ pub enum RobotError {
     /// The adjustment has no start.
     #[error("the robot could not be adjusted: {0}")]
     Adjustment(#[from] BundleError),
+    /// The poses are written otherwise than they are read.
+    #[error(
+        "robot and images disagree by {mm_as_given:.1} mm and {deg_as_given:.1} degrees, and by {mm:.2} mm and \
+         {deg:.2} degrees where the robot's poses are {reading}"
+    )]
+    OtherReading {
+        /// How they are written.
+        reading: PoseReading,
+        /// What is left by that, standard deviation per axis, millimetres.
+        mm: f64,
+        /// The same, degrees.
+        deg: f64,
+        /// What is left as they are read, millimetres.
+        mm_as_given: f64,
+        /// The same, degrees.
+        deg_as_given: f64,
+    },
     /// No transforms fit.
     #[error(
         "no place of the base fits the images: is this the robot that moved, and the object of the file?"

@@ -12,6 +12,7 @@ mod focal_length;
 mod judgement;
 mod members;
 mod report;
+mod scales;
 mod solution;
 mod solving;
 mod world;

@@ -4,7 +4,7 @@
 use nalgebra::{Matrix2, Point2, Vector2, Vector3, Vector6};
 use sextant_adjustment::Mount;
 use sextant_calibrator::{
-    CalibratedRobot, Finding, Grade, RobotError, RobotPlan, RobotPoses, RobotSession,
+    CalibratedRobot, Finding, Grade, PoseReading, RobotError, RobotPlan, RobotPoses, RobotSession,
 };
 use sextant_geometry::{Intrinsics, Lens, Pose, se3, so3, tag_corners_in_tag};
 use sextant_simulator::Random;
@@ -292,6 +292,73 @@ fn turns_about_one_axis_or_none_leave_a_named_part_open() {
         let pose = found.hand_from_carried.to_homogeneous();
         assert!(pose.iter().all(|x| x.is_finite()));
     }
+}
+
+/// What a reading of the poses makes of a robot with poses of images.
+fn reading_of(
+    mount: Mount,
+    seed: u64,
+    write: impl Fn(&BTreeMap<u64, Pose>) -> BTreeMap<u64, Pose>,
+) -> PoseReading {
+    let mut cell = Cell::new(mount, seed);
+    let (images, poses) = cell.standing(24, ALL_AXES);
+    match cell.solve(1104.0, &images, &RobotPoses::ByImage(write(&poses))) {
+        Err(RobotError::OtherReading { reading, .. }) => reading,
+        other => panic!("{mount:?} {seed}: {other:?}"),
+    }
+}
+
+#[test]
+fn poses_that_are_written_in_another_way_are_refused_with_the_way() {
+    let each = |of: fn(&Pose) -> Pose| {
+        move |poses: &BTreeMap<u64, Pose>| {
+            poses.iter().map(|(key, pose)| (*key, of(pose))).collect()
+        }
+    };
+    let scalar_first = |pose: &Pose| {
+        let [x, y, z, w]: [f64; 4] = pose.rotation.coords.into();
+        let misread = nalgebra::Quaternion::new(z, w, x, y);
+        Pose::from_parts(
+            pose.translation,
+            nalgebra::UnitQuaternion::from_quaternion(misread),
+        )
+    };
+    let in_millimetres = |pose: &Pose| {
+        let mut pose = *pose;
+        pose.translation.vector *= 1e3;
+        pose
+    };
+    for (at, mount) in [Mount::Object, Mount::Camera].into_iter().enumerate() {
+        let seed = 40 + at as u64;
+        let inverse = reading_of(mount, seed, each(Pose::inverse));
+        assert!(inverse.is_inverse && inverse.metres == 1.0, "{inverse:?}");
+        let scalar = reading_of(mount, seed, each(scalar_first));
+        assert!(scalar.is_scalar_first && !scalar.is_inverse, "{scalar:?}");
+        let long = reading_of(mount, seed, each(in_millimetres));
+        assert!(long.metres == 1e-3 && !long.is_inverse, "{long:?}");
+        for late in [-2_i64, 1] {
+            let shifted = reading_of(mount, seed, |poses| {
+                let shifted = poses
+                    .iter()
+                    .filter_map(|(key, pose)| Some((key.checked_add_signed(late)?, *pose)));
+                shifted.collect()
+            });
+            assert_eq!(shifted.late, late);
+        }
+    }
+}
+
+#[test]
+fn a_robot_that_is_merely_poor_is_not_read_otherwise() {
+    let mut cell = Cell::new(Mount::Camera, 50);
+    let (images, mut poses) = cell.standing(24, ALL_AXES);
+    for pose in poses.values_mut() {
+        *pose *= se3::exp(&cell.noise([8e-3, 20e-3]));
+    }
+    let found = cell
+        .solve(1100.0, &images, &RobotPoses::ByImage(poses))
+        .unwrap();
+    assert!(found.report.robot_sigma_mm > 4.0);
 }
 
 #[test]

@@ -90,7 +90,17 @@ impl PoseColumns {
         let has = |role: Role| found.iter().any(|(_, found, _)| *found == role);
         let n_named = Role::POSE.iter().filter(|role| has(**role)).count();
         let has_key = has(Role::Time) || has(Role::Stamp) || has(Role::Image);
-        (has_key && n_named >= 3).then(|| Self::of_roles(&found))
+        let is_vector = ["rx", "ry", "rz"].iter().all(|axis| {
+            names
+                .iter()
+                .any(|name| unit_of(name).0.eq_ignore_ascii_case(axis))
+        });
+        (has_key && n_named >= 3).then(|| {
+            Self::of_roles(&found).map_err(|error| match is_vector {
+                true => format!("{error}{VECTOR_REMEDY}"),
+                false => error,
+            })
+        })
     }
 
     fn of_roles(found: &[(usize, Role, Option<&str>)]) -> Result<Self, String> {
@@ -217,6 +227,11 @@ impl Role {
         }
     }
 }
+
+/// What to do with a table of rotation vectors or angles, which are written alike.
+const VECTOR_REMEDY: &str = "; rx, ry and rz may be a rotation vector or angles: write the orientation as a quaternion \
+                             (of a rotation vector of the length a: (qx, qy, qz) = sin(a/2)/a (rx, ry, rz), qw = \
+                             cos(a/2))";
 
 /// The role that a name says: `timestamp`, `tx`, `p_RS_R_x`, `pose.position.x`, `q_RS_w`, `qw`.
 fn role_of(name: &str) -> Option<Role> {
@@ -514,6 +529,11 @@ mod tests {
     fn half_a_header_is_refused_and_a_comment_is_none() {
         let refused = |header: &str| PoseColumns::of_header(header).unwrap().unwrap_err();
         assert_eq!(refused("t,x,y,z,qx,qy,qz"), "the header names no column qw");
+        let vector = refused("image,x [m],y [m],z [m],rx,ry,rz");
+        assert!(
+            vector.contains("write the orientation as a quaternion"),
+            "{vector}"
+        );
         assert!(refused("t,x [ft],y,z,qx,qy,qz,qw").contains("unknown unit [ft]"));
         assert_eq!(
             refused("t,x,y,z,qx,qy,qz,qw,x"),

@@ -36,7 +36,8 @@ The column \"ahead ms\", clock_offset_ms in JSON, is the clock of a camera minus
 replay report it.
 
 With --json, the result is one line on standard output: {\"reference\",\"images\",\"images_used\",\"instants\",
-\"synchronised\",\"rms_px\",\"noise_ratio\",\"cameras\":[{\"camera\",\"images\",\"tags\",\"left_out\",\"sigma_mm\",
+\"synchronised\",\"rms_px\",\"noise_ratio\",\"held_out\":{\"images\",\"rms_px\",
+\"used_rms_px\"},\"cameras\":[{\"camera\",\"images\",\"tags\",\"left_out\",\"sigma_mm\",
 \"sigma_deg\",\"sigma_axes_mm\":[3],\"sigma_axes_deg\":[3],\"rms_px\",\"clock_offset_ms\",\"clock_sigma_ms\",
 \"line_delay_us\",\"line_delay_sigma_us\"}],\"tags_left_out\",\"weak\",\"unsolved\",\"scale\",\"verdict\":{\"grade\",
 \"because\"}}"
@@ -238,6 +239,7 @@ fn text(report: &RigReport, arguments: &RigArguments) -> String {
          fusion and replay have it; {}.",
         report.reference, report.scale
     ));
+    lines.extend(report.held_out.as_ref().map(words::held_out));
     lines.push(format!(
         "{}: {} of {} images at {} instants, {:.3} px rms; {}",
         arguments.rig.display(),

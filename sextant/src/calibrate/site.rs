@@ -36,11 +36,13 @@ object, or of the room, corrects them.
 
 Written to --out: rig.toml with lens_sigma and world_from_camera_sigma of each camera, object-N.toml for each object, N
 being its lowest tag, and room.toml with the static tags. Former files are kept as FILE.former. Cameras that share no
-view with the others are written without a pose and named; the exit code is then 4, and with --strict nothing is
-written. Lenses are brown-conrady; calibrate fisheye lenses with a board (`sextant calibrate lens`).
+view with the others are written without a pose and named, those that see no tag are left out; the exit code is then 4,
+and with --strict nothing is written. Lenses are brown-conrady; calibrate fisheye lenses with a board (`sextant
+calibrate lens`).
 
 With --json, the result is one line on standard output: {\"world\",\"reference\",\"images\",\"synchronised\",\"rms_px\",
-\"noise_ratio\",\"cameras\":[{\"camera\",\"placed\",\"images\",\"sigma_mm\",\"sigma_deg\",\"focal_px\",
+\"noise_ratio\",\"held_out\":{\"images\",\"rms_px\",
+\"used_rms_px\"},\"cameras\":[{\"camera\",\"placed\",\"images\",\"sigma_mm\",\"sigma_deg\",\"focal_px\",
 \"focal_sigma_px\",\"distortion_sigma_px\",\"corners_covered\",\"rms_px\",\"clock_offset_ms\",\"clock_sigma_ms\",
 \"line_delay_us\",\"line_delay_sigma_us\"}],\"objects\":[{\"object\",\"tags\",\"sigma_mm\",\"sigma_deg\",\"images\",
 \"shared\"}],\"still\",\"unassigned\",\"scale_factor\",\"scale_sigma\",\"unsolved\",\"verdict\":{\"grade\",
@@ -306,6 +308,7 @@ fn text(found: &CalibratedSite, folder: &Path) -> String {
         lines.push(format!("stood still: {}", report.still.join(", ")));
     }
     lines.push(frame_and_scale(report));
+    lines.extend(report.held_out.as_ref().map(words::held_out));
     lines.push(format!(
         "{}: {} images, {:.3} px rms; {}",
         folder.join("rig.toml").display(),

@@ -132,6 +132,15 @@ class RigCamera(TypedDict):
     line_delay_sigma_us: Optional[float]
 
 
+class HeldOutImages(TypedDict):
+    """Residuals of images that had no part in a solution."""
+
+    images: int
+    rms_px: float
+    #: The same where they had a part.
+    used_rms_px: float
+
+
 class RigReport(TypedDict):
     """Where the cameras are."""
 
@@ -145,6 +154,7 @@ class RigReport(TypedDict):
     rms_px: float
     #: Corner noise as a multiple of the detector's; 1 is expected.
     noise_ratio: float
+    held_out: Optional[HeldOutImages]
     cameras: list[RigCamera]
     #: Tag, images, outliers.
     tags_left_out: list[Any]
@@ -197,6 +207,7 @@ class SiteReport(TypedDict):
     synchronised: bool
     rms_px: float
     noise_ratio: float
+    held_out: Optional[HeldOutImages]
     cameras: list[SiteCamera]
     objects: list[SiteObject]
     #: Tags that never moved.
@@ -286,6 +297,7 @@ class _Learned(TypedDict):
     images_used: int
     rms_px: float
     noise_ratio: float
+    held_out: Optional[HeldOutImages]
     tags: list[LearnedTag]
     #: Tags that kept their poses.
     kept: list[str]
@@ -384,6 +396,7 @@ def _report(words: Sequence[Word], images: Images, given: dict[str, Option], pro
 __all__ = [
     "FoundTags",
     "HeldOutModel",
+    "HeldOutImages",
     "HeldOutPoses",
     "Images",
     "LearnReport",

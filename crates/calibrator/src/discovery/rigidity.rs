@@ -14,7 +14,7 @@ const AGREE: f64 = 0.2;
 /// Least share of the views that must agree.
 const MOST: f64 = 0.6;
 /// Least number of views that must agree.
-const LEAST_VIEWS: usize = 4;
+pub(super) const LEAST_VIEWS: usize = 4;
 /// Relative positions may differ by this many edges, and by this part of the distance.
 const SPREAD: (f64, f64) = (0.3, 0.012);
 /// Share of the agreeing views that are used in the fit of position.

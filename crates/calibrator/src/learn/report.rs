@@ -3,6 +3,7 @@
 use super::LearnSession;
 use super::solved::{SolvedConstellation, fitting};
 use crate::discovered_tags::DiscoveredTags;
+use crate::held_out::{self, HeldOutImages};
 use crate::verdict::{Finding, Grade, PosePart, ScaleSource, Verdict};
 use serde::Serialize;
 use sextant_adjustment::KeptParameter;
@@ -47,6 +48,8 @@ pub struct LearnReport {
     pub rms_px: f64,
     /// Corner noise as a multiple of the detector's; 1 is expected.
     pub noise_ratio: f64,
+    /// Residuals of images that had no part in a solution; `None` where there are too few.
+    pub held_out: Option<HeldOutImages>,
     /// The learned tags.
     pub tags: Vec<LearnedTag>,
     /// Tags of the given object that kept their poses.
@@ -85,7 +88,11 @@ impl LearnSession {
                 .map(|(tag, _)| tag.clone())
         };
         let tags: Vec<LearnedTag> = sought(true).collect();
+        let held_out = solved.adjusted.held_out(&solved.views);
+        let mut verdict = self.verdict(&tags, solved);
+        held_out::judge(held_out.as_ref(), &mut verdict);
         LearnReport {
+            held_out,
             object: self.plan.object.to_string(),
             images: self.images.n_received(),
             images_used: solved.adjusted.used().count(),
@@ -96,7 +103,7 @@ impl LearnSession {
             unsolved: Vec::new(),
             solved_sizes: Vec::new(),
             found: None,
-            verdict: self.verdict(&tags, solved),
+            verdict,
             tags,
         }
     }

@@ -1,11 +1,11 @@
 //! Verdict on a calibrated rig.
 
 use super::RigSession;
+use super::former::circles;
 use super::report::{CalibratedCamera, RigSolution};
 use crate::verdict::{Finding, Grade, ScaleSource, Verdict, WeakMotion};
 use nalgebra::Vector3;
 use sextant_adjustment::{KeptParameter, WeakDirection};
-use sextant_geometry::Pose;
 use std::collections::BTreeMap;
 
 /// Standard deviations below which a camera is well placed (metres, radians); five times as much is usable.
@@ -112,7 +112,7 @@ impl RigSession {
             verdict.add(Grade::Usable, Finding::Duplicated { tag, images });
         }
         self.judge_sizes(found, &mut verdict);
-        self.judge_names(found, &mut verdict);
+        self.judge_former(found, &mut verdict);
         verdict
     }
 
@@ -157,28 +157,32 @@ impl RigSession {
         format!("the given sizes of {object} and of the tags that lie still were compared")
     }
 
-    /// Reports cameras that have exchanged their former poses.
-    fn judge_names(&self, found: &RigSolution, verdict: &mut Verdict) {
-        let solved = &found.adjusted.solution.bundle.cameras;
-        let cameras = self.rig.cameras();
-        for a in 0..cameras.len() {
-            for b in a + 1..cameras.len() {
-                let (Some(old_a), Some(old_b)) =
-                    (cameras[a].world_from_camera, cameras[b].world_from_camera)
-                else {
-                    continue;
-                };
-                let far = |x: &Pose, y: &Pose| (x.translation.vector - y.translation.vector).norm();
-                let apart = far(&old_a, &old_b);
-                let (new_a, new_b) = (&solved[a].world_from_camera, &solved[b].world_from_camera);
-                if apart > 0.1
-                    && far(new_a, &old_b) < 0.2 * apart
-                    && far(new_b, &old_a) < 0.2 * apart
-                {
-                    let swapped = [&cameras[a].id, &cameras[b].id].map(Clone::clone);
-                    verdict.add(Grade::Poor, Finding::SwappedNames(swapped));
-                }
-            }
+    /// Reports by what the solved rig differs from the former one as a whole.
+    fn judge_former(&self, found: &RigSolution, verdict: &mut Verdict) {
+        let Some(former) = &found.former else { return };
+        for cameras in circles(&self.rig, &former.order) {
+            verdict.add(Grade::Poor, Finding::ExchangedNames(cameras));
+        }
+        if let Some(scale) = former.scale {
+            let object = self.plan.object.id().clone();
+            let (ratio, sigma) = (scale.ratio, scale.sigma);
+            let (grade, finding) = match scale.is_of_object {
+                true => (
+                    Grade::Usable,
+                    Finding::PrintedAtScale {
+                        object,
+                        ratio,
+                        sigma,
+                    },
+                ),
+                false => (Grade::Poor, Finding::RigScaled { object, ratio }),
+            };
+            verdict.add(grade, finding);
+        }
+        if let Some(turn_rad) = former.turn_rad {
+            let reference = &self.rig.cameras()[self.plan.origin.reference(&self.rig)];
+            let (reference, deg) = (reference.id.clone(), turn_rad.to_degrees());
+            verdict.add(Grade::Usable, Finding::RigTurned { reference, deg });
         }
     }
 }

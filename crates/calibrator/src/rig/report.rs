@@ -1,10 +1,12 @@
 //! Report of a rig calibration, and the rig in the world frame.
 
 use super::clocks::{self, Clocks};
+use super::former::FormerDifference;
 use super::origin::Origin;
 use super::sightings::Sightings;
 use super::{CalibratedRig, RigError, RigSession};
 use crate::adjustment::AdjustmentResult;
+use crate::held_out::{self, HeldOutImages};
 use crate::learn::root_mean_square;
 use crate::lens::lens_sigma;
 use crate::verdict::{Finding, Verdict};
@@ -64,6 +66,8 @@ pub struct RigReport {
     pub rms_px: f64,
     /// Corner noise as a multiple of the detector's; 1 is expected.
     pub noise_ratio: f64,
+    /// Residuals of images that had no part in a solution; `None` where there are too few.
+    pub held_out: Option<HeldOutImages>,
     /// In the order of the rig.
     pub cameras: Vec<CalibratedCamera>,
     /// Tags of the object that were often outliers, as (tag, images, outliers).
@@ -84,6 +88,8 @@ pub(super) struct RigSolution {
     pub adjusted: AdjustmentResult,
     pub clocks: Clocks,
     pub synchronised: bool,
+    /// By what the former rig differs as a whole; `None` where it is unknown or as the solved one.
+    pub former: Option<FormerDifference>,
 }
 
 /// Share of a tag's views from which outliers are reported, and the least number of views.
@@ -96,11 +102,18 @@ impl RigSession {
         let floor = self.floor_poses(&found);
         let world = self.plan.origin.world(&floor)?;
         let report = self.report(&found);
-        let solved = bundle.cameras.iter().zip(&report.cameras);
+        let poses: Vec<Pose> = bundle
+            .cameras
+            .iter()
+            .map(|camera| camera.world_from_camera)
+            .collect();
+        let origin = &self.plan.origin;
+        let poses = origin.explained(&self.rig, &poses, world, found.former.as_ref());
+        let solved = poses.into_iter().zip(&report.cameras);
         let cameras = self.rig.cameras().iter().zip(solved).enumerate();
-        let cameras = cameras.map(|(at, (camera, (solved, stated)))| Camera {
-            world_from_camera: Some(world * solved.world_from_camera),
-            lens: solved.lens,
+        let cameras = cameras.map(|(at, (camera, (pose, stated)))| Camera {
+            world_from_camera: Some(pose),
+            lens: bundle.cameras[at].lens,
             pose_prior: Prior::Sigma(pose_sigma(stated)),
             lens_prior: self.lens_prior(&found, at),
             line_delay_s: clocks::line_delay(&found.adjusted.solution, at)
@@ -108,7 +121,9 @@ impl RigSession {
                 .map_or(camera.line_delay_s, |found| Some(found.line_delay_s)),
             ..camera.clone()
         });
-        let scale_sigma = Some(self.plan.object.scale_sigma_or_usual());
+        let corrected = found.former.as_ref().and_then(FormerDifference::correction);
+        let of_object = || self.plan.object.scale_sigma_or_usual();
+        let scale_sigma = Some(corrected.map_or_else(of_object, |scale| scale.sigma));
         let rig = Rig::new(cameras.collect())
             .and_then(|rig| rig.with_scale_sigma(scale_sigma))
             .map_err(|error| RigError::Undetermined(error.to_string()))?;
@@ -151,7 +166,11 @@ impl RigSession {
         let tags_left_out = self.tags_left_out(found);
         let weak = self.weak(found);
         let reference = self.plan.origin.reference(&self.rig);
+        let held_out = found.adjusted.held_out(&found.sightings.views);
+        let mut verdict = self.verdict(found, &cameras, &tags_left_out, &weak);
+        held_out::judge(held_out.as_ref(), &mut verdict);
         RigReport {
+            held_out,
             reference: self.rig.cameras()[reference].id.to_string(),
             images: self.images.n_received(),
             images_used: used(found, |_| true),
@@ -160,7 +179,7 @@ impl RigSession {
             rms_px: solution.rms_px,
             noise_ratio: found.adjusted.noise_ratio(),
             scale: self.scale(found),
-            verdict: self.verdict(found, &cameras, &tags_left_out, &weak),
+            verdict,
             cameras,
             tags_left_out,
             weak,

@@ -2,6 +2,7 @@
 
 use super::clocks::{Clocks, middle_row};
 use super::comparison::{BETTER, left_by, options};
+use super::former::FormerDifference;
 use super::instants::{carried, floor};
 use super::pairs::joined_cameras;
 use super::report::RigSolution;
@@ -72,7 +73,14 @@ impl RigSession {
             return Err(swapped);
         }
         let (adjusted, clocks) = found?;
+        let solved = &adjusted.solution.bundle.cameras;
+        let poses: Vec<Pose> = solved
+            .iter()
+            .map(|camera| camera.world_from_camera)
+            .collect();
+        let former = FormerDifference::between(&self.rig, &poses, &self.plan.object);
         self.finish(RigSolution {
+            former: former.filter(|former| !former.is_none()),
             sightings,
             adjusted,
             clocks,

@@ -13,6 +13,17 @@ pub(super) struct RobotSolution {
     pub adjusted: AdjustmentResult,
 }
 
+/// What is left of a robot's poses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct RobotMisfit {
+    /// Poses that agree with one another.
+    pub poses: usize,
+    /// Standard deviation per axis, millimetres.
+    pub mm: f64,
+    /// Standard deviation per axis, degrees.
+    pub deg: f64,
+}
+
 /// Chi-square of six numbers above which a pose of the robot contradicts the others: five sigma.
 const OUTLIER: f64 = 45.0;
 
@@ -21,6 +32,16 @@ impl RobotSolution {
     pub(super) fn arm(&self) -> Result<&Arm, RobotError> {
         let arm = self.adjusted.solution.bundle.arm.as_ref();
         arm.ok_or(RobotError::NoStart)
+    }
+
+    /// What is left of its poses.
+    pub(super) fn misfit(&self) -> Result<RobotMisfit, RobotError> {
+        let arm = self.arm()?;
+        Ok(RobotMisfit {
+            poses: self.agreeing_hands(arm).count(),
+            mm: 1e3 * arm.sigma.position_m,
+            deg: arm.sigma.orientation_rad.to_degrees(),
+        })
     }
 
     /// Poses of the robot with an image of which a tag is used, in order of their instants.

@@ -3,7 +3,7 @@
 use super::clock;
 use super::poses::RobotPoses;
 use super::report::CalibratedRobot;
-use super::solution::RobotSolution;
+use super::solution::{RobotMisfit, RobotSolution};
 use super::start::{PosePair, Transforms, start};
 use super::{RobotError, RobotSession};
 use crate::adjustment::{Adjustment, UsedImage};
@@ -52,8 +52,27 @@ impl RobotSession {
     /// Solves for base and hand. What the motions do not determine is named in the report.
     ///
     /// # Errors
-    /// If images and poses do not match, or nothing fits, with reason and remedy.
+    /// If images and poses do not match, the poses are written in another way, or nothing fits, with reason and
+    /// remedy.
     pub fn solve(&self, poses: &RobotPoses) -> Result<CalibratedRobot, RobotError> {
+        let found = self.solved(poses);
+        if let Err(RobotError::NothingSeen { .. }) = found {
+            return found.and_then(|found| self.finish(found));
+        }
+        let misfit = found.as_ref().ok().and_then(|found| found.misfit().ok());
+        match self.other_reading(poses, misfit) {
+            Some(other) => Err(other),
+            None => self.finish(found?),
+        }
+    }
+
+    /// What is left of poses that are read in some way.
+    pub(super) fn misfit(&self, poses: &RobotPoses) -> Result<RobotMisfit, RobotError> {
+        self.solved(poses)?.misfit()
+    }
+
+    /// Solves for base and hand.
+    fn solved(&self, poses: &RobotPoses) -> Result<RobotSolution, RobotError> {
         if self.images.is_empty() {
             return Err(RobotError::NothingSeen {
                 images: self.n_received(),
@@ -81,7 +100,7 @@ impl RobotSession {
             let again = interpolated_anew(adjusted.adjustment, &views, &numbers, poses);
             adjusted = again.solve(&views, &BundleOptions::default())?;
         }
-        self.finish(RobotSolution {
+        Ok(RobotSolution {
             views,
             numbers,
             adjusted,

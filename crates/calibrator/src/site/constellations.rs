@@ -5,6 +5,7 @@ use crate::adjustment::{Adjustment, UsedImage};
 use crate::constellation::{Group, GroupedView, joined_tags};
 use crate::priors::Priors;
 use crate::resection::{TagPlacement, agreeing_loosely, views_of_object};
+use crate::rig::sightings::Sightings;
 use sextant_adjustment::{
     BodyId, BundleCamera, BundleError, BundleOptions, BundleTag, Freedom, Instant,
 };
@@ -176,4 +177,26 @@ fn first_guess(
         }
     }
     placed
+}
+
+/// Where each body may be in each image.
+pub(super) fn sightings(
+    rig: &Rig,
+    members: &Members,
+    seen: &BodyViews,
+    known: &Constellations,
+) -> Sightings {
+    let object = seen.views.iter().zip(&seen.body_of);
+    let object = object.map(|(view, body)| match body {
+        Some(_) => views_of_object(&rig.cameras()[view.camera].lens, view, &known.placed),
+        None => Vec::new(),
+    });
+    Sightings {
+        object: object.collect(),
+        views: seen.views.clone(),
+        placed: known.placed.clone(),
+        n_carried: members.n_carried(),
+        seeking_tags: true,
+        unplaced: Vec::new(),
+    }
 }

@@ -2,6 +2,7 @@
 
 use super::report::{SiteCameraReport, SiteObjectReport, SiteReport};
 use super::solution::SiteSolution;
+use crate::held_out;
 use crate::verdict::{Finding, Grade, Verdict};
 
 /// Standard deviations below which a camera is well placed (millimetres, degrees); five times as much is usable.
@@ -12,6 +13,8 @@ const WELL_PLACED_TAG: [f64; 2] = [0.3, 0.23];
 const TAG_OF_USE: f64 = 3.0;
 /// Relative standard deviation of a good and of a usable focal length.
 const FOCAL: (f64, f64) = (0.002, 0.01);
+/// Standard deviation of the distortion in the corners of the image of a good and of a usable lens, pixels.
+const DISTORTION_PX: (f64, f64) = (10.0, 50.0);
 /// Fewer images of objects are too few for a camera.
 const FEW_IMAGES: usize = 40;
 /// Fewer shared images of an object do not join cameras.
@@ -59,6 +62,12 @@ impl SiteSolution {
         if self.synchronised {
             judge_clocks(&report.cameras, verdict);
         }
+        held_out::judge(report.held_out.as_ref(), verdict);
+        for found in &self.contradictions {
+            let [object, by] = [found.body, found.trusted].map(|body| self.name_of(body));
+            let ratio = found.ratio;
+            verdict.add(Grade::Poor, Finding::SizesContradict { object, by, ratio });
+        }
     }
 
     /// Why tags of objects have no place.
@@ -93,8 +102,13 @@ fn judge_camera(camera: &SiteCameraReport, verdict: &mut Verdict) {
     }
     if camera.corners_covered < 1.0 {
         let missing = (4.0 * (1.0 - camera.corners_covered)).round() as usize;
+        let grade = match camera.distortion_sigma_px {
+            px if px > DISTORTION_PX.1 => Grade::Poor,
+            px if px > DISTORTION_PX.0 => Grade::Usable,
+            _ => Grade::Good,
+        };
         let camera = name();
-        verdict.add(Grade::Good, Finding::UncoveredCorners { camera, missing });
+        verdict.add(grade, Finding::UncoveredCorners { camera, missing });
     }
 }
 

@@ -57,6 +57,13 @@ impl Members {
             .map(|(tag, _)| tag)
     }
 
+    /// Takes the tags of a body for larger by a factor.
+    pub fn rescale(&mut self, body: usize, factor: f64) {
+        let tags = self.wanted.iter_mut().zip(&self.body_of);
+        let own = tags.filter(|(_, of)| **of == Some(body));
+        own.for_each(|(tag, _)| tag.size_m *= factor);
+    }
+
     /// How many tags move; those that stand still follow.
     pub fn n_carried(&self) -> usize {
         self.body_of.iter().flatten().count()

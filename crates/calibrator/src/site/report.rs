@@ -3,11 +3,12 @@
 use super::solution::SiteSolution;
 use super::world::{Scale, WorldFrame};
 use super::{CalibratedSite, SiteError, SiteSession};
+use crate::held_out::HeldOutImages;
 use crate::learn::framing::sigma as pose_sigma;
 use crate::learn::gauge::{aligned, centroid, turned};
 use crate::lens::lens_sigma;
 use crate::rig::clocks;
-use crate::verdict::Verdict;
+use crate::verdict::{Finding, Grade, Verdict};
 use nalgebra::{DMatrix, Matrix6};
 use serde::Serialize;
 use sextant_adjustment::KeptParameter;
@@ -80,6 +81,8 @@ pub struct SiteReport {
     pub rms_px: f64,
     /// Corner noise as a multiple of the detector's; 1 is expected.
     pub noise_ratio: f64,
+    /// Residuals of images that had no part in a solution; `None` where there are too few.
+    pub held_out: Option<HeldOutImages>,
     /// In the order of the plan.
     pub cameras: Vec<SiteCameraReport>,
     /// The objects that moved.
@@ -136,6 +139,7 @@ impl SiteSession {
             synchronised: found.synchronised,
             rms_px: found.adjusted.solution.rms_px,
             noise_ratio: found.adjusted.noise_ratio(),
+            held_out: found.adjusted.held_out(&found.seen.views),
             cameras,
             objects: reports,
             still: still.iter().map(|own| own.tag.to_string()).collect(),
@@ -146,11 +150,26 @@ impl SiteSession {
             verdict: Verdict::new(),
         };
         found.judge(&mut report);
+        self.judge_blind_cameras(&mut report);
         Ok(CalibratedSite {
             rig,
             objects,
             report,
         })
+    }
+}
+
+impl SiteSession {
+    /// Names the cameras that are left out.
+    fn judge_blind_cameras(&self, report: &mut SiteReport) {
+        for camera in self.blind_cameras() {
+            let cause = format!(
+                "no image of camera {camera} shows a tag, so that nothing is known of it and it was left out: carry \
+                 objects before it, check its light and focus"
+            );
+            report.unsolved.push(cause.clone());
+            report.verdict.add(Grade::Usable, Finding::Unplaced(cause));
+        }
     }
 }
 
@@ -260,6 +279,18 @@ impl SiteSolution {
         covered.iter().filter(|is| **is).count() as f64 / 4.0
     }
 
+    /// Name of the object of a body, by its first placed tag.
+    pub(super) fn name_of(&self, body: usize) -> String {
+        let first = self
+            .members
+            .tags_of(body)
+            .find(|&tag| self.is_tag_placed(tag));
+        let first = first
+            .or(self.members.tags_of(body).next())
+            .unwrap_or_default();
+        format!("object-{}", self.members.wanted[first].tag.id)
+    }
+
     /// The object of a body, in the frame of its tags' centroid, with its report; `None` if none of its tags was
     /// placed.
     fn object(
@@ -301,7 +332,7 @@ impl SiteSolution {
             }
         });
         let placed: Vec<ObjectTag> = placed.collect();
-        let object = named(&format!("object-{}", placed[0].tag.id), placed, scale)?;
+        let object = named(&self.name_of(body), placed, scale)?;
         let (images, shared) = self.views_of(body);
         let report = SiteObjectReport {
             object: object.id().to_string(),

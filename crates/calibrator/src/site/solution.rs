@@ -1,6 +1,7 @@
 //! A solved site before its report: models in the frame of the adjustment, and what they are judged by.
 
 use super::members::{BodyViews, Members};
+use super::scales::ScaleContradiction;
 use crate::adjustment::AdjustmentResult;
 use crate::learn::framing::whole_covariance;
 use crate::rig::clocks::Clocks;
@@ -20,6 +21,8 @@ pub(super) struct SiteSolution {
     pub is_placed: Vec<bool>,
     pub reference: usize,
     pub synchronised: bool,
+    /// Bodies with other sizes than given.
+    pub contradictions: Vec<ScaleContradiction>,
 }
 
 /// A static tag in the frame of the adjustment.

@@ -1,15 +1,15 @@
 //! The stages from images to the adjusted site.
 
-use super::constellations::{Constellations, bundle_tags, constellations};
+use super::constellations::{Constellations, bundle_tags, constellations, sightings};
 use super::focal_length::focal_length;
 use super::members::{BodyViews, Members};
+use super::scales::contradictions;
 use super::solution::SiteSolution;
 use super::{CalibratedSite, SiteError, SiteSession};
 use crate::adjustment::{Adjustment, AdjustmentResult};
 use crate::discovery::TagGroups;
 use crate::graph::PoseGraph;
 use crate::priors::Priors;
-use crate::resection::views_of_object;
 use crate::rig::clocks::{self, Clocks};
 use crate::rig::comparison::options;
 use crate::rig::instants::{carried_in, floor_in, give_twists};
@@ -19,7 +19,7 @@ use crate::rig::trajectory::{Moments, Trajectory, is_synchronised};
 use crate::verdict::listed;
 use sextant_adjustment::{BodyId, BundleCamera, Freedom};
 use sextant_geometry::{Intrinsics, Lens, Pose};
-use sextant_site_model::{Camera, Prior, Rig};
+use sextant_site_model::{Camera, CameraId, Prior, Rig};
 use std::collections::BTreeSet;
 
 /// Rounds of lenses and constellations from each image by itself: the poses of single tags that they begin with depend
@@ -49,8 +49,16 @@ impl SiteSession {
     pub fn solve(&self) -> Result<CalibratedSite, SiteError> {
         let rig = self.first_rig()?;
         let groups = TagGroups::from_images(&rig, self.images.iter(), &self.plan.families);
-        let members = self.members(groups)?;
-        let (rig, known) = self.known_from_single_images(rig, &members)?;
+        let mut members = self.members(groups)?;
+        let (mut rig, mut known) = self.known_from_single_images(rig, &members)?;
+        let seen = self.body_views(&rig, &members);
+        let contradictions = contradictions(&rig, &members, &seen, &known);
+        if !contradictions.is_empty() {
+            for found in &contradictions {
+                members.rescale(found.body, found.ratio);
+            }
+            (rig, known) = self.known_from_single_images(rig, &members)?;
+        }
         let seen = self.body_views(&rig, &members).thinned(rig.cameras().len());
         let sightings = sightings(&rig, &members, &seen, &known);
         let placement = placement(&rig, &members, &seen, &sightings)?;
@@ -65,6 +73,7 @@ impl SiteSession {
             is_placed: placement.poses.iter().map(Option::is_some).collect(),
             reference: placement.reference,
             synchronised: placement.synchronised,
+            contradictions,
         })
     }
 
@@ -87,9 +96,29 @@ impl SiteSession {
         Ok((rig, known))
     }
 
-    /// Every camera with a lens from its single tags.
+    /// Cameras none of whose images shows a tag: nothing is known of their lenses. None where that is so of all.
+    pub(super) fn blind_cameras(&self) -> Vec<CameraId> {
+        let is_seeing = |id: &CameraId| {
+            let mut own = self.images.iter().filter(|image| image.camera == *id);
+            own.any(|image| {
+                let mut tags = image.tags.iter();
+                tags.any(|seen| self.plan.families.contains(&seen.tag.family))
+            })
+        };
+        let ids = self.plan.cameras.iter().map(|(id, _)| id.clone());
+        let (seeing, blind): (Vec<CameraId>, Vec<CameraId>) = ids.partition(is_seeing);
+        if seeing.is_empty() { seeing } else { blind }
+    }
+
+    /// Every camera that sees a tag, with a lens from its single tags.
     fn first_rig(&self) -> Result<Rig, SiteError> {
-        let cameras = self.plan.cameras.iter().map(|(id, resolution)| {
+        let blind = self.blind_cameras();
+        let cameras = self
+            .plan
+            .cameras
+            .iter()
+            .filter(|(id, _)| !blind.contains(id));
+        let cameras = cameras.map(|(id, resolution)| {
             let own = self.images.iter().filter(|image| image.camera == *id);
             let tags = own.flat_map(|image| image.tags.iter().map(|tag| &tag.corners));
             let focal = focal_length(tags, *resolution);
@@ -116,23 +145,6 @@ impl SiteSession {
             });
         }
         Ok(Members::from_groups(&self.plan, groups))
-    }
-}
-
-/// Where each body may be in each image.
-fn sightings(rig: &Rig, members: &Members, seen: &BodyViews, known: &Constellations) -> Sightings {
-    let object = seen.views.iter().zip(&seen.body_of);
-    let object = object.map(|(view, body)| match body {
-        Some(_) => views_of_object(&rig.cameras()[view.camera].lens, view, &known.placed),
-        None => Vec::new(),
-    });
-    Sightings {
-        object: object.collect(),
-        views: seen.views.clone(),
-        placed: known.placed.clone(),
-        n_carried: members.n_carried(),
-        seeking_tags: true,
-        unplaced: Vec::new(),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::listed;
 use serde::{Serialize, Serializer};
-use sextant_site_model::{CameraId, TagId};
+use sextant_site_model::{CameraId, ObjectId, TagId};
 use sextant_site_report::sentences;
 
 /// What limits a result, or was allowed for.
@@ -117,8 +117,47 @@ pub enum Finding {
         /// Source of the scale.
         scale: ScaleSource,
     },
-    /// Two cameras have exchanged their former poses.
-    SwappedNames([CameraId; 2]),
+    /// Images that had no part in the solution fit worse than with it.
+    HeldOutWorse {
+        /// Their residual, root mean square, pixels.
+        rms_px: f64,
+        /// The same where they had a part, pixels.
+        used_rms_px: f64,
+    },
+    /// Two objects whose given sizes contradict each other by the distances of cameras.
+    SizesContradict {
+        /// The one whose sizes were corrected.
+        object: String,
+        /// The one by whose sizes all lengths are.
+        by: String,
+        /// Factor on the given sizes of the first.
+        ratio: f64,
+    },
+    /// Cameras that have exchanged their former poses: each one has that of the next, the last that of the first.
+    ExchangedNames(Vec<CameraId>),
+    /// A carried object of another size than its file says, by the former places of the cameras, which was corrected.
+    PrintedAtScale {
+        /// The object.
+        object: ObjectId,
+        /// Its true lengths by those of its file.
+        ratio: f64,
+        /// Standard deviation of the logarithm of the ratio.
+        sigma: f64,
+    },
+    /// A rig of another size than before, where it is open which of two objects is at fault.
+    RigScaled {
+        /// The carried object.
+        object: ObjectId,
+        /// Former lengths by those of now.
+        ratio: f64,
+    },
+    /// A rig of which all cameras but the reference have kept their places.
+    RigTurned {
+        /// The camera that keeps its former pose.
+        reference: CameraId,
+        /// By how much the others turned about it, degrees.
+        deg: f64,
+    },
     /// Cameras contradict each other, so that their images were not combined.
     ContradictingCameras,
     /// Tags that moved, but that no image connects with the object.
@@ -314,9 +353,40 @@ sentences! { Finding {
         how = if *ratio > 1.0 { "larger" } else { "smaller" },
         source = scale.words(),
         others = if *scale == ScaleSource::Spacing { " and the spacing" } else { "" };
-    Self::SwappedNames([a, b]) =>
-        "{a} is where {b} was before, and the other way round",
-        ": are their names swapped?";
+    Self::HeldOutWorse { rms_px, used_rms_px } =>
+        "images that had no part in the solution are off by {rms_px:.2} px, and by {used_rms_px:.2} px where they had",
+        ": record longer, with the object all over the images";
+    Self::SizesContradict { object, by, ratio } =>
+        "the given sizes of {object} and {by} contradict each other: by the distances of the cameras that {by} gives, \
+         the tags of {object} are {percent:.1} % {how} than given; all lengths were taken from {by}",
+        ": measure a black square of each, and calibrate again with the right sizes (`--size ID:METRES`)",
+        percent = 100.0 * (ratio - 1.0).abs(),
+        how = if *ratio > 1.0 { "larger" } else { "smaller" };
+    Self::ExchangedNames(cameras) if cameras.len() == 2 =>
+        "{a} is where {b} was before, and the other way round: their names are exchanged",
+        "; exchange their ids in the cameras' own files (camera.toml) and calibrate again, or keep the rig as written",
+        a = &cameras[0],
+        b = &cameras[1];
+    Self::ExchangedNames(cameras) =>
+        "{names} are each where the next of them was before: their names are exchanged",
+        "; correct their ids in the cameras' own files (camera.toml) and calibrate again, or keep the rig as written",
+        names = listed(cameras);
+    Self::PrintedAtScale { object, ratio, sigma } =>
+        "by the former places of the cameras {object} is printed at {percent:.1} % (one sigma {sigma_percent:.1}) of \
+         the scale of its file; the rig was written with the former scale",
+        ": measure a black square, and correct the sizes and places of its tags",
+        percent = 100.0 * ratio,
+        sigma_percent = 100.0 * sigma;
+    Self::RigScaled { object, ratio } =>
+        "the rig is {percent:.1} % {how} than before: {object} is printed at another scale, or what the former rig was \
+         calibrated with",
+        "; measure a black square of each, correct the file, and calibrate again",
+        percent = 100.0 * (1.0 / ratio - 1.0).abs(),
+        how = if *ratio > 1.0 { "smaller" } else { "larger" };
+    Self::RigTurned { reference, deg } =>
+        "the cameras have kept their places but for {reference}, which turned by {deg:.1} degrees, and the world with \
+         it",
+        ": keep the world by another camera (`--origin camera:ID`)";
     Self::ContradictingCameras =>
         "cameras that saw the object at the same time contradict each other, so their images were not combined",
         ": one has moved since the rig was calibrated, its clock is off, or names are swapped";

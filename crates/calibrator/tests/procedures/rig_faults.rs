@@ -2,9 +2,11 @@
 
 use crate::rig::{calibrated, plainly};
 use crate::scene::*;
+use nalgebra::Vector6;
 use nalgebra::{Isometry3, Vector3};
-use sextant_calibrator::{Grade, Origin, RigError, RigPlan, RigSession};
-use sextant_site_model::{Camera, ImageObservation, Prior, Rig};
+use sextant_calibrator::{Finding, Grade, Origin, RigError, RigPlan, RigSession};
+use sextant_geometry::{Pose, se3};
+use sextant_site_model::{Camera, ImageObservation, ObjectModel, ObjectTag, Prior, Rig};
 
 fn refusal(rig: &Rig, images: &[ImageObservation]) -> RigError {
     match plainly(rig, images) {
@@ -272,4 +274,75 @@ fn a_camera_that_sees_tags_in_another_arrangement_places_nothing() {
         placed.filter(|one| one.world_from_camera.is_some()).count(),
         3
     );
+}
+
+/// The rig as measured by tape: a few millimetres and tenths of a degree off.
+fn by_tape(truth: &Rig) -> Rig {
+    let cameras = truth.cameras().iter().enumerate().map(|(at, camera)| {
+        let wave = |k: usize| (2.3 * (6 * at + k) as f64 + 1.0).sin() * 1.4;
+        let off = Vector6::from_fn(|k, _| wave(k) * if k < 3 { 0.003 } else { 0.0035 });
+        Camera {
+            world_from_camera: camera
+                .world_from_camera
+                .map(|pose| se3::perturb(&pose, &off)),
+            ..camera.clone()
+        }
+    });
+    Rig::new(cameras.collect()).unwrap()
+}
+
+#[test]
+fn an_object_printed_at_another_scale_is_named_and_the_rig_keeps_its_size() {
+    let file = board();
+    let printed = file.tags().iter().map(|tag| {
+        let place = tag.object_from_tag.map(|mut pose: Pose| {
+            pose.translation.vector *= 0.97;
+            pose
+        });
+        ObjectTag::new(tag.tag, 0.97 * tag.size_m, place)
+    });
+    let printed = ObjectModel::new(file.id().clone(), printed.collect()).unwrap();
+    let images = walk(&rig(), &printed, 60, 0.12, SHARP, 31);
+    let found = calibrated(&by_tape(&rig()), board(), Origin::FirstCamera, &images).unwrap();
+    let verdict = &found.report.verdict;
+    assert!(verdict.grade > Grade::Good, "{verdict}");
+    let ratio = verdict.because.iter().find_map(|finding| match finding {
+        Finding::PrintedAtScale { ratio, .. } => Some(*ratio),
+        _ => None,
+    });
+    assert!((ratio.unwrap() - 0.97).abs() < 0.004, "{ratio:?}");
+    let place = |rig: &Rig, at: usize| {
+        rig.cameras()[at]
+            .world_from_camera
+            .unwrap()
+            .translation
+            .vector
+    };
+    for at in 1..4 {
+        let [is, was] = [&found.rig, &rig()].map(|rig| (place(rig, at) - place(rig, 0)).norm());
+        assert!((is / was - 1.0).abs() < 0.005, "{is} {was}");
+    }
+}
+
+#[test]
+fn exchanged_names_of_cameras_with_one_lens_are_found_by_their_former_places() {
+    let truth = rig();
+    let mut images = walk(&truth, &board(), 60, 0.12, SHARP, 32);
+    for image in &mut images {
+        image.camera = match [0, 1, 2, 3].map(|at| image.camera == camera_id(at)) {
+            [true, ..] => camera_id(2),
+            [_, _, true, _] => camera_id(0),
+            _ => image.camera.clone(),
+        };
+    }
+    let found = calibrated(&by_tape(&truth), board(), Origin::FirstCamera, &images).unwrap();
+    let verdict = &found.report.verdict;
+    let exchanged = Finding::ExchangedNames(vec![camera_id(0), camera_id(2)]);
+    assert_eq!(verdict.grade, Grade::Poor);
+    assert!(verdict.because.contains(&exchanged), "{verdict}");
+    for (is, was) in [(0, 2), (1, 1), (2, 0), (3, 3)] {
+        let is = found.rig.cameras()[is].world_from_camera.unwrap();
+        let was = truth.cameras()[was].world_from_camera.unwrap();
+        assert!(se3::difference(&is, &was).norm() < 0.03);
+    }
 }

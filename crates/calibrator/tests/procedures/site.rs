@@ -4,7 +4,7 @@ use crate::scene::tag;
 use crate::site_errors::SiteErrors;
 use crate::site_scene::{SimulatedSite, SiteKind, site};
 use sextant_calibrator::{
-    CalibratedSite, Finding, MeasuredDistance, SiteError, SitePlan, SiteSession,
+    CalibratedSite, Finding, Grade, MeasuredDistance, SiteError, SitePlan, SiteSession,
 };
 use sextant_site_model::ImageObservation;
 
@@ -146,7 +146,9 @@ fn what_was_too_little_is_named() {
             .iter()
             .any(|cause| cause.contains("camera d"))
     );
-    assert!(found.rig.cameras()[3].world_from_camera.is_none());
+    // Nothing is known of a camera that saw nothing, its lens neither.
+    assert!(found.rig.camera(&last).is_none());
+    assert_eq!(found.report.cameras.len(), 3);
 }
 
 #[test]
@@ -187,4 +189,27 @@ fn what_cannot_give_a_site_is_refused_with_its_cause() {
     };
     let error = refused(plan, &truth.images).unwrap();
     assert!(error.contains("move relative to each other"), "{error}");
+}
+
+#[test]
+fn given_sizes_that_contradict_each_other_are_named_with_their_ratio() {
+    let truth = site(SHORT, 46);
+    let mut plan = truth.plan();
+    let wrong = truth.objects[0]
+        .tags()
+        .iter()
+        .map(|tag| (tag.tag, 0.82 * tag.size_m));
+    plan.sizes = wrong.collect();
+    let found = solved(plan, &truth.images).unwrap();
+    let verdict = &found.report.verdict;
+    assert_eq!(verdict.grade, Grade::Poor);
+    let contradiction = verdict.because.iter().find_map(|finding| match finding {
+        Finding::SizesContradict { object, by, ratio } => {
+            Some((object.clone(), by.clone(), *ratio))
+        }
+        _ => None,
+    });
+    let (object, by, ratio) = contradiction.unwrap();
+    let ratio = if object < by { ratio } else { 1.0 / ratio };
+    assert!((ratio * 0.82 - 1.0).abs() < 0.02, "{object} {by} {ratio}");
 }
