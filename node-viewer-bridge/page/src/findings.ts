@@ -121,6 +121,35 @@ const FAULTS: Stories<Fault> = {
       "let it take images of that size, or calibrate the lens at the other one",
       "lens",
     ),
+  camera_turned: ({ camera, degrees }) =>
+    story(
+      `camera ${camera} is turned by ${degrees} degrees about its line of sight, poses allow for it`,
+      "turn it back, or calibrate it again",
+      "rig",
+    ),
+  cameras_exchanged: ({ a, b }) =>
+    story(
+      `cameras ${a} and ${b} have exchanged their names, poses allow for it`,
+      "exchange the two ids in the rig file, or the two cables",
+    ),
+  lens_changed: ({ camera, ratio }) =>
+    story(
+      `the focal length of camera ${camera} is ${fixed(ratio * 100, 0)} % of that in the rig file, another lens or zoom`,
+      "set the zoom back, or run `sextant calibrate lens`",
+      "lens",
+    ),
+  tag_turned: (fields) => {
+    const by = fields.degrees === 180 ? "upside down" : `turned by ${fields.degrees} degrees`;
+    return story(
+      `${tagOf(fields)} is stuck on ${by}, poses allow for it`,
+      `turn its pose in the object's file by ${fields.degrees} degrees about z`,
+    );
+  },
+  tags_exchanged: ({ object, a, b }) =>
+    story(
+      `tags ${tag(a)} and ${tag(b)} of object ${object} are exchanged, poses allow for it`,
+      "exchange their ids in the object's file",
+    ),
 };
 
 const IMPERFECTIONS: Stories<Imperfection> = {

@@ -436,6 +436,33 @@ export const isFault = variants({
     size: arrayOf(isNumber, 2),
     of_rig: arrayOf(isNumber, 2),
   }),
+  /** by right angles about its line of sight; poses allow for it: turn it back, or calibrate it again */
+  camera_turned: record({
+    camera: isText,
+    degrees: isNumber,
+  }),
+  /** each has the other's name; poses allow for it: exchange the ids in the rig, or the cables */
+  cameras_exchanged: record({
+    a: isText,
+    b: isText,
+  }),
+  /** focal length over the rig's, another lens or zoom: set it back, or calibrate the lens */
+  lens_changed: record({
+    camera: isText,
+    ratio: isNumber,
+  }),
+  /** stuck on so; poses allow for it: turn its pose in the object by as much about z */
+  tag_turned: record({
+    object: isText,
+    tag: isTagId,
+    degrees: isNumber,
+  }),
+  /** each is where the other should be; poses allow for it: exchange their ids in the object */
+  tags_exchanged: record({
+    object: isText,
+    a: isTagId,
+    b: isTagId,
+  }),
 });
 export type Fault = Checked<typeof isFault>;
 

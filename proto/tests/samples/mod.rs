@@ -326,6 +326,28 @@ fn faults() -> Vec<Fault> {
             size: [640, 480],
             of_rig: [1280, 720],
         },
+        Fault::CameraTurned {
+            camera: south(),
+            degrees: 90,
+        },
+        Fault::CamerasExchanged {
+            a: camera(),
+            b: south(),
+        },
+        Fault::LensChanged {
+            camera: south(),
+            ratio: 1.3,
+        },
+        Fault::TagTurned {
+            object: self::object(),
+            tag,
+            degrees: 180,
+        },
+        Fault::TagsExchanged {
+            object: self::object(),
+            a: tag,
+            b: tag,
+        },
     ]
 }
 

@@ -996,8 +996,50 @@ class FaultImageSize(VariantRecord, variant="image_size", form="fields"):
     of_rig: Annotated[tuple[U32, ...], Length(2)]
 
 
+@dataclass(frozen=True)
+class FaultCameraTurned(VariantRecord, variant="camera_turned", form="fields"):
+    """By right angles about its line of sight; poses allow for it: turn it back, or calibrate it again."""
+
+    camera: str
+    degrees: U16
+
+
+@dataclass(frozen=True)
+class FaultCamerasExchanged(VariantRecord, variant="cameras_exchanged", form="fields"):
+    """Each has the other's name; poses allow for it: exchange the ids in the rig, or the cables."""
+
+    a: str
+    b: str
+
+
+@dataclass(frozen=True)
+class FaultLensChanged(VariantRecord, variant="lens_changed", form="fields"):
+    """Focal length over the rig's, another lens or zoom: set it back, or calibrate the lens."""
+
+    camera: str
+    ratio: F64
+
+
+@dataclass(frozen=True)
+class FaultTagTurned(VariantRecord, variant="tag_turned", form="fields"):
+    """Stuck on so; poses allow for it: turn its pose in the object by as much about z."""
+
+    object: str
+    tag: TagId
+    degrees: U16
+
+
+@dataclass(frozen=True)
+class FaultTagsExchanged(VariantRecord, variant="tags_exchanged", form="fields"):
+    """Each is where the other should be; poses allow for it: exchange their ids in the object."""
+
+    object: str
+    a: TagId
+    b: TagId
+
+
 #: Fault.
-Fault = Union[FaultCameraMoved, FaultCamerasDisagree, FaultTagMisplaced, FaultTagSize, FaultTagElsewhere, FaultClockOff, FaultUntimely, FaultDuplicateTag, FaultHostClockOff, FaultCameraFrozen, FaultLensOff, FaultObjectScaled, FaultObjectContradicted, FaultObjectUnplaced, FaultImageSize]
+Fault = Union[FaultCameraMoved, FaultCamerasDisagree, FaultTagMisplaced, FaultTagSize, FaultTagElsewhere, FaultClockOff, FaultUntimely, FaultDuplicateTag, FaultHostClockOff, FaultCameraFrozen, FaultLensOff, FaultObjectScaled, FaultObjectContradicted, FaultObjectUnplaced, FaultImageSize, FaultCameraTurned, FaultCamerasExchanged, FaultLensChanged, FaultTagTurned, FaultTagsExchanged]
 
 
 @dataclass(frozen=True)
@@ -1367,6 +1409,11 @@ __all__ = [
     "FaultObjectContradicted",
     "FaultObjectUnplaced",
     "FaultImageSize",
+    "FaultCameraTurned",
+    "FaultCamerasExchanged",
+    "FaultLensChanged",
+    "FaultTagTurned",
+    "FaultTagsExchanged",
     "Imperfection",
     "ImperfectionCamerasDisagree",
     "ImperfectionTagOff",
