@@ -190,8 +190,8 @@ impl Contradictions {
         self.compared.push_back(one);
     }
 
-    /// Of two cameras that contradict each other, the one is wrong that has been so before, whose images have jumped, or
-    /// that the track rejects; without any of that nobody knows.
+    /// Of two cameras that contradict each other, the one is wrong that has been so before, whose images have jumped,
+    /// or that the track rejects; without any of that nobody knows.
     fn blamed(
         &self,
         cameras: Vec<(usize, bool)>,

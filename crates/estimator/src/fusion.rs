@@ -324,9 +324,7 @@ impl RigFusion {
         };
         self.frozen_cameras.record(camera_index, now_ns, image);
         if self.frozen_cameras.is_left_behind(camera_index, now_ns) {
-            let n_views = associated.objects.values().map(|seen| seen.views.len());
-            let n_views = n_views.sum();
-            self.intake.count_views(&image.camera, n_views, n_views);
+            self.refuse(image, &associated);
             return;
         }
         let tags = image.tags.iter().map(|seen| seen.tag);
@@ -337,9 +335,7 @@ impl RigFusion {
         if self.contradictions.is_suspended(camera_index)
             && !self.is_clock_in_question(camera_index)
         {
-            let n_views = associated.objects.values().map(|seen| seen.views.len());
-            let n_views = n_views.sum();
-            self.intake.count_views(&image.camera, n_views, n_views);
+            self.refuse(image, &associated);
             for object in 0..self.timelines.len() {
                 self.take_absence(object, image.capture_ns);
             }
@@ -359,6 +355,13 @@ impl RigFusion {
         self.update_clock_search(camera_index, &associated, timely);
         self.apply_actions();
         self.move_far_offsets();
+    }
+
+    /// Counts all views of an image as rejected.
+    fn refuse(&mut self, image: &ImageObservation, associated: &AssociatedImage) {
+        let n_views = associated.objects.values().map(|seen| seen.views.len());
+        let n_views = n_views.sum();
+        self.intake.count_views(&image.camera, n_views, n_views);
     }
 
     /// Where all tags of an object have been printed at another scale, its sizes are corrected and its track begins

@@ -10,9 +10,8 @@
 //!   [`Statistics`]: what it reports.
 //! - Rooms, each depending on earlier ones only: `measurement` and `kinematics` (residuals of a view, links and
 //!   joints), `site` (models in force, data association), `filter` (the state of an object), `tracker` (hypotheses and
-//!   the fixed lag), `self_calibration` (errors of the files), `clocks` (far clock offsets), `diagnosis` (faults) and `contradictions`
-//!   (mistakes),
-//!   `fusion` (intake and outputs), `localisation` (cameras that objects carry).
+//!   the fixed lag), `self_calibration` (errors of the files), `clocks` (far clock offsets), `diagnosis` (faults),
+//!   `contradictions` (mistakes), `fusion` (intake and outputs), `localisation` (cameras that objects carry).
 //!
 //! This crate knows no clock (time is an argument), no image, no network and no file.
 

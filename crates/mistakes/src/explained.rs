@@ -6,7 +6,7 @@ use sextant_geometry::planar_pose::tag_poses;
 use sextant_geometry::{Pose, tag_corners_in_tag};
 
 use crate::pose_fit::{MOST_COST, Spread, Term, best_of};
-use crate::site::{Instant, Site, SiteCamera, SiteTag, View};
+use crate::site::{Instant, NominalSite, SiteCamera, SiteTag, View};
 
 /// The poses that each view's corners allow, `camera_from_tag`: both branches of the planar ambiguity.
 #[derive(Debug, Clone)]
@@ -30,7 +30,7 @@ pub(crate) fn contradicts(cost: f64) -> bool {
 }
 
 impl Branches {
-    pub fn new(site: &Site, instants: &[Instant]) -> Self {
+    pub fn new(site: &NominalSite, instants: &[Instant]) -> Self {
         let of_views = |instant: &Instant| {
             let views = instant.views.iter();
             views.map(|view| branches(site, view)).collect()
@@ -41,7 +41,7 @@ impl Branches {
     /// Anew for the views that are concerned by a change of lenses or sizes.
     pub fn renewed(
         &self,
-        site: &Site,
+        site: &NominalSite,
         instants: &[Instant],
         is_concerned: impl Fn(&View) -> bool,
     ) -> Self {
@@ -57,7 +57,7 @@ impl Branches {
     }
 
     /// `camera_from_tag` by the corners of a view.
-    pub fn of(&self, instant: usize, view: usize) -> &[Pose] {
+    pub fn by_corners(&self, instant: usize, view: usize) -> &[Pose] {
         &self.0[instant][view]
     }
 
@@ -67,7 +67,7 @@ impl Branches {
     }
 }
 
-fn branches(site: &Site, view: &View) -> Vec<Pose> {
+fn branches(site: &NominalSite, view: &View) -> Vec<Pose> {
     let camera = site.cameras[view.camera].as_ref();
     camera.map_or_else(Vec::new, |camera| {
         let poses = tag_poses(
@@ -130,7 +130,7 @@ const SIZE_SIGMA: f64 = 0.01;
 
 impl Explained {
     /// By the poses of each instant's views, each from its own best start.
-    pub fn new(site: &Site, instants: &[Instant], branches: &Branches) -> Self {
+    pub fn new(site: &NominalSite, instants: &[Instant], branches: &Branches) -> Self {
         let fits = instants.iter().zip(&branches.0);
         let fits = fits.map(|(instant, branches)| fitted(site, instant, branches));
         let (poses, costs) = fits.unzip();
@@ -140,7 +140,7 @@ impl Explained {
     /// Anew for the instants of which a view is concerned; the others are as they were.
     pub fn renewed(
         &self,
-        site: &Site,
+        site: &NominalSite,
         instants: &[Instant],
         branches: &Branches,
         is_concerned: impl Fn(&View) -> bool,
@@ -178,9 +178,13 @@ impl Explained {
     }
 }
 
-/// The pose of an instant by the views that are used, and what each view costs: against that pose, and against the other
-/// views of its camera alone, whatever is wrong with the camera's place.
-fn fitted(site: &Site, instant: &Instant, branches: &[Vec<Pose>]) -> (Option<Pose>, Vec<f64>) {
+/// The pose of an instant by the views that are used, and what each view costs: against that pose, and against the
+/// other views of its camera alone, whatever is wrong with the camera's place.
+fn fitted(
+    site: &NominalSite,
+    instant: &Instant,
+    branches: &[Vec<Pose>],
+) -> (Option<Pose>, Vec<f64>) {
     let pose = pose_by(site, instant, branches, |_| true, body_term);
     let mut costs = against(site, instant, pose, body_term);
     for camera in cameras(instant.views.iter()) {
@@ -212,7 +216,7 @@ type MakeTerm<'s> = fn(&'s SiteCamera, &SiteTag, &View) -> Term<'s>;
 
 /// The pose of an instant by the views that are used; `None` where none is.
 fn pose_by<'s>(
-    site: &'s Site,
+    site: &'s NominalSite,
     instant: &Instant,
     branches: &[Vec<Pose>],
     is_used: impl Fn(&View) -> bool,
@@ -238,7 +242,7 @@ fn pose_by<'s>(
 
 /// What each view of an instant costs at a pose.
 fn against<'s>(
-    site: &'s Site,
+    site: &'s NominalSite,
     instant: &Instant,
     pose: Option<Pose>,
     make_term: MakeTerm<'s>,
@@ -254,7 +258,7 @@ fn against<'s>(
 
 /// The poses of all bodies by the views that are used; `None` where none is.
 pub(crate) fn poses_by(
-    site: &Site,
+    site: &NominalSite,
     instants: &[Instant],
     branches: &Branches,
     is_used: impl Fn(&View) -> bool,
@@ -266,7 +270,7 @@ pub(crate) fn poses_by(
 
 /// The poses of a body by the views of each camera alone.
 pub(crate) fn poses_by_camera(
-    site: &Site,
+    site: &NominalSite,
     instant: &Instant,
     branches: &[Vec<Pose>],
 ) -> BTreeMap<usize, Pose> {

@@ -4,13 +4,13 @@ use std::collections::BTreeSet;
 
 use crate::explained::{Branches, Explained};
 use crate::mistake::Mistake;
-use crate::site::{Instant, Site, View};
+use crate::site::{Instant, NominalSite, View};
 use crate::starts::Starts;
 
 /// Most mistakes at a time.
 const MOST_MISTAKES: usize = 4;
-/// Share of the views that contradict which two mistakes may differ by in what they leave, to explain the same; and such
-/// a number of views.
+/// Share of the views that contradict which two mistakes may differ by in what they leave, to explain the same; and
+/// such a number of views.
 const SAME_SHARE: f64 = 0.03;
 const SAME_VIEWS: usize = 2;
 /// What the views of a mistake's own cameras and tags may cost on average more than with the mistake that explains them
@@ -74,7 +74,7 @@ fn is_contradicting(n: usize, of: usize) -> bool {
 /// A mistake under test.
 struct Candidate {
     mistake: Mistake,
-    site: Site,
+    site: NominalSite,
     branches: Branches,
     explained: Explained,
     n_left: usize,
@@ -84,7 +84,7 @@ struct Candidate {
 /// nothing.
 #[must_use]
 pub fn explain(
-    site: &Site,
+    site: &NominalSite,
     instants: &[Instant],
     is_possible: impl Fn(&Mistake) -> bool,
 ) -> Explanation {
@@ -131,7 +131,7 @@ pub fn explain(
 /// hardly anything of what they cost.
 #[must_use]
 pub fn recognise(
-    site: &Site,
+    site: &NominalSite,
     instants: &[Instant],
     is_possible: impl Fn(&Mistake) -> bool,
 ) -> Option<Found> {

@@ -6,7 +6,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use sextant_geometry::{Lens, Pose};
 use sextant_site_model::PoseSigma;
 
-use crate::site::{Site, View};
+use crate::site::{NominalSite, View};
 
 /// One mistake, with the values that are right if it was made.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -97,14 +97,14 @@ pub enum Mistake {
 impl Mistake {
     /// The site as it is if the mistake was made.
     #[must_use]
-    pub fn amended(&self, site: &Site) -> Site {
+    pub fn amended(&self, site: &NominalSite) -> NominalSite {
         let mut site = site.clone();
         self.amend(&mut site);
         site
     }
 
-    fn amend(&self, site: &mut Site) {
-        let Site { cameras, tags } = site;
+    fn amend(&self, site: &mut NominalSite) {
+        let NominalSite { cameras, tags } = site;
         match *self {
             Self::CameraMoved {
                 camera,
@@ -167,7 +167,7 @@ impl Mistake {
     }
 
     /// The tags that it is a mistake of, by index.
-    pub fn tags(&self, site: &Site) -> Vec<usize> {
+    pub fn tags(&self, site: &NominalSite) -> Vec<usize> {
         match *self {
             Self::BodyScaled { body, .. } | Self::SizesScaled { body, .. } => {
                 let tags = site.tags.iter().enumerate();
@@ -212,7 +212,7 @@ impl Mistake {
     }
 
     /// Whether it changes how a view is explained.
-    pub(crate) fn concerns(&self, site: &Site, view: &View) -> bool {
+    pub(crate) fn concerns(&self, site: &NominalSite, view: &View) -> bool {
         match *self {
             Self::CameraMoved { camera, .. }
             | Self::CameraTurned { camera, .. }

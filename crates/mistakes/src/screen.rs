@@ -1,7 +1,7 @@
 //! Whether one instant contradicts a site.
 
 use crate::explained::{Branches, Explained, contradicts, poses_by_camera};
-use crate::site::{Instant, Site};
+use crate::site::{Instant, NominalSite};
 use sextant_geometry::se3;
 use sextant_site_model::PoseSigma;
 
@@ -35,7 +35,7 @@ impl Screened {
 
 /// Compares the views of one instant with a site, errors of a usual size allowed for.
 #[must_use]
-pub fn screen(site: &Site, instant: &Instant) -> Screened {
+pub fn screen(site: &NominalSite, instant: &Instant) -> Screened {
     let one = std::slice::from_ref(instant);
     let branches = Branches::new(site, one);
     let explained = Explained::new(site, one, &branches);
@@ -55,7 +55,7 @@ pub fn screen(site: &Site, instant: &Instant) -> Screened {
 }
 
 /// How far the poses of a body by single cameras differ at most, m and rad.
-fn apart(site: &Site, instant: &Instant, branches: &Branches) -> PoseSigma {
+fn apart(site: &NominalSite, instant: &Instant, branches: &Branches) -> PoseSigma {
     let poses = poses_by_camera(site, instant, branches.of_instant(0));
     let mut apart = PoseSigma::NONE;
     for (index, pose) in poses.values().enumerate() {

@@ -6,7 +6,7 @@ use sextant_site_model::PoseSigma;
 
 /// Cameras and tags by index.
 #[derive(Debug, Clone, Default)]
-pub struct Site {
+pub struct NominalSite {
     /// The cameras; `None` where one has no pose.
     pub cameras: Vec<Option<SiteCamera>>,
     /// The tags.
@@ -51,9 +51,9 @@ pub struct Instant {
 /// One tag in one image.
 #[derive(Debug, Clone)]
 pub struct View {
-    /// Index into [`Site::cameras`].
+    /// Index into [`NominalSite::cameras`].
     pub camera: usize,
-    /// Index into [`Site::tags`].
+    /// Index into [`NominalSite::tags`].
     pub tag: usize,
     /// Top left, top right, bottom right, bottom left, px.
     pub corners: [Point2<f64>; 4],

@@ -9,7 +9,7 @@ use sextant_site_model::PoseSigma;
 use crate::explained::{Branches, Explained, body_term, poses_by, poses_by_camera, spread};
 use crate::mistake::{Mistake, zoomed};
 use crate::pose_fit::{self, Term, best_of};
-use crate::site::{Instant, Site, SiteCamera, View};
+use crate::site::{Instant, NominalSite, SiteCamera, View};
 
 /// Most cameras and tags that are suspected at a time: those in whose images most contradicts.
 const MOST_SUSPECTS: usize = 8;
@@ -31,7 +31,7 @@ const LEAST_LOG_ZOOM: f64 = 0.1;
 
 /// The site with its views, and what they show with the models as they are.
 pub(crate) struct Starts<'a> {
-    pub site: &'a Site,
+    pub site: &'a NominalSite,
     pub instants: &'a [Instant],
     pub branches: &'a Branches,
     pub explained: &'a Explained,
@@ -187,7 +187,7 @@ impl Starts<'_> {
                 if view.camera == camera {
                     let body_from_tag = self.site.tags[view.tag].body_from_tag;
                     let tag_from_world = (world_from_body * body_from_tag).inverse();
-                    let branches = self.branches.of(at, index).iter();
+                    let branches = self.branches.by_corners(at, index).iter();
                     starts.extend(branches.map(|branch| branch * tag_from_world));
                 }
             }
@@ -281,7 +281,7 @@ impl Starts<'_> {
                     && view.tag == tag
                 {
                     let body_from_camera = world_from_body.inverse() * camera.world_from_camera;
-                    let branches = self.branches.of(at, index).iter();
+                    let branches = self.branches.by_corners(at, index).iter();
                     starts.extend(branches.map(|branch| body_from_camera * branch));
                 }
             }
@@ -311,8 +311,8 @@ impl Starts<'_> {
             body,
             ratio: log_ratio.exp(),
         };
-        let range = (start - NEAR_LOG_SCALE, start + NEAR_LOG_SCALE);
-        let log_ratio = golden_section(|log_ratio| self.cost_with(&scaled(log_ratio)), range);
+        let (low, high) = (start - NEAR_LOG_SCALE, start + NEAR_LOG_SCALE);
+        let log_ratio = golden_section(|log_ratio| self.cost_with(&scaled(log_ratio)), low, high);
         (log_ratio.abs() > LEAST_LOG_SCALE).then(|| scaled(log_ratio))
     }
 
@@ -346,7 +346,12 @@ impl Starts<'_> {
             let centres = views
                 .filter(|_| instant.body == body)
                 .filter_map(|(index, view)| {
-                    let seen = self.branches.of(at, index).first()?.translation.vector;
+                    let seen = self
+                        .branches
+                        .by_corners(at, index)
+                        .first()?
+                        .translation
+                        .vector;
                     let on_body = self.site.tags[view.tag].body_from_tag.translation.vector;
                     Some((view.camera, seen, on_body))
                 });
@@ -425,11 +430,11 @@ fn least(cost: impl Fn(f64) -> f64, range: f64) -> f64 {
     let Some((_, middle)) = best else {
         return 0.0;
     };
-    golden_section(cost, (middle - width, middle + width))
+    golden_section(cost, middle - width, middle + width)
 }
 
 /// Where a function of one minimum is least between two bounds (J. Kiefer, 1953).
-fn golden_section(cost: impl Fn(f64) -> f64, (mut low, mut high): (f64, f64)) -> f64 {
+fn golden_section(cost: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     let shrink = 0.5 * (5f64.sqrt() - 1.0);
     for _ in 0..SECTIONS {
         let inner = [high - shrink * (high - low), low + shrink * (high - low)];

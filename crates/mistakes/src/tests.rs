@@ -4,7 +4,7 @@ use nalgebra::{Point3, Rotation3, UnitQuaternion, Vector3};
 use sextant_geometry::{Intrinsics, Lens, Pose, tag_corners_in_tag};
 use sextant_site_model::PoseSigma;
 
-use crate::{Explanation, Instant, Mistake, Site, SiteCamera, SiteTag, View, explain};
+use crate::{Explanation, Instant, Mistake, NominalSite, SiteCamera, SiteTag, View, explain};
 
 const SIGMA_PX: f64 = 0.1;
 
@@ -65,8 +65,8 @@ fn cube() -> Vec<SiteTag> {
     faces.iter().map(tag).collect()
 }
 
-fn site(n_cameras: usize) -> Site {
-    Site {
+fn site(n_cameras: usize) -> NominalSite {
+    NominalSite {
         cameras: ring(n_cameras),
         tags: cube(),
     }
@@ -96,7 +96,7 @@ fn pose_at(index: usize, seed: u64) -> Pose {
 }
 
 /// What the cameras of the true site see.
-fn images(truth: &Site, seed: u64) -> Vec<Instant> {
+fn images(truth: &NominalSite, seed: u64) -> Vec<Instant> {
     let mut noise = Noise(seed.wrapping_mul(77) + 5);
     let instants = (0..24).map(|index| {
         let world_from_body = pose_at(index, seed);
@@ -134,7 +134,7 @@ fn images(truth: &Site, seed: u64) -> Vec<Instant> {
 }
 
 /// The files with errors of a usual size.
-fn shaken(site: &Site, seed: u64) -> Site {
+fn shaken(site: &NominalSite, seed: u64) -> NominalSite {
     let mut noise = Noise(seed + 991);
     let mut step = |sigma: PoseSigma| {
         let mut six = nalgebra::Vector6::from_fn(|_, _| noise.next());
@@ -155,7 +155,7 @@ fn shaken(site: &Site, seed: u64) -> Site {
     site
 }
 
-fn explained(files: &Site, truth: &Site, seed: u64) -> Explanation {
+fn explained(files: &NominalSite, truth: &NominalSite, seed: u64) -> Explanation {
     explain(files, &images(truth, seed), |_| true)
 }
 

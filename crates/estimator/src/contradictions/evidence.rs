@@ -21,7 +21,7 @@ const LONGEST_S: f64 = 0.06;
 const MOST_STEPS: f64 = 1.5;
 /// Share of their motion by which corners that are moved on are uncertain.
 const UNCERTAIN_MOTION: f64 = 0.8;
-/// Standard deviation of a clock that nobody vouches for, s: images that are further off are another matter.
+/// Standard deviation of a clock that is not verified, s: larger offsets are searched for elsewhere.
 const USUAL_CLOCK_S: f64 = 0.005;
 /// A corner jumps that is off by more than so many px and such a share of its motion.
 const JUMP_PX: f64 = 4.0;
@@ -65,7 +65,7 @@ impl Evidence {
         jumped_ns.is_some_and(|jumped_ns| jumped_ns.abs_diff(time_ns) <= LATELY_NS)
     }
 
-    /// Forgets all images.
+    /// Forgets all images and jumps: the times of new ones mean something else.
     pub fn clear(&mut self) {
         self.images.clear();
         self.jumped_ns.clear();

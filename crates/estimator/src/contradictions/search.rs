@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::OnceLock;
 
-use sextant_mistakes::{Explanation, Instant, Mistake, Site, explain, recognise};
+use sextant_mistakes::{Explanation, Instant, Mistake, NominalSite, explain, recognise};
 
 /// What is looked for.
 #[derive(Debug, Clone)]
@@ -19,8 +19,8 @@ pub(crate) enum Scope {
     Small,
 }
 
-/// What has been right at a site, and who contradicts now: what has been right is changed by what can happen to a site
-/// in use alone, and cameras that contradict others are to blame rather than these.
+/// What has been right at a site, and which cameras contradict now: what has been right is changed by what can happen
+/// to a site in use alone, and cameras that contradict others are the likelier cause.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct History {
     /// The cameras and tags that have agreed with others, by index.
@@ -31,28 +31,28 @@ pub(crate) struct History {
 }
 
 impl History {
-    fn allows(&self, mistake: &Mistake, site: &Site) -> bool {
+    fn allows(&self, mistake: &Mistake, site: &NominalSite) -> bool {
         let (cameras, tags) = (mistake.cameras(), mistake.tags(site));
         let was_right = cameras.iter().all(|camera| self.cameras.contains(camera))
             && tags.iter().any(|tag| self.tags.contains(tag)) != tags.is_empty();
-        let is_to_blame = cameras.is_empty()
+        let is_likely_cause = cameras.is_empty()
             || self.suspended.is_empty()
             || cameras.iter().any(|camera| self.suspended.contains(camera));
-        (mistake.is_sudden() || !was_right) && is_to_blame
+        (mistake.is_sudden() || !was_right) && is_likely_cause
     }
 }
 
 /// A search for mistakes that is due.
 #[derive(Debug)]
 pub struct MistakeSearch {
-    site: Site,
+    site: NominalSite,
     instants: Vec<Instant>,
     scope: Scope,
     solution: OnceLock<Explanation>,
 }
 
 impl MistakeSearch {
-    pub(crate) fn new(site: Site, instants: Vec<Instant>, scope: Scope) -> Self {
+    pub(crate) fn new(site: NominalSite, instants: Vec<Instant>, scope: Scope) -> Self {
         Self {
             site,
             instants,
@@ -66,7 +66,7 @@ impl MistakeSearch {
         self.solution.get().is_some()
     }
 
-    /// Solves it.
+    /// Looks for the mistakes, which takes up to some tenths of a second.
     pub fn solve(&self) {
         self.solution();
     }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use sextant_mistakes::{Site, SiteCamera, SiteTag};
+use sextant_mistakes::{NominalSite, SiteCamera, SiteTag};
 use sextant_site_model::{PoseSigma, TagId};
 
 use crate::site::{ModelledSite, SiteCamera as ModelledCamera};
@@ -15,7 +15,7 @@ const LEAST_SIGMA: f64 = 0.2;
 /// A site with the tags that its indices stand for.
 #[derive(Debug)]
 pub(crate) struct IndexedSite {
-    pub site: Site,
+    pub site: NominalSite,
     pub tags: Vec<TagId>,
     index: BTreeMap<TagId, usize>,
     /// Object index and link of each body.
@@ -38,7 +38,7 @@ impl IndexedSite {
 
     pub fn with(models: &ModelledSite, exactness: Exactness) -> Self {
         let mut indexed = Self {
-            site: Site::default(),
+            site: NominalSite::default(),
             tags: Vec::new(),
             index: BTreeMap::new(),
             bodies: Vec::new(),
