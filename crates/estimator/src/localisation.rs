@@ -78,7 +78,7 @@ impl Fusion {
     }
 
     /// From now on the errors of the files are adjusted apart: all but the first, small adjustments wait in
-    /// [`Self::adjustment`] until [`Input::Adjusted`] comes, so that no image waits for them. Otherwise each is solved
+    /// [`Self::task`] until [`Input::Adjusted`] comes, so that no image waits for them. Otherwise each is solved
     /// at once.
     pub fn adjust_apart(&mut self) {
         self.machines_mut().for_each(RigFusion::adjust_apart);

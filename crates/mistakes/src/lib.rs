@@ -6,9 +6,9 @@
 //! poses wrong by centimetres.
 //!
 //! [`explain`] takes a [`NominalSite`] and what its cameras saw of bodies at some instants. Where views contradict the
-//! site by more than small errors do, each [`Mistake`] is started in closed form ([`starts`]), the views are explained
-//! anew with the values that are right if it was made ([`explained`]), and the mistake that explains them best is
-//! named, unless another explains them nearly as well ([`judgement`]). Then the rest is looked at for a further one.
+//! site by more than small errors do, each [`Mistake`] is started in closed form (`starts`), the views are explained
+//! anew with the values that are right if it was made (`explained`), and the mistake that explains them best is
+//! named, unless another explains them nearly as well (`judgement`). Then the rest is looked at for a further one.
 
 mod explained;
 mod judgement;

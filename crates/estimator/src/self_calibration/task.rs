@@ -11,7 +11,7 @@ use crate::site::ModelledSite;
 use crate::site::corrections::Corrections;
 use sextant_site_report::Imperfection;
 
-/// An adjustment of the site's files that is due: [`crate::Fusion::adjustment`] gives it out,
+/// An adjustment of the site's files that is due: [`crate::Fusion::task`] gives it out,
 /// [`crate::Input::Adjusted`] applies it.
 #[derive(Debug)]
 pub struct AdjustmentTask {
