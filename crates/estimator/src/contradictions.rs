@@ -54,6 +54,8 @@ const LEAST_UNUSUAL: f64 = 0.4;
 const REMEMBERED: f64 = 0.05;
 /// Cameras of a site up to which small moves are looked for here: among more, diagnosis tells which one it is.
 const FEW_CAMERAS: usize = 3;
+/// Share of the views of an instant from which on not single views contradict.
+const MOSTLY: f64 = 0.3;
 /// Time for which an instant tells how an object is seen, ns.
 const NEW_NS: u64 = 500_000_000;
 
@@ -68,6 +70,13 @@ struct Compared {
 impl Compared {
     fn is_wrong(&self) -> bool {
         self.screened.is_any()
+    }
+
+    /// Whether so many views contradict that a camera or an object is wrong.
+    fn is_mostly_wrong(&self) -> bool {
+        let views = &self.screened.is_contradicting;
+        let n_wrong = views.iter().filter(|is_wrong| **is_wrong).count();
+        n_wrong as f64 >= MOSTLY * views.len() as f64
     }
 }
 
@@ -237,13 +246,18 @@ impl Contradictions {
         }
     }
 
-    /// Whether nothing is to be learned from images now: what contradicts may be a mistake.
+    /// Whether nothing is to be learned from images now: what contradicts may be a mistake. Single views that contradict
+    /// are none.
     pub fn forbids_learning(&self) -> bool {
-        let is_exhausted =
-            self.n_explained >= MOST_TO_EXPLAIN && self.standings.suspended().next().is_none();
+        let is_exhausted = self.n_explained >= MOST_TO_EXPLAIN && !self.is_any_suspended();
         let newest = self.compared.iter().rev().take(OPENS);
-        let is_wrong = newest.filter(|one| one.is_wrong()).count() > 0;
-        (self.since_ns.is_some() || is_wrong) && !is_exhausted
+        let n_newest = newest.len();
+        let n_wrong = newest.filter(|one| one.is_mostly_wrong()).count();
+        2 * n_wrong > n_newest && !is_exhausted
+    }
+
+    fn is_any_suspended(&self) -> bool {
+        self.standings.suspended().next().is_some()
     }
 
     /// Whether a camera contradicts others that are right: its views are to have no part in poses.

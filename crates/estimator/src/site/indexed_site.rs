@@ -9,8 +9,10 @@ use crate::site::{ModelledSite, SiteCamera as ModelledCamera};
 
 /// Factor on the standard deviations of the models: what exceeds such errors is a mistake.
 const WIDER: f64 = 2.0;
-/// Share of the usual errors of files that no model is better than.
+/// Share of the usual errors of cameras and of files that no model is better than.
 const LEAST_SIGMA: f64 = 0.2;
+/// The same of tags in force: what is stuck on by hand may be learned too well.
+const LEAST_TAG_SIGMA: f64 = 1.0;
 
 /// A site with the tags that its indices stand for.
 #[derive(Debug)]
@@ -48,9 +50,9 @@ impl IndexedSite {
             .map(|camera| site_camera(camera, models, exactness))
             .collect();
         for (tag, place) in models.placements() {
-            let (model, sigma) = match exactness {
-                Exactness::InForce => (&place.tag, place.sigma),
-                Exactness::ExactFiles => (&place.file, None),
+            let (model, sigma, least) = match exactness {
+                Exactness::InForce => (&place.tag, place.sigma, LEAST_TAG_SIGMA),
+                Exactness::ExactFiles => (&place.file, None, LEAST_SIGMA),
             };
             let Some(body_from_tag) = model.object_from_tag else {
                 continue;
@@ -67,7 +69,7 @@ impl IndexedSite {
                 body,
                 body_from_tag,
                 size_m: model.size_m,
-                sigma: widened(sigma, PoseSigma::OF_TAG),
+                sigma: widened(sigma, PoseSigma::OF_TAG.times(least)),
             });
         }
         indexed
@@ -107,7 +109,7 @@ fn site_camera(
     };
     let sigma = match models.has_one_camera() {
         true => PoseSigma::NONE,
-        false => widened(sigma, PoseSigma::OF_CAMERA),
+        false => widened(sigma, PoseSigma::OF_CAMERA.times(LEAST_SIGMA)),
     };
     Some(SiteCamera {
         lens,
@@ -118,9 +120,8 @@ fn site_camera(
 }
 
 /// A standard deviation within which an error is no mistake.
-fn widened(sigma: Option<PoseSigma>, usual: PoseSigma) -> PoseSigma {
+fn widened(sigma: Option<PoseSigma>, least: PoseSigma) -> PoseSigma {
     let sigma = sigma.unwrap_or(PoseSigma::NONE).times(WIDER);
-    let least = usual.times(LEAST_SIGMA);
     PoseSigma {
         position_m: sigma.position_m.max(least.position_m),
         orientation_rad: sigma.orientation_rad.max(least.orientation_rad),
