@@ -40,7 +40,7 @@ const STAYS: usize = 2;
 /// Instants since a contradiction opened from which on it is explained, and factor to the next time.
 const LEAST_TO_EXPLAIN: usize = 8;
 const MORE_TO_EXPLAIN: f64 = 1.5;
-/// Instants after which nothing further is expected to explain it: it is learned as errors of the files again.
+/// Instants after which nothing further is expected to explain it.
 const MOST_TO_EXPLAIN: usize = 40;
 /// Instants in which a tag agreed after which it has been right once.
 const CONFIRMED: usize = 5;
@@ -95,6 +95,8 @@ pub(crate) struct TrackDoubts {
     pub is_any: bool,
     /// The cameras of whose last image no view took part, if the track has been beyond doubt.
     pub cameras: Vec<usize>,
+    /// By how much the clock of the image's camera is ahead as the track estimates it, s.
+    pub ahead_s: f64,
 }
 
 /// When an object is compared.
@@ -145,13 +147,13 @@ impl Contradictions {
         models: &ModelledSite,
         options: &FusionOptions,
     ) {
-        self.evidence.take(object, image);
+        self.evidence.take(object, image, doubts.ahead_s);
         let time_ns = image.capture_ns;
         if !self.is_due(object, time_ns, doubts) {
             return;
         }
         let site = self.site.get_or_insert_with(|| IndexedSite::new(models));
-        let instants = self.evidence.instants(object, time_ns, site, options);
+        let instants = self.evidence.instants(object, image, site, options);
         let compared = instants.into_iter().map(|instant| Compared {
             time_ns,
             screened: screen(&site.site, &instant),
@@ -246,18 +248,13 @@ impl Contradictions {
         }
     }
 
-    /// Whether nothing is to be learned from images now: what contradicts may be a mistake. Single views that contradict
-    /// are none.
+    /// Whether nothing is to be learned from images now: what contradicts may be a mistake. Single views that
+    /// contradict are none.
     pub fn forbids_learning(&self) -> bool {
-        let is_exhausted = self.n_explained >= MOST_TO_EXPLAIN && !self.is_any_suspended();
         let newest = self.compared.iter().rev().take(OPENS);
         let n_newest = newest.len();
         let n_wrong = newest.filter(|one| one.is_mostly_wrong()).count();
-        2 * n_wrong > n_newest && !is_exhausted
-    }
-
-    fn is_any_suspended(&self) -> bool {
-        self.standings.suspended().next().is_some()
+        2 * n_wrong > n_newest
     }
 
     /// Whether a camera contradicts others that are right: its views are to have no part in poses.
@@ -433,7 +430,8 @@ impl Contradictions {
         {
             return Some(pair.apart);
         }
-        (is_new && self.is_undecided(newest)).then_some(newest.screened.apart)
+        let is_open = self.since_ns.is_some() && self.n_explained < MOST_TO_EXPLAIN;
+        (is_open && is_new && self.is_undecided(newest)).then_some(newest.screened.apart)
     }
 
     fn is_undecided(&self, one: &Compared) -> bool {

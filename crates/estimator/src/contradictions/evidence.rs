@@ -17,7 +17,7 @@ use crate::site::indexed_site::IndexedSite;
 use crate::time::seconds;
 
 /// Longest time over which corners are moved on, s, and most times that between the two images they are moved on by.
-const LONGEST_S: f64 = 0.06;
+const LONGEST_S: f64 = 0.04;
 const MOST_STEPS: f64 = 1.5;
 /// Share of their motion by which corners that are moved on are uncertain.
 const UNCERTAIN_MOTION: f64 = 0.8;
@@ -36,13 +36,16 @@ const MOST_VIEWS: usize = 24;
 pub(crate) struct Evidence {
     /// By object and camera index, the newer first.
     images: BTreeMap<(usize, usize), [Option<Arc<ObjectImage>>; 2]>,
+    /// By how much the clock of a camera is ahead where that is known, s, by its index: not subtracted from its stamps.
+    ahead_s: BTreeMap<usize, f64>,
     /// When what a camera sees last jumped, by its index, ns.
     jumped_ns: BTreeMap<usize, u64>,
 }
 
 impl Evidence {
-    /// Takes an image of an object in.
-    pub fn take(&mut self, object: usize, image: &Arc<ObjectImage>) {
+    /// Takes an image of an object in, by a clock that is ahead by `ahead_s` seconds.
+    pub fn take(&mut self, object: usize, image: &Arc<ObjectImage>, ahead_s: f64) {
+        self.ahead_s.insert(image.camera_index, ahead_s);
         let images = self.images.entry((object, image.camera_index)).or_default();
         let is_newer = |newest: &Arc<ObjectImage>| image.capture_ns > newest.capture_ns;
         let is_new = images[0].as_ref().is_none_or(is_newer);
@@ -71,19 +74,29 @@ impl Evidence {
         self.jumped_ns.clear();
     }
 
-    /// An object at the time of its newest image, body by body; those seen by two or more tags.
+    /// What the clock of a camera shows at a time of the reference clock, ns.
+    fn stamp_ns(&self, time_ns: u64, camera: usize) -> u64 {
+        let ahead_s = self.ahead_s.get(&camera).copied().unwrap_or(0.0);
+        time_ns.saturating_add_signed((ahead_s * 1e9) as i64)
+    }
+
+    /// An object at the time of an image of it, body by body; those seen by two or more tags.
     pub fn instants(
         &self,
         object: usize,
-        time_ns: u64,
+        image: &ObjectImage,
         site: &IndexedSite,
         options: &FusionOptions,
     ) -> Vec<Instant> {
         let mut bodies: BTreeMap<usize, Vec<View>> = BTreeMap::new();
+        let ahead_s = self.ahead_s.get(&image.camera_index).copied();
+        let behind_ns = (-ahead_s.unwrap_or(0.0) * 1e9) as i64;
+        let time_ns = image.capture_ns.saturating_add_signed(behind_ns);
         for ((_, camera), [newest, before]) in self.images.range((object, 0)..(object + 1, 0)) {
             let Some(newest) = newest else {
                 continue;
             };
+            let time_ns = self.stamp_ns(time_ns, *camera);
             let moved = Moved::new(newest, before.as_deref(), time_ns, options);
             let (Some(moved), true) = (moved, site.has_camera(*camera)) else {
                 continue;

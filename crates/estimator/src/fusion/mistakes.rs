@@ -18,11 +18,14 @@ impl RigFusion {
         associated: AssociatedImage,
     ) -> AssociatedImage {
         for (object, seen) in &associated.objects {
-            let doubts = self.track_doubts(*object);
+            let doubts = self.track_doubts(*object, seen.camera_index);
             self.contradictions
                 .take(*object, seen, &doubts, &self.site, &self.options);
         }
-        self.contradictions.prepare(&self.site);
+        // Adjustments come first: images would contradict a site that waits for one.
+        if self.self_calibration.due().is_none() {
+            self.contradictions.prepare(&self.site);
+        }
         let is_due = self.contradictions.due().is_some();
         if !is_due || self.adjusts_apart || !self.take_found() {
             return associated;
@@ -51,7 +54,7 @@ impl RigFusion {
         self.offset_search.is_young(self.now_ns) || self.offset_search.is_out_of_step(camera)
     }
 
-    fn track_doubts(&self, object: usize) -> TrackDoubts {
+    fn track_doubts(&self, object: usize, camera_index: usize) -> TrackDoubts {
         let track = self.timelines[object].at(u64::MAX);
         let best = track.hypotheses.first().filter(|_| track.trusted);
         let doubted = best.map_or(&[][..], |best| best.consistency.doubted());
@@ -61,6 +64,7 @@ impl RigFusion {
                 || track.contradicted_since_ns.is_some()
                 || track.refused_share(self.present_ns()).is_some(),
             cameras: doubted.to_vec(),
+            ahead_s: self.ahead_s(object, camera_index),
         }
     }
 
