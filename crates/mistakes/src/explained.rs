@@ -15,8 +15,6 @@ pub(crate) struct Branches(Vec<Vec<Vec<Pose>>>);
 /// What the views of some instants cost with a site's models.
 #[derive(Debug, Clone)]
 pub(crate) struct Explained {
-    /// By instant: the pose of the body; `None` where no view is usable.
-    pub poses: Vec<Option<Pose>>,
     /// By instant and view.
     pub costs: Vec<Vec<f64>>,
 }
@@ -91,7 +89,7 @@ pub(crate) fn body_term<'a>(camera: &'a SiteCamera, tag: &SiteTag, view: &View) 
 }
 
 /// Variances of the corners of a view: by the detector, and by errors of camera and tag that are no mistake.
-pub(crate) fn spread(camera: &SiteCamera, tag: &SiteTag, view: &View) -> Spread {
+fn spread(camera: &SiteCamera, tag: &SiteTag, view: &View) -> Spread {
     let px_per_m = edge_px(view) / tag.size_m;
     let focal_px = camera.lens.intrinsics().fx;
     let turned_px = camera.sigma.orientation_rad * focal_px;
@@ -132,9 +130,10 @@ impl Explained {
     /// By the poses of each instant's views, each from its own best start.
     pub fn new(site: &NominalSite, instants: &[Instant], branches: &Branches) -> Self {
         let fits = instants.iter().zip(&branches.0);
-        let fits = fits.map(|(instant, branches)| fitted(site, instant, branches));
-        let (poses, costs) = fits.unzip();
-        Self { poses, costs }
+        let costs = fits.map(|(instant, branches)| costs(site, instant, branches));
+        Self {
+            costs: costs.collect(),
+        }
     }
 
     /// Anew for the instants of which a view is concerned; the others are as they were.
@@ -148,8 +147,7 @@ impl Explained {
         let mut anew = self.clone();
         for (index, instant) in instants.iter().enumerate() {
             if instant.views.iter().any(&is_concerned) {
-                let fit = fitted(site, instant, &branches.0[index]);
-                (anew.poses[index], anew.costs[index]) = fit;
+                anew.costs[index] = costs(site, instant, &branches.0[index]);
             }
         }
         anew
@@ -178,13 +176,9 @@ impl Explained {
     }
 }
 
-/// The pose of an instant by the views that are used, and what each view costs: against that pose, and against the
-/// other views of its camera alone, whatever is wrong with the camera's place.
-fn fitted(
-    site: &NominalSite,
-    instant: &Instant,
-    branches: &[Vec<Pose>],
-) -> (Option<Pose>, Vec<f64>) {
+/// What each view of an instant costs: against the pose by all of them, and against the other views of its camera alone,
+/// whatever is wrong with the camera's place.
+fn costs(site: &NominalSite, instant: &Instant, branches: &[Vec<Pose>]) -> Vec<f64> {
     let pose = pose_by(site, instant, branches, |_| true, body_term);
     let mut costs = against(site, instant, pose, body_term);
     for camera in cameras(instant.views.iter()) {
@@ -200,7 +194,7 @@ fn fitted(
             }
         }
     }
-    (pose, costs)
+    costs
 }
 
 /// A view's term against others of its camera.

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use crate::explained::{Branches, Explained};
 use crate::mistake::Mistake;
 use crate::site::{Instant, NominalSite, View};
-use crate::starts::Starts;
+use crate::starts::{Starts, Tried};
 
 /// Most mistakes at a time.
 const MOST_MISTAKES: usize = 4;
@@ -51,8 +51,6 @@ pub struct Found {
     pub mistake: Mistake,
     /// Another that explains the views as well; which of the two was made is open.
     pub or: Option<Mistake>,
-    /// Share of the views that contradict which it explains, 0 to 1.
-    pub explained: f64,
 }
 
 impl Explanation {
@@ -116,7 +114,6 @@ pub fn explain(
         explanation.found.push(Found {
             mistake: best.mistake,
             or,
-            explained: 1.0 - best.n_left as f64 / explanation.n_left as f64,
         });
         explanation.n_left = best.n_left;
         at = (best.site, best.branches, best.explained);
@@ -173,7 +170,6 @@ pub fn recognise(
     let or = candidates.iter().find(|one| is_same(one));
     let or = or.map(|one| one.mistake);
     Some(Found {
-        explained: 1.0 - best.explained.total() / before,
         mistake: best.mistake,
         or,
     })
@@ -181,16 +177,11 @@ pub fn recognise(
 
 fn candidates(starts: &Starts<'_>, is_possible: impl Fn(&Mistake) -> bool) -> Vec<Candidate> {
     let candidate = |mistake: Mistake| {
-        let site = mistake.amended(starts.site);
-        let concerns = |view: &View| mistake.concerns(&site, view);
-        let branches = if mistake.changes_branches() {
-            starts.branches.renewed(&site, starts.instants, concerns)
-        } else {
-            starts.branches.clone()
-        };
-        let explained = starts
-            .explained
-            .renewed(&site, starts.instants, &branches, concerns);
+        let Tried {
+            site,
+            branches,
+            explained,
+        } = starts.tried(&mistake);
         Candidate {
             n_left: explained.contradicting(starts.instants).count(),
             mistake,
@@ -227,7 +218,7 @@ fn best(
     let n_parameters = best.mistake.n_parameters();
     let is_same = |other: &Mistake| is_same_of_two(other, &best.mistake, starts.instants);
     let mut rivals = all.take_while(|one| one.mistake.n_parameters() == n_parameters);
-    // Of several that explain the same nobody can say more than that something is wrong.
+    // Several explain the same: which one it is stays open.
     if rivals.any(|one| !is_same(&one.mistake)) {
         return None;
     }

@@ -89,8 +89,6 @@ pub enum Mistake {
         tag: usize,
         /// Where it is: maps points of the tag into the body.
         body_from_tag: Pose,
-        /// Standard deviation of that.
-        sigma: PoseSigma,
     },
 }
 
@@ -148,9 +146,7 @@ impl Mistake {
                 tags[b].body_from_tag = place;
             }
             Self::TagResized { tag, ratio } => tags[tag].size_m *= ratio,
-            Self::TagMoved {
-                tag, body_from_tag, ..
-            } => tags[tag].body_from_tag = body_from_tag,
+            Self::TagMoved { tag, body_from_tag } => tags[tag].body_from_tag = body_from_tag,
         }
     }
 
@@ -182,8 +178,8 @@ impl Mistake {
         }
     }
 
-    /// Whether it may happen to a site that has been right: cameras are touched and tags come off, but nobody prints
-    /// anew meanwhile.
+    /// Whether it may happen to a site that has been right: cameras are touched and tags come off, while names and
+    /// prints stay.
     pub fn is_sudden(&self) -> bool {
         matches!(
             self,

@@ -6,7 +6,7 @@ use nalgebra::{Matrix6, Vector3};
 use sextant_geometry::{Pose, so3, tag_corners_in_tag};
 use sextant_site_model::PoseSigma;
 
-use crate::explained::{Branches, Explained, body_term, poses_by, poses_by_camera, spread};
+use crate::explained::{Branches, Explained, body_term, poses_by, poses_by_camera};
 use crate::mistake::{Mistake, zoomed};
 use crate::pose_fit::{self, Term, best_of};
 use crate::site::{Instant, NominalSite, SiteCamera, View};
@@ -26,7 +26,7 @@ const LEAST_CLOCK_S: f64 = 0.004;
 const GRID: usize = 24;
 /// A scale nearer to one than this is an error of the file, which is adjusted.
 const LEAST_LOG_SCALE: f64 = 0.015;
-/// The same of a focal length: nobody turns a zoom by less.
+/// The same of a focal length: a smaller ratio is an error of the lens, not another zoom.
 const LEAST_LOG_ZOOM: f64 = 0.1;
 
 /// The site with its views, and what they show with the models as they are.
@@ -35,6 +35,21 @@ pub(crate) struct Starts<'a> {
     pub instants: &'a [Instant],
     pub branches: &'a Branches,
     pub explained: &'a Explained,
+}
+
+/// The site as it is if a mistake was made, and what the views show then.
+pub(crate) struct Tried {
+    pub site: NominalSite,
+    pub branches: Branches,
+    pub explained: Explained,
+}
+
+/// A view of a body whose pose is known.
+struct PlacedView<'a> {
+    view: &'a View,
+    world_from_body: Pose,
+    /// `camera_from_tag` by its corners.
+    branches: &'a [Pose],
 }
 
 /// Cameras, tags and bodies that something may be wrong with.
@@ -149,6 +164,23 @@ impl Starts<'_> {
         (offset_s.abs() > LEAST_CLOCK_S).then_some(Mistake::ClockOff { camera, offset_s })
     }
 
+    /// All views of bodies whose poses are known, `world_from_body`, each with the poses that its corners allow.
+    fn placed_views<'p>(
+        &'p self,
+        poses: &'p [Option<Pose>],
+    ) -> impl Iterator<Item = PlacedView<'p>> {
+        let instants = self.instants.iter().zip(poses).enumerate();
+        let placed = instants.filter_map(|(at, (instant, pose))| Some((at, instant, (*pose)?)));
+        placed.flat_map(move |(at, instant, world_from_body)| {
+            let views = instant.views.iter().enumerate();
+            views.map(move |(index, view)| PlacedView {
+                view,
+                world_from_body,
+                branches: self.branches.by_corners(at, index),
+            })
+        })
+    }
+
     /// The views of a camera as terms of the pose `camera_from_world`.
     fn camera_terms<'c>(
         &self,
@@ -156,43 +188,33 @@ impl Starts<'_> {
         model: &'c SiteCamera,
         poses: &[Option<Pose>],
     ) -> Vec<Term<'c>> {
-        let mut terms = Vec::new();
-        for (instant, pose) in self.instants.iter().zip(poses) {
-            let Some(world_from_body) = pose else {
-                continue;
-            };
-            for view in instant.views.iter().filter(|view| view.camera == camera) {
-                let tag = &self.site.tags[view.tag];
-                let world_from_tag = world_from_body * tag.body_from_tag;
-                terms.push(Term {
-                    lens: &model.lens,
-                    outer: Pose::identity(),
-                    points: tag_corners_in_tag(tag.size_m).map(|corner| world_from_tag * corner),
-                    corners: view.corners_at(model.clock_s),
-                    whitening: spread(model, tag, view).whitening(&view.corners),
-                });
+        let own = self
+            .placed_views(poses)
+            .filter(|placed| placed.view.camera == camera);
+        let term = |placed: PlacedView<'_>| {
+            let tag = &self.site.tags[placed.view.tag];
+            let world_from_tag = placed.world_from_body * tag.body_from_tag;
+            Term {
+                outer: Pose::identity(),
+                points: tag_corners_in_tag(tag.size_m).map(|corner| world_from_tag * corner),
+                ..body_term(model, tag, placed.view)
             }
-        }
-        terms
+        };
+        own.map(term).collect()
     }
 
     /// `camera_from_world` by each branch of each view of a camera.
     fn camera_starts(&self, camera: usize, poses: &[Option<Pose>]) -> Vec<Pose> {
-        let mut starts = Vec::new();
-        for (at, (instant, pose)) in self.instants.iter().zip(poses).enumerate() {
-            let Some(world_from_body) = pose else {
-                continue;
-            };
-            for (index, view) in instant.views.iter().enumerate() {
-                if view.camera == camera {
-                    let body_from_tag = self.site.tags[view.tag].body_from_tag;
-                    let tag_from_world = (world_from_body * body_from_tag).inverse();
-                    let branches = self.branches.by_corners(at, index).iter();
-                    starts.extend(branches.map(|branch| branch * tag_from_world));
-                }
-            }
-        }
-        starts
+        let own = self
+            .placed_views(poses)
+            .filter(|placed| placed.view.camera == camera);
+        let starts = own.flat_map(|placed| {
+            let body_from_tag = self.site.tags[placed.view.tag].body_from_tag;
+            let tag_from_world = (placed.world_from_body * body_from_tag).inverse();
+            let branches = placed.branches.iter();
+            branches.map(move |branch| branch * tag_from_world)
+        });
+        starts.collect()
     }
 
     /// Another focal length, the camera where its file has it.
@@ -230,12 +252,7 @@ impl Starts<'_> {
         let terms = self.tag_terms(tag, size_m, &poses);
         let starts = self.tag_starts(tag, &poses);
         if let Some((body_from_tag, _)) = best_of(&terms, starts.into_iter()) {
-            let covariance = pose_fit::covariance(&terms, &body_from_tag);
-            all.push(Mistake::TagMoved {
-                tag,
-                body_from_tag,
-                sigma: sigma(covariance),
-            });
+            all.push(Mistake::TagMoved { tag, body_from_tag });
         }
         let place = self.site.tags[tag].body_from_tag;
         let cost = |log_ratio: f64| {
@@ -254,39 +271,36 @@ impl Starts<'_> {
 
     /// The views of a tag as terms of the pose `body_from_tag`.
     fn tag_terms(&self, tag: usize, size_m: f64, poses: &[Option<Pose>]) -> Vec<Term<'_>> {
-        let mut terms = Vec::new();
-        for (instant, pose) in self.instants.iter().zip(poses) {
-            for view in instant.views.iter().filter(|view| view.tag == tag) {
-                let camera = self.site.cameras[view.camera].as_ref();
-                if let Some((camera, world_from_body)) = camera.zip(*pose) {
-                    let term = body_term(camera, &self.site.tags[tag], view);
-                    terms.push(Term {
-                        outer: term.outer * world_from_body,
-                        points: tag_corners_in_tag(size_m),
-                        ..term
-                    });
-                }
-            }
-        }
-        terms
+        let own = self
+            .placed_views(poses)
+            .filter(|placed| placed.view.tag == tag);
+        let term = |placed: PlacedView<'_>| {
+            let camera = self.site.cameras[placed.view.camera].as_ref()?;
+            let term = body_term(camera, &self.site.tags[tag], placed.view);
+            Some(Term {
+                outer: term.outer * placed.world_from_body,
+                points: tag_corners_in_tag(size_m),
+                ..term
+            })
+        };
+        own.filter_map(term).collect()
     }
 
     /// `body_from_tag` by each branch of each view of a tag.
     fn tag_starts(&self, tag: usize, poses: &[Option<Pose>]) -> Vec<Pose> {
-        let mut starts = Vec::new();
-        for (at, (instant, pose)) in self.instants.iter().zip(poses).enumerate() {
-            for (index, view) in instant.views.iter().enumerate() {
-                let camera = self.site.cameras[view.camera].as_ref();
-                if let Some((camera, world_from_body)) = camera.zip(*pose)
-                    && view.tag == tag
-                {
-                    let body_from_camera = world_from_body.inverse() * camera.world_from_camera;
-                    let branches = self.branches.by_corners(at, index).iter();
-                    starts.extend(branches.map(|branch| body_from_camera * branch));
-                }
-            }
-        }
-        starts
+        let own = self
+            .placed_views(poses)
+            .filter(|placed| placed.view.tag == tag);
+        let own = own.filter_map(|placed| {
+            let camera = self.site.cameras[placed.view.camera].as_ref()?;
+            let body_from_camera = placed.world_from_body.inverse() * camera.world_from_camera;
+            Some((body_from_camera, placed.branches))
+        });
+        let starts = own.flat_map(|(body_from_camera, branches)| {
+            let branches = branches.iter();
+            branches.map(move |branch| body_from_camera * branch)
+        });
+        starts.collect()
     }
 
     /// A body at another scale: with the right one the places by any two cameras meet. Each camera by itself sees the
@@ -312,19 +326,31 @@ impl Starts<'_> {
             ratio: log_ratio.exp(),
         };
         let (low, high) = (start - NEAR_LOG_SCALE, start + NEAR_LOG_SCALE);
-        let log_ratio = golden_section(|log_ratio| self.cost_with(&scaled(log_ratio)), low, high);
+        let log_ratio = golden_section(
+            |log_ratio| self.tried(&scaled(log_ratio)).explained.total(),
+            low,
+            high,
+        );
         (log_ratio.abs() > LEAST_LOG_SCALE).then(|| scaled(log_ratio))
     }
 
-    /// What all views cost if a mistake was made.
-    fn cost_with(&self, mistake: &Mistake) -> f64 {
+    /// What the views show if a mistake was made.
+    pub fn tried(&self, mistake: &Mistake) -> Tried {
         let site = mistake.amended(self.site);
         let is_concerned = |view: &View| mistake.concerns(&site, view);
-        let branches = self.branches.renewed(&site, self.instants, is_concerned);
+        let branches = if mistake.changes_branches() {
+            self.branches.renewed(&site, self.instants, is_concerned)
+        } else {
+            self.branches.clone()
+        };
         let explained = self
             .explained
             .renewed(&site, self.instants, &branches, is_concerned);
-        explained.total()
+        Tried {
+            site,
+            branches,
+            explained,
+        }
     }
 
     /// Of each camera of an instant: its centre, and from there to the body as it sees it by itself; world axes, m.
