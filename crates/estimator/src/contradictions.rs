@@ -2,9 +2,10 @@
 //!
 //! The views of an object at one instant are compared with the models in force now and then, often while an object is
 //! new or its track rejects views. Where instants go on to contradict, the contradiction is *open*: nothing is learned
-//! from such images, a camera that contradicts others that are right is suspended, and poses on which nobody agrees are
-//! not published as tracked. `sextant_mistakes` looks for the mistake that explains the instants since it opened; a
-//! mistake that is found is mended in the models, and reported as a fault until the files change.
+//! from such images, a camera that contradicts others that are right is suspended, and poses without a
+//! majority of cameras or tags are not published as tracked. `sextant_mistakes` looks for the mistake that explains the
+//! instants since it opened; a mistake that is found is mended in the models, and reported as a fault until the files
+//! change.
 
 pub(crate) mod evidence;
 pub(crate) mod search;
@@ -14,7 +15,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use sextant_geometry::se3;
-use sextant_mistakes::{Explanation, Instant, Mistake, Screened, screen};
+use sextant_mistakes::{Instant, Mistake, NominalSite, Screened, screen};
 use sextant_site_model::PoseSigma;
 
 use crate::FusionOptions;
@@ -61,13 +62,13 @@ const NEW_NS: u64 = 500_000_000;
 
 /// An instant that was compared.
 #[derive(Debug, Clone)]
-struct Compared {
+struct ComparedInstant {
     time_ns: u64,
     instant: Instant,
     screened: Screened,
 }
 
-impl Compared {
+impl ComparedInstant {
     fn is_wrong(&self) -> bool {
         self.screened.is_any()
     }
@@ -113,7 +114,7 @@ pub(crate) struct Contradictions {
     evidence: Evidence,
     site: Option<IndexedSite>,
     /// Oldest first.
-    compared: VecDeque<Compared>,
+    compared: VecDeque<ComparedInstant>,
     /// By object index.
     paces: BTreeMap<usize, Pace>,
     standings: Standings,
@@ -154,17 +155,18 @@ impl Contradictions {
         }
         let site = self.site.get_or_insert_with(|| IndexedSite::new(models));
         let instants = self.evidence.instants(object, image, site, options);
-        let compared = instants.into_iter().map(|instant| Compared {
+        let compared = instants.into_iter().map(|instant| ComparedInstant {
             time_ns,
             screened: screen(&site.site, &instant),
             instant,
         });
-        let compared: Vec<Compared> = compared.collect();
+        let compared: Vec<ComparedInstant> = compared.collect();
         if compared.is_empty() {
             return;
         }
         let unusual_cost = self.unusual_cost();
-        let is_alert = |one: &Compared| one.is_wrong() || one.screened.mean_cost > unusual_cost;
+        let is_alert =
+            |one: &ComparedInstant| one.is_wrong() || one.screened.mean_cost > unusual_cost;
         let pace = self.paces.entry(object).or_default();
         pace.last_ns = time_ns;
         pace.n_compared = pace.n_compared.saturating_add(1);
@@ -185,7 +187,7 @@ impl Contradictions {
         time_ns.abs_diff(pace.last_ns) >= spacing_ns
     }
 
-    fn record(&mut self, one: Compared, doubts: &TrackDoubts) {
+    fn record(&mut self, one: ComparedInstant, doubts: &TrackDoubts) {
         let mean_cost = one.screened.mean_cost;
         if mean_cost < self.unusual_cost() {
             self.usual_cost += REMEMBERED * (mean_cost - self.usual_cost);
@@ -202,7 +204,7 @@ impl Contradictions {
     }
 
     /// Of two cameras that contradict each other, the one is wrong that has been so before, whose images have jumped,
-    /// or that the track rejects; without any of that nobody knows.
+    /// or that the track rejects; without such a sign neither is.
     fn blamed(
         &self,
         cameras: Vec<(usize, bool)>,
@@ -279,10 +281,10 @@ impl Contradictions {
         self.due.as_ref()
     }
 
-    /// The mistakes to mend by the search that is due.
-    pub fn take_found(&mut self) -> Vec<Mistake> {
-        let due = self.due.take();
-        due.map_or_else(Vec::new, |search| self.mistakes_of(search.solution()))
+    /// The mistakes to mend by the search that is due, and the site that they are of.
+    pub fn take_found(&mut self) -> Option<(Vec<Mistake>, Arc<MistakeSearch>)> {
+        let search = self.due.take()?;
+        Some((self.mistakes_of(&search), search))
     }
 
     /// What explains an open contradiction, once there are enough instants.
@@ -298,7 +300,7 @@ impl Contradictions {
         }
         self.n_explained = instants.len();
         let scope = Scope::Open(self.history(site));
-        Some(MistakeSearch::new(site.site.clone(), instants, scope))
+        Some(MistakeSearch::new(site.clone(), instants, scope))
     }
 
     fn history(&self, site: &IndexedSite) -> History {
@@ -329,7 +331,7 @@ impl Contradictions {
             .collect();
         let files = IndexedSite::with(models, Exactness::ExactFiles);
         let scope = Scope::Files { has_seen_much };
-        Some(MistakeSearch::new(files.site, instants, scope))
+        Some(MistakeSearch::new(files, instants, scope))
     }
 
     /// A camera that has been moved by so little that no single instant contradicts.
@@ -347,9 +349,9 @@ impl Contradictions {
             return None;
         }
         let instants: Vec<Instant> = newest.map(|one| one.instant.clone()).collect();
-        let site = self.site.as_ref()?.site.clone();
-        let n_cameras = site.cameras.iter().flatten().count();
-        (n_cameras <= FEW_CAMERAS).then(|| MistakeSearch::new(site, instants, Scope::Small))
+        let site = self.site.as_ref()?;
+        let n_cameras = site.site.cameras.iter().flatten().count();
+        (n_cameras <= FEW_CAMERAS).then(|| MistakeSearch::new(site.clone(), instants, Scope::Small))
     }
 
     /// What a view costs on average from which on more than errors of single views is the cause.
@@ -358,7 +360,8 @@ impl Contradictions {
     }
 
     /// The mistakes to mend: of two cameras that explain the same, the one that is suspended.
-    fn mistakes_of(&mut self, explanation: &Explanation) -> Vec<Mistake> {
+    fn mistakes_of(&mut self, search: &MistakeSearch) -> Vec<Mistake> {
+        let explanation = search.solution();
         let mut mistakes = Vec::new();
         self.pair = None;
         for found in &explanation.found {
@@ -369,7 +372,7 @@ impl Contradictions {
             let both = [found.mistake, other];
             match self.culprit(both.map(|one| one.cameras())) {
                 Some(index) => mistakes.push(both[index]),
-                None => self.pair = self.pair_of(both),
+                None => self.pair = pair(both, &search.indexed().site),
             }
         }
         mistakes.retain(is_mended);
@@ -395,24 +398,6 @@ impl Contradictions {
         Some(usize::from(second && !first))
     }
 
-    fn pair_of(&self, mistakes: [Mistake; 2]) -> Option<Pair> {
-        let site = &self.site.as_ref()?.site;
-        let [first, second] = mistakes.map(|one| one.cameras().first().copied());
-        let mut apart = PoseSigma::NONE;
-        for mistake in mistakes {
-            let camera = mistake.cameras().first().copied()?;
-            let before = site.cameras[camera].as_ref()?.world_from_camera;
-            let moved = mistake.amended(site).cameras[camera]
-                .as_ref()?
-                .world_from_camera;
-            let step = se3::difference(&moved, &before);
-            apart.position_m = apart.position_m.max(step.fixed_rows::<3>(0).norm());
-            apart.orientation_rad = apart.orientation_rad.max(step.fixed_rows::<3>(3).norm());
-        }
-        let cameras = [first?, second?];
-        Some(Pair { cameras, apart })
-    }
-
     /// The two cameras one of which is not where the rig says.
     pub fn pair(&self) -> Option<[usize; 2]> {
         self.pair.map(|pair| pair.cameras)
@@ -421,7 +406,7 @@ impl Contradictions {
     /// By how much what is known of an object's pose may be wrong, where no majority of cameras or tags agrees on it.
     pub fn doubt(&self, object: usize, time_ns: u64) -> Option<PoseSigma> {
         let site = self.site.as_ref()?;
-        let own = |one: &&Compared| site.object(one.instant.body) == object;
+        let own = |one: &&ComparedInstant| site.object(one.instant.body) == object;
         let newest = self.compared.iter().rev().find(own)?;
         let is_new = newest.time_ns.abs_diff(time_ns) <= NEW_NS;
         let views = || newest.instant.views.iter();
@@ -434,7 +419,7 @@ impl Contradictions {
         (is_open && is_new && self.is_undecided(newest)).then_some(newest.screened.apart)
     }
 
-    fn is_undecided(&self, one: &Compared) -> bool {
+    fn is_undecided(&self, one: &ComparedInstant) -> bool {
         let cameras = cameras(&one.instant, &one.screened);
         let active = || {
             let active = cameras.iter();
@@ -463,15 +448,10 @@ impl Contradictions {
         self.site = None;
     }
 
-    /// Times before and after mean something else.
-    pub fn forget_times(&mut self) {
+    /// Forgets the images as well: their times or their objects mean something else now.
+    pub fn forget(&mut self) {
         self.evidence.clear();
         self.models_changed();
-    }
-
-    /// The tag of an index.
-    pub fn indexed(&self) -> Option<&IndexedSite> {
-        self.site.as_ref()
     }
 }
 
@@ -488,4 +468,20 @@ fn cameras(instant: &Instant, screened: &Screened) -> Vec<(usize, bool)> {
 /// time.
 fn is_mended(mistake: &Mistake) -> bool {
     !matches!(mistake, Mistake::ClockOff { .. } | Mistake::TagMoved { .. })
+}
+
+/// The cameras of two mistakes, either of which explains the same.
+fn pair(mistakes: [Mistake; 2], site: &NominalSite) -> Option<Pair> {
+    let [first, second] = mistakes.map(|one| one.cameras().first().copied());
+    let cameras = [first?, second?];
+    let mut apart = PoseSigma::NONE;
+    for (mistake, camera) in mistakes.iter().zip(cameras) {
+        let before = site.cameras[camera].as_ref()?.world_from_camera;
+        let amended = mistake.amended(site);
+        let moved = amended.cameras[camera].as_ref()?.world_from_camera;
+        let step = se3::difference(&moved, &before);
+        apart.position_m = apart.position_m.max(step.fixed_rows::<3>(0).norm());
+        apart.orientation_rad = apart.orientation_rad.max(step.fixed_rows::<3>(3).norm());
+    }
+    Some(Pair { cameras, apart })
 }

@@ -510,7 +510,7 @@ impl RigFusion {
         }
         self.print_scales.clear();
         self.mended.retain(faults::is_of_camera);
-        self.contradictions.models_changed();
+        self.contradictions.forget();
         self.forget_calibration();
         self.diagnosis.reset();
         self.offset_search.models_changed();

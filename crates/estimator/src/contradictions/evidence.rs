@@ -97,13 +97,13 @@ impl Evidence {
                 continue;
             };
             let time_ns = self.stamp_ns(time_ns, *camera);
-            let moved = Moved::new(newest, before.as_deref(), time_ns, options);
-            let (Some(moved), true) = (moved, site.has_camera(*camera)) else {
+            let extrapolation = Extrapolation::new(newest, before.as_deref(), time_ns, options);
+            let (Some(extrapolation), true) = (extrapolation, site.has_camera(*camera)) else {
                 continue;
             };
             for view in singles(&newest.views) {
                 let tag = site.tag(&view.tag);
-                let view = tag.and_then(|tag| moved.view(view, [*camera, tag], options));
+                let view = tag.and_then(|tag| extrapolation.view(view, [*camera, tag], options));
                 if let Some(view) = view {
                     bodies.entry(site.body(view.tag)).or_default().push(view);
                 }
@@ -161,7 +161,7 @@ fn largest(mut views: Vec<View>) -> Vec<View> {
 }
 
 /// The views of a camera at a time after its newest image.
-struct Moved<'a> {
+struct Extrapolation<'a> {
     before: Option<&'a ObjectImage>,
     /// From the image before to the newest, s; zero without one.
     step_s: f64,
@@ -171,7 +171,7 @@ struct Moved<'a> {
     clock_s: f64,
 }
 
-impl<'a> Moved<'a> {
+impl<'a> Extrapolation<'a> {
     /// `None` where the time is too far from the camera's images.
     fn new(
         newest: &ObjectImage,

@@ -5,6 +5,8 @@ use std::sync::OnceLock;
 
 use sextant_mistakes::{Explanation, Instant, Mistake, NominalSite, explain, recognise};
 
+use crate::site::indexed_site::IndexedSite;
+
 /// What is looked for.
 #[derive(Debug, Clone)]
 pub(crate) enum Scope {
@@ -45,20 +47,25 @@ impl History {
 /// A search for mistakes that is due.
 #[derive(Debug)]
 pub struct MistakeSearch {
-    site: NominalSite,
+    indexed: IndexedSite,
     instants: Vec<Instant>,
     scope: Scope,
     solution: OnceLock<Explanation>,
 }
 
 impl MistakeSearch {
-    pub(crate) fn new(site: NominalSite, instants: Vec<Instant>, scope: Scope) -> Self {
+    pub(crate) fn new(indexed: IndexedSite, instants: Vec<Instant>, scope: Scope) -> Self {
         Self {
-            site,
+            indexed,
             instants,
             scope,
             solution: OnceLock::new(),
         }
+    }
+
+    /// The site that its mistakes are of.
+    pub(crate) fn indexed(&self) -> &IndexedSite {
+        &self.indexed
     }
 
     /// Whether it has been solved.
@@ -77,13 +84,14 @@ impl MistakeSearch {
     }
 
     fn solved(&self) -> Explanation {
+        let site = &self.indexed.site;
         let recognised = |is_possible: &dyn Fn(&Mistake) -> bool| Explanation {
-            found: Vec::from_iter(recognise(&self.site, &self.instants, is_possible)),
+            found: Vec::from_iter(recognise(site, &self.instants, is_possible)),
             ..Explanation::default()
         };
         match &self.scope {
-            Scope::Open(history) => explain(&self.site, &self.instants, |mistake| {
-                history.allows(mistake, &self.site)
+            Scope::Open(history) => explain(site, &self.instants, |mistake| {
+                history.allows(mistake, site)
             }),
             Scope::Files { has_seen_much } => recognised(&|mistake| {
                 let is_of_cameras = !mistake.cameras().is_empty();

@@ -140,7 +140,7 @@ impl RigFusion {
     /// Discards what was estimated with wrong timestamps of some cameras.
     pub(crate) fn begin_anew(&mut self, is_affected: impl Fn(usize) -> bool) {
         self.diagnosis.reset();
-        self.contradictions.forget_times();
+        self.contradictions.forget();
         self.self_calibration.forget_clocks(is_affected);
         for timeline in &mut self.timelines {
             *timeline = Timeline::new(timeline.object().clone());
@@ -172,7 +172,7 @@ impl RigFusion {
             } else if is_far(&found) && steady.contains(&index) && !is_spoilt {
                 self.offset_search.add(index, found);
                 self.diagnosis.forget_images();
-                self.contradictions.forget_times();
+                self.contradictions.forget();
                 self.self_calibration.discard_quarantine();
                 self.self_calibration.shift_clock(index, found.offset_s);
                 self.catch_up();

@@ -3,6 +3,7 @@
 use crate::contradictions::TrackDoubts;
 use crate::fusion::RigFusion;
 use crate::site::AssociatedImage;
+use crate::site::indexed_site::IndexedSite;
 use crate::tracker::timeline::Timeline;
 use sextant_geometry::se3;
 use sextant_mistakes::Mistake;
@@ -38,13 +39,15 @@ impl RigFusion {
 
     /// Mends what the search that is due has found; whether the models have changed by it.
     pub(crate) fn take_found(&mut self) -> bool {
-        let mut mistakes = self.contradictions.take_found();
+        let Some((mut mistakes, search)) = self.contradictions.take_found() else {
+            return false;
+        };
         mistakes.retain(|mistake| {
             let mut cameras = mistake.cameras().into_iter();
             !cameras.any(|camera| self.is_clock_in_question(camera))
         });
         if !mistakes.is_empty() {
-            self.mend(&mistakes);
+            self.mend(&mistakes, search.indexed());
         }
         !mistakes.is_empty()
     }
@@ -69,9 +72,9 @@ impl RigFusion {
     }
 
     /// Takes over what is right if some mistakes were made. What was learned with them means nothing now.
-    fn mend(&mut self, mistakes: &[Mistake]) {
+    fn mend(&mut self, mistakes: &[Mistake], indexed: &IndexedSite) {
         for mistake in mistakes {
-            let fault = self.fault(mistake);
+            let fault = self.fault(mistake, indexed);
             if self.is_back(mistake) {
                 self.mended
                     .retain(|other| fault.as_ref().is_none_or(|fault| !is_of_same(other, fault)));
@@ -80,9 +83,7 @@ impl RigFusion {
                 }
                 continue;
             }
-            if let Some(indexed) = self.contradictions.indexed() {
-                self.site.mend(mistake, indexed);
-            }
+            self.site.mend(mistake, indexed);
             if let Some(fault) = fault {
                 self.mended.retain(|other| !is_of_same(other, &fault));
                 self.mended.push(fault);
@@ -119,10 +120,9 @@ impl RigFusion {
     }
 
     /// What is reported of a mistake; `None` where something else reports it.
-    fn fault(&self, mistake: &Mistake) -> Option<Fault> {
+    fn fault(&self, mistake: &Mistake, indexed: &IndexedSite) -> Option<Fault> {
         let camera = |index: usize| self.site.camera_id(index);
         let degrees = |quarters: u8| u16::from(quarters) * 90;
-        let indexed = self.contradictions.indexed()?;
         let tags = mistake.tags(&indexed.site).into_iter();
         let tags: Vec<TagId> = tags.map(|tag| indexed.tags[tag]).collect();
         let first = tags.first().copied();

@@ -15,7 +15,7 @@ const LEAST_SIGMA: f64 = 0.2;
 const LEAST_TAG_SIGMA: f64 = 1.0;
 
 /// A site with the tags that its indices stand for.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct IndexedSite {
     pub site: NominalSite,
     pub tags: Vec<TagId>,

@@ -88,9 +88,6 @@ impl ModelledSite {
             };
             if before.body_from_tag != after.body_from_tag {
                 place.change(|tag| tag.object_from_tag = Some(after.body_from_tag));
-                if let Mistake::TagMoved { sigma, .. } = mistake {
-                    place.prior = at_least(*sigma, PoseSigma::OF_TAG);
-                }
                 place.sigma = Some(place.prior).filter(PoseSigma::is_some);
             }
             if before.size_m != after.size_m {
