@@ -98,7 +98,7 @@ impl RigFusion {
         self.contradictions.models_changed();
     }
 
-    /// Whether a camera is where its file has it again.
+    /// Whether a camera that had been moved is where its file has it again.
     fn is_back(&self, mistake: &Mistake) -> bool {
         let Mistake::CameraMoved {
             camera,
@@ -109,10 +109,14 @@ impl RigFusion {
             return false;
         };
         let id = self.site.camera_id(*camera);
+        let was_moved = self.mended.iter().any(
+            |fault| matches!(fault, Fault::CameraMoved { camera } if Some(camera) == id.as_ref()),
+        );
         let mut cameras = self.rig.cameras().iter();
         let file = cameras.find(|file| Some(&file.id) == id.as_ref());
-        file.and_then(|file| file.world_from_camera)
-            .is_some_and(|place| {
+        let place = file.and_then(|file| file.world_from_camera);
+        was_moved
+            && place.is_some_and(|place| {
                 let step = se3::difference(world_from_camera, &place);
                 step.fixed_rows::<3>(0).norm() <= BACK * sigma.position_m
                     && step.fixed_rows::<3>(3).norm() <= BACK * sigma.orientation_rad
