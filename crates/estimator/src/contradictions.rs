@@ -203,29 +203,34 @@ impl Contradictions {
         self.compared.push_back(one);
     }
 
-    /// Of two cameras that contradict each other, the one is wrong that has been so before, whose images have jumped,
-    /// or that the track rejects; without such a sign neither is.
+    /// Of cameras that contradict each other the one is wrong whose images alone have jumped, however the views divide.
+    /// Of two without a jump it is the one that has been wrong before, or that the track rejects; without such a sign
+    /// neither is.
     fn blamed(
         &self,
         cameras: Vec<(usize, bool)>,
         doubts: &TrackDoubts,
         time_ns: u64,
     ) -> Vec<(usize, bool)> {
-        let [(a, a_is_wrong), (b, b_is_wrong)] = cameras[..] else {
-            return cameras;
-        };
-        if !a_is_wrong && !b_is_wrong {
+        if cameras.len() < 2 || !cameras.iter().any(|(_, is_wrong)| *is_wrong) {
             return cameras;
         }
-        let signs = [
-            [a, b].map(|camera| self.standings.is_suspended(camera)),
-            [a, b].map(|camera| self.evidence.has_jumped(camera, time_ns)),
-            [a, b].map(|camera| doubts.cameras.contains(&camera)),
-        ];
-        let sign = signs.into_iter().find(|[a, b]| a != b);
-        sign.map_or_else(Vec::new, |[a_is_wrong, b_is_wrong]| {
-            vec![(a, a_is_wrong), (b, b_is_wrong)]
-        })
+        let with_sign = |has_sign: &dyn Fn(usize) -> bool| -> Option<Vec<(usize, bool)>> {
+            let signs = cameras
+                .iter()
+                .map(|(camera, _)| (*camera, has_sign(*camera)));
+            let signs: Vec<(usize, bool)> = signs.collect();
+            let n_signs = signs.iter().filter(|(_, has_sign)| *has_sign).count();
+            (n_signs == 1).then_some(signs)
+        };
+        let jumped = || with_sign(&|camera| self.evidence.has_jumped(camera, time_ns));
+        if cameras.len() > 2 {
+            return jumped().unwrap_or(cameras);
+        }
+        with_sign(&|camera| self.standings.is_suspended(camera))
+            .or_else(jumped)
+            .or_else(|| with_sign(&|camera| doubts.cameras.contains(&camera)))
+            .unwrap_or_default()
     }
 
     /// Whether a contradiction is open, and since when.
