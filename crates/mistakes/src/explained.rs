@@ -176,8 +176,8 @@ impl Explained {
     }
 }
 
-/// What each view of an instant costs: against the pose by all of them, and against the other views of its camera alone,
-/// whatever is wrong with the camera's place.
+/// What each view of an instant costs: against the pose by all of them, and against the other views of its camera
+/// alone, whatever is wrong with the camera's place.
 fn costs(site: &NominalSite, instant: &Instant, branches: &[Vec<Pose>]) -> Vec<f64> {
     let pose = pose_by(site, instant, branches, |_| true, body_term);
     let mut costs = against(site, instant, pose, body_term);
