@@ -15,13 +15,14 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use sextant_geometry::se3;
-use sextant_mistakes::{Instant, Mistake, NominalSite, Screened, screen};
+use sextant_mistakes::{Instant, Mistake, NominalSite, Screened, screen, squares_px};
 use sextant_site_model::PoseSigma;
 
 use crate::FusionOptions;
 use crate::contradictions::evidence::Evidence;
 use crate::contradictions::search::{History, MistakeSearch, Scope};
 use crate::contradictions::standing::Standings;
+use crate::self_calibration::held_back::{HeldBack, SquaresPair};
 use crate::site::indexed_site::{Exactness, IndexedSite};
 use crate::site::{ModelledSite, ObjectImage};
 
@@ -33,7 +34,7 @@ const ALERT_NS: u64 = 30_000_000;
 /// Objects beyond which each is compared less often.
 const MOST_OBJECTS: u64 = 16;
 /// Instants of a new object that are compared one after the other.
-const FIRST: usize = 8;
+const FIRST: usize = 12;
 /// Newest instants that decide whether a contradiction is open, how many of them open it, and how many keep it open.
 const NEWEST: usize = 6;
 const OPENS: usize = 3;
@@ -45,9 +46,14 @@ const MORE_TO_EXPLAIN: f64 = 1.5;
 const MOST_TO_EXPLAIN: usize = 40;
 /// Instants in which a tag agreed after which it has been right once.
 const CONFIRMED: usize = 5;
-/// Numbers of instants at which the files are compared as if they were exact, and whether objects
-/// have been seen from several sides by then.
-const CHECKS: [(usize, bool); 3] = [(4, false), (12, true), (MOST_INSTANTS, true)];
+/// Numbers of instants at which the files are compared, how exact they are taken to be then, and what is looked for.
+const CHECKS: [(usize, Exactness, Scope); 5] = [
+    (4, Exactness::ExactFiles, Scope::Names),
+    (12, Exactness::ExactFiles, Scope::Files),
+    (12, Exactness::UsualFiles, Scope::Prints),
+    (MOST_INSTANTS, Exactness::ExactFiles, Scope::Files),
+    (MOST_INSTANTS, Exactness::UsualFiles, Scope::Prints),
+];
 /// Factor on the usual cost of a view, and least cost, from which on it is unusual; weight of an instant in the usual
 /// one.
 const UNUSUAL: f64 = 2.5;
@@ -66,6 +72,8 @@ struct ComparedInstant {
     time_ns: u64,
     instant: Instant,
     screened: Screened,
+    /// How the models before mistakes were mended explain it, and how those since then do.
+    squares: Option<SquaresPair>,
 }
 
 impl ComparedInstant {
@@ -113,6 +121,8 @@ struct Pace {
 pub(crate) struct Contradictions {
     evidence: Evidence,
     site: Option<IndexedSite>,
+    /// The site before mistakes were mended.
+    unmended: Option<NominalSite>,
     /// Oldest first.
     compared: VecDeque<ComparedInstant>,
     /// By object index.
@@ -155,9 +165,14 @@ impl Contradictions {
         }
         let site = self.site.get_or_insert_with(|| IndexedSite::new(models));
         let instants = self.evidence.instants(object, image, site, options);
+        let unmended = self.unmended.as_ref();
         let compared = instants.into_iter().map(|instant| ComparedInstant {
             time_ns,
             screened: screen(&site.site, &instant),
+            squares: unmended.and_then(|unmended| {
+                let [before, now] = [unmended, &site.site].map(|site| squares_px(site, &instant));
+                SquaresPair::from_squares(&before, &now)
+            }),
             instant,
         });
         let compared: Vec<ComparedInstant> = compared.collect();
@@ -324,8 +339,8 @@ impl Contradictions {
     /// What would pass for large errors of files that are nearly exact: two names exchanged where two cameras stand
     /// alike, a print at another scale.
     fn search_files(&mut self, models: &ModelledSite) -> Option<MistakeSearch> {
-        let (n_instants, has_seen_much) = CHECKS.get(self.n_checked).copied()?;
-        if self.compared.len() < n_instants {
+        let (n_instants, exactness, scope) = CHECKS.get(self.n_checked)?;
+        if self.compared.len() < *n_instants {
             return None;
         }
         self.n_checked += 1;
@@ -334,9 +349,8 @@ impl Contradictions {
             .iter()
             .map(|one| one.instant.clone())
             .collect();
-        let files = IndexedSite::with(models, Exactness::ExactFiles);
-        let scope = Scope::Files { has_seen_much };
-        Some(MistakeSearch::new(files, instants, scope))
+        let files = IndexedSite::with(models, *exactness);
+        Some(MistakeSearch::new(files, instants, scope.clone()))
     }
 
     /// A camera that has been moved by so little that no single instant contradicts.
@@ -446,6 +460,24 @@ impl Contradictions {
             evidence: std::mem::take(&mut self.evidence),
             ..Self::default()
         };
+    }
+
+    /// Mistakes have been mended: what is compared from now on has no part in that, and judges it.
+    pub fn models_mended(&mut self, unmended: &NominalSite) {
+        let first = self.unmended.take();
+        self.models_changed();
+        self.unmended = Some(first.unwrap_or_else(|| unmended.clone()));
+    }
+
+    /// What instants since mistakes were mended say of that; `None` unless they are explained clearly better.
+    pub fn judged_mended(&self) -> Option<HeldBack> {
+        let pairs = self.compared.iter().filter_map(|one| one.squares);
+        HeldBack::judged(&pairs.collect::<Vec<SquaresPair>>())
+    }
+
+    /// Whether nothing contradicts the models in force.
+    pub fn is_closed(&self) -> bool {
+        self.since_ns.is_none() && self.pair.is_none()
     }
 
     /// Errors of the models have been corrected by little.

@@ -13,7 +13,6 @@ pub(crate) mod isolation;
 pub(crate) mod likelihood_ratio;
 pub(crate) mod misplaced_tags;
 pub(crate) mod pacing;
-pub(crate) mod print_scale;
 pub(crate) mod window;
 
 use std::collections::{BTreeMap, BTreeSet};

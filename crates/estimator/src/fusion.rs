@@ -14,11 +14,12 @@ use std::sync::Arc;
 use crate::clocks::offset_search::{Arrival, OffsetSearch};
 use crate::contradictions::Contradictions;
 use crate::diagnosis::frozen_cameras::FrozenCameras;
-use crate::diagnosis::print_scale::PrintScale;
 use crate::diagnosis::{Action, Diagnosis, Models};
 use crate::fusion::intake::ImageIntake;
 use crate::fusion::task::SolverTask;
+use crate::mended::MendedModels;
 use crate::self_calibration::{Offered, SelfCalibration};
+use crate::site::corrections::Corrections;
 use crate::site::{AssociatedImage, ModelledSite, ObjectImage};
 use crate::tracker::report::{FinalisedInstant, FinalisedView};
 use crate::tracker::timeline::Timeline;
@@ -73,17 +74,12 @@ pub enum Output {
 pub(crate) struct RigFusion {
     site: ModelledSite,
     options: FusionOptions,
-    rig: Rig,
-    objects: Vec<ObjectModel>,
+    models: MendedModels,
     timelines: Vec<Timeline>,
     intake: ImageIntake,
     diagnosis: Diagnosis,
     contradictions: Contradictions,
-    /// The mistakes that are mended in the models.
-    mended: Vec<Fault>,
     frozen_cameras: FrozenCameras,
-    /// By object index.
-    print_scales: BTreeMap<usize, PrintScale>,
     offset_search: OffsetSearch,
     self_calibration: SelfCalibration,
     /// Whether [`Input::Adjusted`] says when an adjustment applies.
@@ -128,15 +124,12 @@ impl RigFusion {
         Ok(Self {
             site,
             options,
-            rig,
-            objects,
+            models: MendedModels::new(rig, objects),
             timelines,
             intake,
             diagnosis: Diagnosis::default(),
             contradictions: Contradictions::default(),
-            mended: Vec::new(),
             frozen_cameras: FrozenCameras::default(),
-            print_scales: BTreeMap::new(),
             offset_search: OffsetSearch::default(),
             self_calibration: SelfCalibration::default(),
             adjusts_apart: false,
@@ -249,7 +242,7 @@ impl RigFusion {
         let is_explained = all
             .iter()
             .any(|fault| matches!(fault, Fault::CamerasDisagree { .. }));
-        let of_objects = faults::of_objects(&self.site, &self.objects, |object| {
+        let of_objects = faults::of_objects(&self.site, &self.models, |object| {
             self.timelines[object]
                 .at(u64::MAX)
                 .refused_share(self.present_ns())
@@ -267,8 +260,8 @@ impl RigFusion {
         self.self_calibration.imperfections()
     }
 
-    /// A calibration that explains images better than that in force; `None` while there is no clearly better one, or
-    /// while a fault of a camera or a tag is named.
+    /// A calibration that explains images better than the files: mistakes mended, and errors taken off. `None` while
+    /// there is no clearly better one, or while a fault of a camera or a tag is named that is not mended.
     pub fn proposal(&self) -> Option<Proposal> {
         let spoils_nothing = |fault: &Fault| {
             matches!(
@@ -280,17 +273,21 @@ impl RigFusion {
                     | Fault::ImageSize { .. }
                     | Fault::ObjectScaled { .. }
                     | Fault::ObjectUnplaced { .. }
-            )
+            ) || self.models.faults().contains(fault)
         };
-        let (corrections, held_back) = self.self_calibration.proposal()?;
-        let (rig, objects) = self.models();
-        let proposal = Proposal::new(rig, objects, corrections, *held_back, &self.site);
-        self.faults().iter().all(spoils_nothing).then_some(proposal)
+        let by_mending = || self.contradictions.judged_mended();
+        let (corrections, held_back) = match self.self_calibration.proposal() {
+            Some((corrections, held_back)) => (corrections.clone(), *held_back),
+            None => (Corrections::default(), by_mending()?),
+        };
+        let proposal = Proposal::new(&self.models, &corrections, held_back, &self.site);
+        let is_sound = self.contradictions.is_closed() && self.faults().iter().all(spoils_nothing);
+        is_sound.then_some(proposal)
     }
 
-    /// The cameras and objects in force.
+    /// The cameras and objects of the files in force.
     pub fn models(&self) -> (&Rig, &[ObjectModel]) {
-        (&self.rig, &self.objects)
+        self.models.files()
     }
 
     /// Counts since the start.
@@ -330,7 +327,6 @@ impl RigFusion {
         let tags = image.tags.iter().map(|seen| seen.tag);
         self.diagnosis
             .record_duplicates(camera_index, image.capture_ns, tags);
-        let associated = self.check_print_scales(image, associated);
         let associated = self.check_mistakes(image, associated);
         if self.contradictions.is_suspended(camera_index)
             && !self.is_clock_in_question(camera_index)
@@ -362,32 +358,6 @@ impl RigFusion {
         let n_views = associated.objects.values().map(|seen| seen.views.len());
         let n_views = n_views.sum();
         self.intake.count_views(&image.camera, n_views, n_views);
-    }
-
-    /// Where all tags of an object have been printed at another scale, its sizes are corrected and its track begins
-    /// anew; returns the image by the models in force then.
-    fn check_print_scales(
-        &mut self,
-        image: &ImageObservation,
-        associated: AssociatedImage,
-    ) -> AssociatedImage {
-        let mut found = Vec::new();
-        for (object, seen) in &associated.objects {
-            let print_scale = self.print_scales.entry(*object).or_default();
-            let ratio = print_scale.take(seen, &self.site);
-            found.extend(ratio.map(|ratio| (*object, ratio, seen.camera_index)));
-        }
-        let Some((_, _, camera_index)) = found.first().copied() else {
-            return associated;
-        };
-        for (object, ratio, _) in found {
-            self.site.rescale(object, ratio);
-            self.timelines[object] = Timeline::new(self.objects[object].id().clone());
-        }
-        self.forget_calibration();
-        self.diagnosis.reset();
-        self.contradictions.models_changed();
-        self.site.associate(camera_index, image, &self.options)
     }
 
     fn take_object_image(
@@ -473,10 +443,11 @@ impl RigFusion {
             self.forget_all(rig);
         }
         self.catch_up();
+        self.return_to_files();
         let before = self.site.cameras().to_vec();
         self.site.set_rig(rig);
-        self.rig = rig.clone();
-        self.mended.retain(|fault| !faults::is_of_camera(fault));
+        let (_, objects) = self.models.files();
+        self.models = MendedModels::new(rig.clone(), objects.to_vec());
         self.contradictions.models_changed();
         self.forget_calibration();
         self.diagnosis.reset();
@@ -490,7 +461,8 @@ impl RigFusion {
 
     /// Forgets everything, tracks included: too many cameras have come and gone.
     fn forget_all(&mut self, rig: &Rig) {
-        let anew = Self::new(rig.clone(), self.objects.clone(), self.options.clone());
+        let (_, objects) = self.models.files();
+        let anew = Self::new(rig.clone(), objects.to_vec(), self.options.clone());
         // The objects and the options are in force already, so that nothing can be wrong with them.
         if let Ok(anew) = anew {
             *self = Self {
@@ -504,20 +476,20 @@ impl RigFusion {
 
     fn take_objects(&mut self, objects: Vec<ObjectModel>) {
         self.catch_up();
+        self.return_to_files();
         if let Err(error) = self.site.set_objects(&objects) {
             self.outputs.push_back(Output::Refused(error));
             return;
         }
-        self.print_scales.clear();
-        self.mended.retain(faults::is_of_camera);
         self.contradictions.forget();
         self.forget_calibration();
         self.diagnosis.reset();
         self.offset_search.models_changed();
         let mut old: BTreeMap<ObjectId, (ObjectModel, Timeline, Emitted)> = BTreeMap::new();
-        let parts = self
-            .objects
-            .drain(..)
+        let (rig, before) = self.models.files();
+        let parts = before
+            .iter()
+            .cloned()
             .zip(self.timelines.drain(..))
             .zip(self.emitted.drain(..));
         old.extend(
@@ -525,10 +497,10 @@ impl RigFusion {
                 (model.id().clone(), (model, timeline, emitted))
             }),
         );
-        for model in objects {
+        for model in &objects {
             let (timeline, emitted) = match old.remove(model.id()) {
-                Some((before, timeline, emitted)) if before == model => (timeline, emitted),
-                Some((before, mut timeline, emitted)) if have_one_frame(&before, &model) => {
+                Some((before, timeline, emitted)) if before == *model => (timeline, emitted),
+                Some((before, mut timeline, emitted)) if have_one_frame(&before, model) => {
                     timeline.discard_images();
                     (timeline, emitted)
                 }
@@ -536,8 +508,8 @@ impl RigFusion {
             };
             self.timelines.push(timeline);
             self.emitted.push(emitted);
-            self.objects.push(model);
         }
+        self.models = MendedModels::new(rig.clone(), objects);
     }
 
     /// Timestamps before and after the step cannot be compared, and which cameras share the clock is unknown: clock

@@ -24,6 +24,7 @@ mod fusion;
 mod kinematics;
 mod localisation;
 mod measurement;
+mod mended;
 mod options;
 mod proposal;
 mod self_calibration;

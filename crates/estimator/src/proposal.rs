@@ -1,12 +1,13 @@
 //! A refined calibration of the site, as ordinary use has shown it.
 
 use crate::HeldBack;
+use crate::mended::MendedModels;
 use crate::site::ModelledSite;
 use crate::site::corrections::Corrections;
 use sextant_site_model::{ObjectModel, ObjectTag, PoseSigma, Prior, Rig};
 
-/// The models with the errors taken off that self-calibration has found in them. Corrected poses and lenses have the
-/// sigmas that are left; everything else is as it was.
+/// The models with the mistakes in them mended and the errors taken off that self-calibration has found. Corrected
+/// poses and lenses have the sigmas that are left; everything else is as it was.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Proposal {
     /// The cameras; `None` where none changes.
@@ -19,20 +20,25 @@ pub struct Proposal {
 
 impl Proposal {
     pub(crate) fn new(
-        rig: &Rig,
-        objects: &[ObjectModel],
+        models: &MendedModels,
         corrections: &Corrections,
         held_back: HeldBack,
         site: &ModelledSite,
     ) -> Self {
+        let (file_rig, file_objects) = models.files();
+        let (rig, objects) = models.in_force();
         let corrected = corrected_rig(rig, corrections, site);
-        let changed = |object: &ObjectModel| {
+        let changed = |(file, object): (&ObjectModel, &ObjectModel)| {
             let corrected = corrected_object(object, corrections, site);
-            (corrected != *object).then(|| with_frame_of(corrected, corrections, site))
+            (corrected != *file).then(|| with_frame_of(corrected, corrections, site))
         };
         Self {
-            rig: (corrected != *rig).then(|| with_scale_of(corrected, corrections)),
-            objects: objects.iter().filter_map(changed).collect(),
+            rig: (corrected != *file_rig).then(|| with_scale_of(corrected, corrections)),
+            objects: file_objects
+                .iter()
+                .zip(objects)
+                .filter_map(changed)
+                .collect(),
             held_back,
         }
     }

@@ -2,7 +2,6 @@
 
 pub(crate) mod corrections;
 pub(crate) mod indexed_site;
-pub(crate) mod mending;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -104,9 +103,6 @@ pub(crate) struct ModelledSite {
     is_exact: bool,
     /// Variance of the common scale of the rig as its file states it.
     rig_scale_variance: f64,
-    /// Size of the tags of an object over that in its file, where all have been printed at another scale; by object
-    /// index.
-    print_scales: BTreeMap<usize, f64>,
     /// The scales of objects that self-calibration finds clearly different from one.
     learned_scales: BTreeMap<usize, f64>,
 }
@@ -291,7 +287,6 @@ impl ModelledSite {
         self.scales = objects.iter().map(scale_variance).collect();
         let frame_sigma = |object: &ObjectModel| object.frame_sigma().unwrap_or(PoseSigma::NONE);
         self.frame_sigmas = objects.iter().map(frame_sigma).collect();
-        self.print_scales.clear();
         self.learned_scales.clear();
         self.frames.clear();
         self.is_exact = self.has_exact_models();
@@ -381,26 +376,9 @@ impl ModelledSite {
         Some(frame).filter(ObjectFrame::is_some)
     }
 
-    /// Size of the tags of an object over that in its file, where all have been printed at another scale.
-    pub fn print_scale(&self, object: usize) -> Option<f64> {
-        let scales = [&self.print_scales, &self.learned_scales];
-        let known = scales.map(|scales| scales.get(&object).copied());
-        let is_known = known.iter().any(Option::is_some);
-        is_known.then(|| known.into_iter().flatten().product())
-    }
-
-    /// Takes the tags of an object to be larger by a factor than they have been taken to be so far.
-    pub fn rescale(&mut self, object: usize, factor: f64) {
-        *self.print_scales.entry(object).or_insert(1.0) *= factor;
-        let places = self.places.values_mut();
-        for place in places.filter(|place| place.object == object) {
-            place.file.size_m *= factor;
-            place.tag.size_m *= factor;
-            place.size_prior = place.size_prior.max(PRINT_SCALE_SIGMA);
-        }
-        let variance = &mut self.scales[object];
-        *variance = variance.max(PRINT_SCALE_SIGMA.powi(2));
-        self.is_exact = self.has_exact_models();
+    /// Size of the tags of an object over that of its model, where self-calibration finds it clearly different.
+    pub fn learned_scale(&self, object: usize) -> Option<f64> {
+        self.learned_scales.get(&object).copied()
     }
 
     /// Standard deviation of the lens in force of a camera, by its index.
@@ -555,9 +533,6 @@ fn usual_lens_sigma(lens: &Lens, is_alone: bool) -> LensSigma {
         ..usual
     }
 }
-
-/// Standard deviation of the logarithm of a print's scale as images show it: tags are off their places.
-const PRINT_SCALE_SIGMA: f64 = 0.03;
 
 /// The tags of an object: an object is where its tags are, so that a single one without a place is its frame.
 fn placed_tags(object: &ObjectModel) -> Vec<ObjectTag> {

@@ -234,6 +234,18 @@ fn pose_by<'s>(
     best_of(&terms, starts).map(|(pose, _)| pose)
 }
 
+/// Squares of the distances of expected and seen corners at the pose that explains most views, px², by view; `None`
+/// where a view can't be seen so.
+pub(crate) fn squares_px(site: &NominalSite, instant: &Instant) -> Vec<Option<f64>> {
+    let branches = Branches::new(site, std::slice::from_ref(instant));
+    let pose = pose_by(site, instant, branches.of_instant(0), |_| true, body_term);
+    let square = |view: &View| {
+        let camera = site.cameras[view.camera].as_ref()?;
+        body_term(camera, &site.tags[view.tag], view).square_px(&pose?)
+    };
+    instant.views.iter().map(square).collect()
+}
+
 /// What each view of an instant costs at a pose.
 fn against<'s>(
     site: &'s NominalSite,

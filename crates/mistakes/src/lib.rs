@@ -20,7 +20,7 @@ mod starts;
 
 pub use judgement::{Explanation, Found, explain, recognise};
 pub use mistake::Mistake;
-pub use screen::{Screened, screen};
+pub use screen::{Screened, screen, squares_px};
 pub use site::{Instant, NominalSite, SiteCamera, SiteTag, View};
 
 #[cfg(test)]

@@ -87,6 +87,11 @@ impl Term<'_> {
         })
     }
 
+    /// Square of the distances of expected and seen corners, px²; `None` where they can't be seen.
+    pub fn square_px(&self, pose: &Pose) -> Option<f64> {
+        self.error(pose).map(|error| error.norm_squared())
+    }
+
     /// Expected less seen corners, px; `None` where they can't be seen.
     fn error(&self, pose: &Pose) -> Option<Corners> {
         let mut error = Corners::zeros();

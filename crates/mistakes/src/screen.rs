@@ -1,6 +1,6 @@
 //! Whether one instant contradicts a site.
 
-use crate::explained::{Branches, Explained, contradicts, poses_by_camera};
+use crate::explained::{self, Branches, Explained, contradicts, poses_by_camera};
 use crate::site::{Instant, NominalSite};
 use sextant_geometry::se3;
 use sextant_site_model::PoseSigma;
@@ -52,6 +52,13 @@ pub fn screen(site: &NominalSite, instant: &Instant) -> Screened {
         screened.apart = apart(site, instant, &branches);
     }
     screened
+}
+
+/// How a site explains the views of an instant: squares of the distances of expected and seen corners, px², by view;
+/// `None` where a view can't be seen as it was.
+#[must_use]
+pub fn squares_px(site: &NominalSite, instant: &Instant) -> Vec<Option<f64>> {
+    explained::squares_px(site, instant)
 }
 
 /// How far the poses of a body by single cameras differ at most, m and rad.

@@ -47,6 +47,13 @@ pub enum Imperfection {
         /// As estimated over that in the file.
         ratio: f64,
     },
+    /// All sizes and places of an object's tags are at another scale than its file has them.
+    ScaleOff {
+        /// Which object.
+        object: ObjectId,
+        /// The scale as estimated over that of the file.
+        ratio: f64,
+    },
 }
 
 sentences! { Imperfection {
@@ -67,4 +74,8 @@ sentences! { Imperfection {
         "the focal length of camera {camera} is {percent:+.2} % off that in the rig file",
         ": run `sextant calibrate lens`; poses allow for it",
         percent = (ratio - 1.0) * 100.0;
+    Self::ScaleOff { object, ratio } =>
+        "object {object} is {percent:.1} % as large as its file says",
+        ": measure a tag and correct the file; poses allow for it",
+        percent = ratio * 100.0;
 }}

@@ -163,6 +163,8 @@ const IMPERFECTIONS: Stories<Imperfection> = {
     information(`${tagOf(fields)} is ${percent(fields.ratio, 1)} off its size in the file`, "measure it, or run `sextant learn`; poses allow for it", "learn"),
   focal_length_off: ({ camera, ratio }) =>
     information(`the focal length of camera ${camera} is ${percent(ratio, 2)} off that in the rig file`, "run `sextant calibrate lens`; poses allow for it", "lens"),
+  scale_off: ({ object, ratio }) =>
+    information(`object ${object} is ${fixed(ratio * 100, 1)} % as large as its file says`, "measure a tag and correct the file; poses allow for it"),
 };
 
 const detail = (fields: { detail: string }): Story => story(fields.detail);

@@ -188,8 +188,8 @@ fn check_imperfection(imperfection: &Imperfection) -> Result<(), OutOfRange> {
             check::amount(*position_m, FIELD)?;
             check::amount(*orientation_rad, FIELD)
         }
-        Imperfection::SizeOff { ratio, .. } | Imperfection::FocalLengthOff { ratio, .. } => {
-            check::amount(*ratio, FIELD)
-        }
+        Imperfection::SizeOff { ratio, .. }
+        | Imperfection::FocalLengthOff { ratio, .. }
+        | Imperfection::ScaleOff { ratio, .. } => check::amount(*ratio, FIELD),
     }
 }

@@ -367,13 +367,17 @@ fn imperfections() -> Vec<Imperfection> {
             orientation_rad: 0.0625,
         },
         Imperfection::SizeOff {
-            object,
+            object: object.clone(),
             tag,
             ratio: 0.984375,
         },
         Imperfection::FocalLengthOff {
             camera: camera(),
             ratio: 1.0078125,
+        },
+        Imperfection::ScaleOff {
+            object,
+            ratio: 0.9921875,
         },
     ]
 }

@@ -147,6 +147,44 @@ pub enum ChangeRequest {
     Both(i32, usize),
 }
 
+/// What somebody gets wrong at the site.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SiteMistake {
+    /// A camera is pushed aside by so many metres, at a time in ns.
+    CameraMoved(usize, f64, u64),
+    /// A camera is turned about its line of sight by so many right angles, at a time in ns.
+    CameraTurned(usize, u8, u64),
+    /// Two cameras have the names of each other in the rig file.
+    NamesExchanged(usize, usize),
+    /// The tags of an object are printed at a scale.
+    PrintScaled(usize, f64),
+}
+
+impl SiteMistake {
+    /// When it is made, ns; 0 where it is in the files.
+    #[must_use]
+    pub fn at_ns(&self) -> u64 {
+        match *self {
+            Self::CameraMoved(.., at_ns) | Self::CameraTurned(.., at_ns) => at_ns,
+            Self::NamesExchanged(..) | Self::PrintScaled(..) => 0,
+        }
+    }
+
+    fn new(plan: &Plan, random: &mut Random) -> Self {
+        let camera = random.below(plan.cameras);
+        let at_ns = 4 * S + (random.uniform() * (plan.end_ns - QUIET_NS - 4 * S) as f64) as u64;
+        match random.below(4) {
+            0 => Self::CameraMoved(camera, [0.2, 0.5, 1.0][random.below(3)], at_ns),
+            1 => Self::CameraTurned(camera, 1 + random.below(3) as u8, at_ns),
+            2 => Self::NamesExchanged(camera, (camera + 1) % plan.cameras),
+            _ => Self::PrintScaled(
+                random.below(plan.objects),
+                [0.93, 0.95, 1.05][random.below(3)],
+            ),
+        }
+    }
+}
+
 /// A site, what goes wrong there, and what is changed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
@@ -176,6 +214,8 @@ pub struct Plan {
     pub starts_ns: Vec<u64>,
     /// What goes wrong.
     pub faults: Vec<Fault>,
+    /// What somebody gets wrong.
+    pub mistake: Option<SiteMistake>,
     /// What the client asks for, and when.
     pub requests: Vec<(u64, ChangeRequest)>,
     /// When it ends.
@@ -204,6 +244,7 @@ impl Plan {
             records: false,
             starts_ns: (0..nodes).map(|_| start(&mut random)).collect(),
             faults: Vec::new(),
+            mistake: None,
             requests: Vec::new(),
             end_ns,
         };
@@ -218,6 +259,15 @@ impl Plan {
         plan.requests.sort_by_key(|(at_ns, _)| *at_ns);
         plan.records = !plan.shares && random.chance(0.3);
         plan
+    }
+
+    /// The plan with a mistake, in files that are off.
+    #[must_use]
+    pub fn with_mistake(mut self) -> Self {
+        let mut random = Random::from_keys(&[self.seed, 0x6d69_7374]);
+        self.exact = false;
+        self.mistake = Some(SiteMistake::new(&self, &mut random));
+        self
     }
 
     /// The plan without some faults and requests, which are numbered in this order.
@@ -343,6 +393,9 @@ impl fmt::Display for Plan {
             }
         }
         writeln!(formatter, "{words}")?;
+        if let Some(mistake) = &self.mistake {
+            writeln!(formatter, "  {mistake:?}")?;
+        }
         for fault in &self.faults {
             writeln!(formatter, "  {fault}")?;
         }

@@ -25,6 +25,8 @@ use std::fmt;
 const OFF_M: f64 = 0.02;
 const OFF_BY_FILES_M: f64 = 0.04;
 const OFF_SIGMAS: f64 = 6.0;
+/// Images of each camera by which a mistake must have been noticed.
+const UNSEEN_IMAGES: f64 = 9.0;
 /// And turned by so much.
 const TURNED_RAD: f64 = 0.5;
 /// Two nodes that have heard each other for so long do not both publish an object, ns.
@@ -270,7 +272,7 @@ impl Promises {
         scene: &Scene,
         at_ns: u64,
     ) {
-        if pose.state != State::Tracking {
+        if pose.state != State::Tracking || self.is_mistake_fresh(at_ns) {
             return;
         }
         let stamp_ns = true_ns(pose.capture_ns);
@@ -304,6 +306,14 @@ impl Promises {
             );
             self.record_violation(at_ns, "no pose called tracking is wrong", how);
         }
+    }
+
+    /// Whether somebody has just made a mistake, so that nobody can know of it yet.
+    fn is_mistake_fresh(&self, at_ns: u64) -> bool {
+        let unseen_ns = (UNSEEN_IMAGES / self.plan.rate_hz * 1e9) as u64;
+        let mistake = self.plan.mistake.as_ref();
+        mistake
+            .is_some_and(|mistake| (mistake.at_ns()..mistake.at_ns() + unseen_ns).contains(&at_ns))
     }
 
     fn one_publishes(&mut self, index: usize, pose: &ObjectPose, network: &Network, at_ns: u64) {
@@ -446,6 +456,10 @@ impl Promises {
                 && self.is_settled(index, SETTLED_NS, at_ns)
         });
         // After a change tracks may begin anew.
+        // With a mistake nobody may be able to tell where an object is.
+        if self.plan.mistake.is_some() {
+            return;
+        }
         let is_quiet = (self.nodes.iter()).all(|node| at_ns - node.models_since_ns > SETTLED_NS);
         if !is_settled || !is_quiet {
             return;
@@ -556,7 +570,8 @@ impl Promises {
             };
             let notices = status.notices.iter().filter(|notice| !is_usual(notice));
             wrong.extend(notices.map(ToString::to_string));
-            if self.plan.faults.is_empty() && self.plan.requests.is_empty() {
+            let is_whole = self.plan.faults.is_empty() && self.plan.requests.is_empty();
+            if is_whole && self.plan.mistake.is_none() {
                 // Where clocks are off, it is right to say so.
                 let is_so = |fault: &&Fault| {
                     self.plan.clocks_off_ns > 0 && matches!(fault, Fault::ClockOff { .. })

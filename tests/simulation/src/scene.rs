@@ -1,6 +1,8 @@
 //! The true site and its files: what cameras see, and by how much a pose is off.
 
-use crate::plan::{ChangeRequest, Plan};
+use std::f64::consts::FRAC_PI_2;
+
+use crate::plan::{ChangeRequest, Plan, SiteMistake};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use node_fusion::ModelsInForce;
 use sextant_geometry::Pose;
@@ -21,6 +23,8 @@ pub struct Scene {
     truth: Scenario,
     written: Scenario,
     observer: Observer,
+    /// What is seen from a true time on, ns.
+    later: Option<(u64, Observer)>,
     random: Random,
     is_exact: bool,
 }
@@ -36,13 +40,22 @@ impl Scene {
         if !plan.exact {
             scenario = scenario.with_imperfections(&Imperfections::TYPICAL);
         }
+        let written = scenario.as_written().expect("lenses of the demonstration");
+        let written = with_names_exchanged(written, plan.mistake);
+        let before = with_print_scaled(scenario.clone(), plan.mistake);
         let visibility = Visibility {
             occlusion: Occlusion::Ignored,
             ..Visibility::default()
         };
-        let written = scenario.as_written().expect("lenses of the demonstration");
+        let observer =
+            |scenario: &Scenario| Observer::new(scenario, visibility).expect("the demonstration");
+        let later = plan.mistake.and_then(|mistake| {
+            let after = with_camera_displaced(before.clone(), mistake)?;
+            Some((mistake.at_ns(), observer(&after)))
+        });
         Self {
-            observer: Observer::new(&scenario, visibility).expect("the demonstration"),
+            observer: observer(&before),
+            later,
             random: Random::from_keys(&[plan.seed, 0x7363_656e]),
             truth: scenario,
             written,
@@ -128,7 +141,11 @@ impl Scene {
 
     /// What a camera sees at a true time.
     pub fn observe(&mut self, camera: usize, true_ns: u64) -> Vec<TagObservation> {
-        let seen = (self.observer).observe(camera, true_ns, SIGMA_PX, &mut self.random);
+        let observer = match &mut self.later {
+            Some((from_ns, later)) if true_ns >= *from_ns => later,
+            _ => &mut self.observer,
+        };
+        let seen = observer.observe(camera, true_ns, SIGMA_PX, &mut self.random);
         let variance = SIGMA_PX.powi(2) as f32;
         let tags = seen.iter().map(|seen| TagObservation {
             family: seen.family,
@@ -234,6 +251,41 @@ impl Scene {
             }
         }
     }
+}
+
+/// The files with the names of two cameras exchanged.
+fn with_names_exchanged(mut written: Scenario, mistake: Option<SiteMistake>) -> Scenario {
+    if let Some(SiteMistake::NamesExchanged(a, b)) = mistake {
+        // A rig's names go by position.
+        written.cameras.swap(a, b);
+    }
+    written
+}
+
+/// The site with the tags of an object printed at a scale.
+fn with_print_scaled(mut scenario: Scenario, mistake: Option<SiteMistake>) -> Scenario {
+    if let Some(SiteMistake::PrintScaled(object, ratio)) = mistake {
+        for tag in &mut scenario.objects[object].tags {
+            tag.print_scale *= ratio;
+        }
+    }
+    scenario
+}
+
+/// The site after a camera was moved or turned; none where none was.
+fn with_camera_displaced(mut scenario: Scenario, mistake: SiteMistake) -> Option<Scenario> {
+    let (camera, step) = match mistake {
+        // Sideways, so that most of what it sees stays in its image.
+        SiteMistake::CameraMoved(camera, by_m, _) => (camera, Pose::translation(by_m, 0.0, 0.0)),
+        SiteMistake::CameraTurned(camera, quarters, _) => {
+            let angle = f64::from(quarters) * FRAC_PI_2;
+            let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);
+            (camera, Pose::from_parts(Vector3::zeros().into(), turn))
+        }
+        SiteMistake::NamesExchanged(..) | SiteMistake::PrintScaled(..) => return None,
+    };
+    scenario.cameras[camera].world_from_camera *= step;
+    Some(scenario)
 }
 
 fn encoded(message: &impl Message) -> Vec<u8> {

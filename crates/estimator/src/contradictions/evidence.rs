@@ -17,10 +17,12 @@ use crate::site::indexed_site::IndexedSite;
 use crate::time::seconds;
 
 /// Longest time over which corners are moved on, s, and most times that between the two images they are moved on by.
-const LONGEST_S: f64 = 0.04;
+const LONGEST_S: f64 = 0.3;
 const MOST_STEPS: f64 = 1.5;
-/// Share of their motion by which corners that are moved on are uncertain.
-const UNCERTAIN_MOTION: f64 = 0.8;
+/// Share of their motion by which corners that are moved on are uncertain: one that turns back is two of it off.
+const UNCERTAIN_MOTION: f64 = 1.0;
+/// Longest time between two images for what they show to jump, s: in a longer one an object may be moved.
+const LONGEST_JUMP_S: f64 = 0.04;
 /// Standard deviation of a clock that is not verified, s: larger offsets are searched for elsewhere.
 const USUAL_CLOCK_S: f64 = 0.005;
 /// A corner jumps that is off by more than so many px and such a share of its motion.
@@ -128,7 +130,7 @@ fn has_same_corners(one: &ObjectImage, other: &ObjectImage) -> bool {
 fn is_jump(images: [&ObjectImage; 3]) -> bool {
     let [t0, t1, t2] = images.map(|image| image.capture_ns);
     let steps = seconds(t1, t2) / seconds(t0, t1);
-    if seconds(t1, t2) > LONGEST_S || !steps.is_finite() || steps > MOST_STEPS {
+    if seconds(t1, t2) > LONGEST_JUMP_S || !steps.is_finite() || steps > MOST_STEPS {
         return false;
     }
     let corner = |image: &ObjectImage, tag: TagId| {

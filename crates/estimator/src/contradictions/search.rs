@@ -12,11 +12,13 @@ use crate::site::indexed_site::IndexedSite;
 pub(crate) enum Scope {
     /// Whatever explains instants that contradict.
     Open(History),
-    /// What would pass for small errors of files: exchanged and turned cameras and tags.
-    Files {
-        /// Whether objects have been seen from enough sides to tell tags and prints, too.
-        has_seen_much: bool,
-    },
+    /// Exchanged and turned cameras that would pass for small errors of files.
+    Names,
+    /// The same, and exchanged and turned tags and prints at another scale: once objects have been seen from several
+    /// sides.
+    Files,
+    /// Prints at another scale, whatever else in the files is off.
+    Prints,
     /// A camera moved by so little that no single instant contradicts.
     Small,
 }
@@ -80,7 +82,18 @@ impl MistakeSearch {
 
     /// What explains the instants; the same search always has the same solution.
     pub(crate) fn solution(&self) -> &Explanation {
-        self.solution.get_or_init(|| self.solved())
+        self.solution.get_or_init(|| {
+            let r = self.solved();
+            if std::env::var("MDEBUG").is_ok() {
+                eprintln!(
+                    "{} instants {:?} -> {:?}",
+                    self.instants.len(),
+                    self.scope,
+                    r
+                );
+            }
+            r
+        })
     }
 
     fn solved(&self) -> Explanation {
@@ -93,11 +106,13 @@ impl MistakeSearch {
             Scope::Open(history) => explain(site, &self.instants, |mistake| {
                 history.allows(mistake, site)
             }),
-            Scope::Files { has_seen_much } => recognised(&|mistake| {
-                let is_of_cameras = !mistake.cameras().is_empty();
-                let is_scaled = matches!(mistake, Mistake::BodyScaled { .. });
-                (is_of_cameras || *has_seen_much) && (is_scaled || mistake.n_parameters() == 0)
-            }),
+            Scope::Names => {
+                recognised(&|mistake| !mistake.cameras().is_empty() && mistake.n_parameters() == 0)
+            }
+            Scope::Files => {
+                recognised(&|mistake| is_scaled(mistake) || mistake.n_parameters() == 0)
+            }
+            Scope::Prints => recognised(&is_scaled),
             Scope::Small => recognised(&|mistake| {
                 matches!(
                     mistake,
@@ -106,4 +121,11 @@ impl MistakeSearch {
             }),
         }
     }
+}
+
+fn is_scaled(mistake: &Mistake) -> bool {
+    matches!(
+        mistake,
+        Mistake::BodyScaled { .. } | Mistake::SizesScaled { .. }
+    )
 }

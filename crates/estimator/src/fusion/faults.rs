@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::clocks::offset_search::OffsetSearch;
 use crate::diagnosis::{Diagnosis, MovedCamera};
+use crate::mended::MendedModels;
 use crate::site::ModelledSite;
 use sextant_site_model::{CameraId, ObjectModel};
 use sextant_site_report::{ClockOffset, Fault};
@@ -160,27 +161,19 @@ pub(crate) fn camera_of_images(fault: &Fault) -> Option<&CameraId> {
     }
 }
 
-/// Whether a fault is of a camera, not of an object or a tag.
-pub(crate) fn is_of_camera(fault: &Fault) -> bool {
-    matches!(
-        fault,
-        Fault::CameraMoved { .. }
-            | Fault::CameraTurned { .. }
-            | Fault::CamerasExchanged { .. }
-            | Fault::LensChanged { .. }
-    )
-}
-
 /// What keeps an object from being tracked, whatever camera or tag it is due to.
 pub(crate) fn of_objects(
     site: &ModelledSite,
-    objects: &[ObjectModel],
+    models: &MendedModels,
     refused_share: impl Fn(usize) -> Option<f64>,
 ) -> Vec<Fault> {
+    let (_, objects) = models.files();
     let scaled = objects.iter().enumerate().filter_map(|(index, model)| {
-        Some(Fault::ObjectScaled {
+        let scales = [models.print_scale(index), site.learned_scale(index)];
+        let is_known = scales.iter().any(Option::is_some);
+        is_known.then(|| Fault::ObjectScaled {
             object: model.id().clone(),
-            ratio: site.print_scale(index)?,
+            ratio: scales.into_iter().flatten().product(),
         })
     });
     let contradicted = objects.iter().enumerate().filter_map(|(index, model)| {

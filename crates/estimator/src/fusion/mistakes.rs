@@ -1,13 +1,15 @@
 //! Mistakes of the files and in the room: found, mended in the models, reported.
 
+use std::collections::BTreeSet;
+
 use crate::contradictions::TrackDoubts;
 use crate::fusion::RigFusion;
+use crate::mended::MendedModels;
 use crate::site::AssociatedImage;
 use crate::site::indexed_site::IndexedSite;
 use crate::tracker::timeline::Timeline;
-use sextant_geometry::se3;
 use sextant_mistakes::Mistake;
-use sextant_site_model::{ImageObservation, TagId};
+use sextant_site_model::{ImageObservation, ObjectModel, Rig};
 use sextant_site_report::{Fault, ObjectEstimate, State};
 
 impl RigFusion {
@@ -71,119 +73,56 @@ impl RigFusion {
         }
     }
 
-    /// Takes over what is right if some mistakes were made. What was learned with them means nothing now.
+    /// Takes over what is right if some mistakes were made. What was learned with them means nothing now, and tracks
+    /// that they have misled start anew.
     fn mend(&mut self, mistakes: &[Mistake], indexed: &IndexedSite) {
         for mistake in mistakes {
-            let fault = self.fault(mistake, indexed);
-            if self.is_back(mistake) {
-                self.mended
-                    .retain(|other| fault.as_ref().is_none_or(|fault| !is_of_same(other, fault)));
-                if let Mistake::CameraMoved { camera, .. } = mistake {
-                    self.site.restore_camera(*camera, &self.rig);
-                }
-                continue;
-            }
-            self.site.mend(mistake, indexed);
-            if let Some(fault) = fault {
-                self.mended.retain(|other| !is_of_same(other, &fault));
-                self.mended.push(fault);
-            }
+            self.models.mend(mistake, indexed, &self.site);
         }
-        for timeline in &mut self.timelines {
-            *timeline = Timeline::new(timeline.object().clone());
-        }
+        let is_of_cameras = mistakes.iter().any(|one| !one.cameras().is_empty());
+        let tags = mistakes.iter().flat_map(|one| one.tags(&indexed.site));
+        let concerned: BTreeSet<usize> =
+            tags.map(|tag| indexed.object(indexed.body(tag))).collect();
+        let (rig, objects) = self.models.in_force();
+        let (rig, objects) = (rig.clone(), objects.to_vec());
+        self.put_in_force(&rig, &objects);
+        self.restart_tracks(|object| is_of_cameras || concerned.contains(&object));
         self.forget_calibration();
         self.diagnosis.reset();
         self.offset_search.models_changed();
-        self.contradictions.models_changed();
+        self.contradictions.models_mended(&indexed.site);
     }
 
-    /// Whether a camera that had been moved is where its file has it again.
-    fn is_back(&self, mistake: &Mistake) -> bool {
-        let Mistake::CameraMoved {
-            camera,
-            world_from_camera,
-            sigma,
-        } = mistake
-        else {
-            return false;
-        };
-        let id = self.site.camera_id(*camera);
-        let was_moved = self.mended.iter().any(
-            |fault| matches!(fault, Fault::CameraMoved { camera } if Some(camera) == id.as_ref()),
-        );
-        let mut cameras = self.rig.cameras().iter();
-        let file = cameras.find(|file| Some(&file.id) == id.as_ref());
-        let place = file.and_then(|file| file.world_from_camera);
-        was_moved
-            && place.is_some_and(|place| {
-                let step = se3::difference(world_from_camera, &place);
-                step.fixed_rows::<3>(0).norm() <= BACK * sigma.position_m
-                    && step.fixed_rows::<3>(3).norm() <= BACK * sigma.orientation_rad
-            })
+    /// Takes the models of the files over again: what was mended with other files means nothing with new ones.
+    pub(crate) fn return_to_files(&mut self) {
+        if !self.models.is_mended() {
+            return;
+        }
+        let (rig, objects) = self.models.files();
+        let (rig, objects) = (rig.clone(), objects.to_vec());
+        self.put_in_force(&rig, &objects);
+        self.models = MendedModels::new(rig, objects);
+        self.restart_tracks(|_| true);
     }
 
-    /// What is reported of a mistake; `None` where something else reports it.
-    fn fault(&self, mistake: &Mistake, indexed: &IndexedSite) -> Option<Fault> {
-        let camera = |index: usize| self.site.camera_id(index);
-        let degrees = |quarters: u8| u16::from(quarters) * 90;
-        let tags = mistake.tags(&indexed.site).into_iter();
-        let tags: Vec<TagId> = tags.map(|tag| indexed.tags[tag]).collect();
-        let first = tags.first().copied();
-        let of_first = first.and_then(|tag| Some((self.site.object_of(&tag)?.clone(), tag)));
-        Some(match *mistake {
-            Mistake::CameraMoved { camera: index, .. } => Fault::CameraMoved {
-                camera: camera(index)?,
-            },
-            Mistake::CameraTurned {
-                camera: index,
-                quarters,
-            } => Fault::CameraTurned {
-                camera: camera(index)?,
-                degrees: degrees(quarters),
-            },
-            Mistake::CamerasExchanged { a, b } => Fault::CamerasExchanged {
-                a: camera(a)?,
-                b: camera(b)?,
-            },
-            Mistake::LensChanged {
-                camera: index,
-                ratio,
-            } => Fault::LensChanged {
-                camera: camera(index)?,
-                ratio,
-            },
-            Mistake::TagTurned { quarters, .. } => {
-                let (object, tag) = of_first?;
-                Fault::TagTurned {
-                    object,
-                    tag,
-                    degrees: degrees(quarters),
-                }
+    fn put_in_force(&mut self, rig: &Rig, objects: &[ObjectModel]) {
+        self.site.set_rig(rig);
+        // The tags are those of the files, so that objects contradict each other no more than these do.
+        let is_taken = self.site.set_objects(objects).is_ok();
+        debug_assert!(is_taken, "objects of the same tags");
+    }
+
+    fn restart_tracks(&mut self, is_misled: impl Fn(usize) -> bool) {
+        for (object, timeline) in self.timelines.iter_mut().enumerate() {
+            if is_misled(object) {
+                *timeline = Timeline::new(timeline.object().clone());
             }
-            Mistake::TagsExchanged { .. } => {
-                let (object, a) = of_first?;
-                Fault::TagsExchanged {
-                    object,
-                    a,
-                    b: *tags.get(1)?,
-                }
-            }
-            Mistake::TagResized { ratio, .. } => {
-                let (object, tag) = of_first?;
-                Fault::TagSize { object, tag, ratio }
-            }
-            // The site knows the scales of its objects; clocks and loose tags are not mended.
-            Mistake::BodyScaled { .. }
-            | Mistake::SizesScaled { .. }
-            | Mistake::ClockOff { .. }
-            | Mistake::TagMoved { .. } => return None,
-        })
+        }
     }
 
     /// The faults of the mistakes that are mended, and of two cameras that may as well be the one or the other.
     pub(crate) fn mistakes(&self) -> Vec<Fault> {
-        let mut all = self.mended.clone();
+        let mut all = self.models.faults().to_vec();
         let ids = self
             .contradictions
             .pair()
@@ -210,18 +149,4 @@ impl RigFusion {
         }
         estimate
     }
-}
-
-/// Standard deviations within which a camera is where it was.
-const BACK: f64 = 3.0;
-
-/// Whether two faults are of one camera or tag, so that the later one replaces the other.
-fn is_of_same(one: &Fault, other: &Fault) -> bool {
-    let camera = |fault: &Fault| match fault {
-        Fault::CameraMoved { camera }
-        | Fault::CameraTurned { camera, .. }
-        | Fault::LensChanged { camera, .. } => Some(camera.clone()),
-        _ => None,
-    };
-    one == other || camera(one).is_some_and(|id| camera(other) == Some(id))
 }

@@ -16,7 +16,8 @@ impl RigFusion {
 
     /// The object that a ray goes through at a time, other than one.
     fn object_on(&self, ray: &Ray, but: usize, time_ns: u64) -> Option<usize> {
-        let others = self.timelines.iter().zip(&self.objects).enumerate();
+        let (_, models) = self.models.in_force();
+        let others = self.timelines.iter().zip(models).enumerate();
         let mut hit = others
             .filter(|(index, _)| *index != but)
             .filter(|(_, (timeline, model))| {

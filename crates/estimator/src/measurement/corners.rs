@@ -252,14 +252,6 @@ pub(crate) struct ViewNoise {
     pub distortion_share: f64,
 }
 
-impl ViewNoise {
-    /// Before anything is estimated.
-    pub const UNKNOWN: Self = Self {
-        factor: 1.0,
-        distortion_share: 1.0,
-    };
-}
-
 impl<'a> WeightedView<'a> {
     pub fn new(
         camera_index: usize,

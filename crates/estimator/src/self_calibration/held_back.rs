@@ -50,8 +50,9 @@ pub(crate) struct HeldBackKeyframes {
     passed: usize,
 }
 
-/// Squares of one keyframe by the views that both models explain, px^2, and the number of these.
-struct MotionPair {
+/// Squares of one instant by the views that two models both explain, px², and the number of these.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SquaresPair {
     before: f64,
     after: f64,
     n_views: usize,
@@ -109,14 +110,9 @@ impl HeldBackKeyframes {
             let [before, after] = models.each_ref().map(|(corrections, cameras)| {
                 adjustment.squares_px(corrected(keyframe, corrections, site), cameras)
             });
-            MotionPair::from_squares(&before, &after)
+            SquaresPair::from_squares(&before, &after)
         });
-        let pairs: Vec<MotionPair> = pairs.collect();
-        is_better(&pairs).then(|| HeldBack {
-            n_images: pairs.len(),
-            before_px: rms_px(&pairs, |pair| pair.before),
-            after_px: rms_px(&pairs, |pair| pair.after),
-        })
+        HeldBack::judged(&pairs.collect::<Vec<SquaresPair>>())
     }
 
     /// The cameras of the keyframes with corrections of the files' models, by index.
@@ -137,8 +133,20 @@ impl HeldBackKeyframes {
     }
 }
 
-impl MotionPair {
-    fn from_squares(before: &[Option<f64>], after: &[Option<f64>]) -> Option<Self> {
+impl HeldBack {
+    /// What instants that had no part say of the second models; `None` unless these explain them clearly better.
+    pub(crate) fn judged(pairs: &[SquaresPair]) -> Option<Self> {
+        is_better(pairs).then(|| Self {
+            n_images: pairs.len(),
+            before_px: rms_px(pairs, |pair| pair.before),
+            after_px: rms_px(pairs, |pair| pair.after),
+        })
+    }
+}
+
+impl SquaresPair {
+    /// From the squares of each view by the two models; `None` where both explain less than two.
+    pub fn from_squares(before: &[Option<f64>], after: &[Option<f64>]) -> Option<Self> {
         let both = before.iter().zip(after);
         let both = both.filter_map(|(before, after)| (*before).zip(*after));
         let mut pair = Self {
@@ -160,19 +168,19 @@ impl MotionPair {
     }
 }
 
-fn is_better(pairs: &[MotionPair]) -> bool {
+fn is_better(pairs: &[SquaresPair]) -> bool {
     if pairs.len() < LEAST {
         return false;
     }
     let n = pairs.len() as f64;
-    let mean = pairs.iter().map(MotionPair::gain).sum::<f64>() / n;
+    let mean = pairs.iter().map(SquaresPair::gain).sum::<f64>() / n;
     let squares = pairs.iter().map(|pair| (pair.gain() - mean).powi(2));
     let standard_error = (squares.sum::<f64>() / (n - 1.0) / n).sqrt();
     let falls = rms_px(pairs, |pair| pair.after) < rms_px(pairs, |pair| pair.before);
     falls && mean >= LEAST_GAIN && mean >= SIGNIFICANT * standard_error
 }
 
-fn rms_px(pairs: &[MotionPair], square: impl Fn(&MotionPair) -> f64) -> f64 {
+fn rms_px(pairs: &[SquaresPair], square: impl Fn(&SquaresPair) -> f64) -> f64 {
     let n_views: usize = pairs.iter().map(|pair| pair.n_views).sum();
     let sum: f64 = pairs.iter().map(square).sum();
     (sum / (CORNERS * n_views.max(1) as f64)).sqrt()

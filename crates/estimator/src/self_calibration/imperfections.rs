@@ -15,9 +15,12 @@ const APART_M: f64 = 0.002;
 const OFF: (f64, f64) = (0.0007, 0.02);
 /// Share by which a size or a focal length must be off.
 const SIZE_OFF: f64 = 0.006;
+/// Standard deviations by which the scale of an object must be off.
+const CLEAR: f64 = 4.0;
 const FOCAL_OFF: f64 = 0.002;
 
-/// The worst of each kind: the pair of cameras, and of each object the tag; every camera whose focal length is off.
+/// The worst of each kind: the pair of cameras, and of each object the tag; every camera whose focal length is off, and
+/// every object whose scale is.
 pub(crate) fn imperfections(
     corrections: &Corrections,
     site: &ModelledSite,
@@ -32,7 +35,11 @@ pub(crate) fn imperfections(
         worth.then_some(Imperfection::FocalLengthOff { camera, ratio })
     });
     let cameras = cameras.into_iter().chain(focal_lengths);
-    cameras.chain(tags(corrections, site)).collect()
+    let tags = tags(corrections, site);
+    cameras
+        .chain(tags)
+        .chain(scales(corrections, site))
+        .collect()
 }
 
 /// The two cameras that would see an object at a place farthest apart by the rig's file.
@@ -56,6 +63,19 @@ fn cameras(
     (apart_m > APART_M).then_some(Imperfection::CamerasDisagree { a, b, apart_m })
 }
 
+/// Objects at another scale, as far as that is no fault.
+fn scales(corrections: &Corrections, site: &ModelledSite) -> Vec<Imperfection> {
+    let scales = corrections.scales.iter().filter_map(|(object, one)| {
+        let off = one.log_factor.abs();
+        let worth = off > SIZE_OFF.max(CLEAR * one.sigma) && !one.is_clear();
+        worth.then_some(Imperfection::ScaleOff {
+            object: site.objects().get(*object)?.clone(),
+            ratio: one.log_factor.exp(),
+        })
+    });
+    scales.collect()
+}
+
 fn tags(corrections: &Corrections, site: &ModelledSite) -> Vec<Imperfection> {
     let mut places: BTreeMap<_, (f64, Imperfection)> = BTreeMap::new();
     let mut sizes: BTreeMap<_, (f64, Imperfection)> = BTreeMap::new();
@@ -74,11 +94,15 @@ fn tags(corrections: &Corrections, site: &ModelledSite) -> Vec<Imperfection> {
             position_m,
             orientation_rad,
         });
-        let off = one.log_size.abs() / SIZE_OFF;
+        let scale = site
+            .placement(tag)
+            .and_then(|place| corrections.scales.get(&place.body().0));
+        let log_size = one.log_size - scale.map_or(0.0, |scale| scale.log_factor);
+        let off = log_size.abs() / SIZE_OFF;
         keep_worst(&mut sizes, object, off, || Imperfection::SizeOff {
             object: object.clone(),
             tag: *tag,
-            ratio: one.log_size.exp(),
+            ratio: log_size.exp(),
         });
     }
     let worst = places.into_values().chain(sizes.into_values());

@@ -31,6 +31,8 @@ pub(crate) enum Exactness {
     InForce,
     /// As the files have them, taken to be nearly exact.
     ExactFiles,
+    /// As the files have them, with errors of the size that they state or that is usual.
+    UsualFiles,
 }
 
 impl IndexedSite {
@@ -51,8 +53,12 @@ impl IndexedSite {
             .collect();
         for (tag, place) in models.placements() {
             let (model, sigma, least) = match exactness {
-                Exactness::InForce => (&place.tag, place.sigma, LEAST_TAG_SIGMA),
+                Exactness::InForce => {
+                    let sigma = place.sigma.map(|sigma| sigma.times(WIDER));
+                    (&place.tag, sigma, LEAST_TAG_SIGMA)
+                }
                 Exactness::ExactFiles => (&place.file, None, LEAST_SIGMA),
+                Exactness::UsualFiles => (&place.file, Some(place.prior), LEAST_SIGMA),
             };
             let Some(body_from_tag) = model.object_from_tag else {
                 continue;
@@ -69,7 +75,7 @@ impl IndexedSite {
                 body,
                 body_from_tag,
                 size_m: model.size_m,
-                sigma: widened(sigma, PoseSigma::OF_TAG.times(least)),
+                sigma: at_least(sigma, PoseSigma::OF_TAG.times(least)),
             });
         }
         indexed
@@ -104,12 +110,16 @@ fn site_camera(
     let posed = camera.posed.as_ref()?;
     let file = camera.file()?;
     let (lens, world_from_camera, sigma) = match exactness {
-        Exactness::InForce => (posed.lens, posed.camera_from_world.inverse(), posed.sigma),
+        Exactness::InForce => {
+            let sigma = posed.sigma.map(|sigma| sigma.times(WIDER));
+            (posed.lens, posed.camera_from_world.inverse(), sigma)
+        }
         Exactness::ExactFiles => (file.lens, file.world_from_camera, None),
+        Exactness::UsualFiles => (file.lens, file.world_from_camera, Some(file.sigma)),
     };
     let sigma = match models.has_one_camera() {
         true => PoseSigma::NONE,
-        false => widened(sigma, PoseSigma::OF_CAMERA.times(LEAST_SIGMA)),
+        false => at_least(sigma, PoseSigma::OF_CAMERA.times(LEAST_SIGMA)),
     };
     Some(SiteCamera {
         lens,
@@ -120,8 +130,8 @@ fn site_camera(
 }
 
 /// A standard deviation within which an error is no mistake.
-fn widened(sigma: Option<PoseSigma>, least: PoseSigma) -> PoseSigma {
-    let sigma = sigma.unwrap_or(PoseSigma::NONE).times(WIDER);
+fn at_least(sigma: Option<PoseSigma>, least: PoseSigma) -> PoseSigma {
+    let sigma = sigma.unwrap_or(PoseSigma::NONE);
     PoseSigma {
         position_m: sigma.position_m.max(least.position_m),
         orientation_rad: sigma.orientation_rad.max(least.orientation_rad),

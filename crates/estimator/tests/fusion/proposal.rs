@@ -1,11 +1,15 @@
 //! A refined calibration is proposed where images that had no part in it are explained better by it.
 
+use std::f64::consts::PI;
+
+use nalgebra::{UnitQuaternion, Vector3};
 use sextant_estimator::{Fusion, FusionOptions, Input, Proposal};
 use sextant_geometry::{Pose, se3};
-use sextant_site_model::{ImageObservation, ObjectModel, Rig};
+use sextant_site_model::{ImageObservation, ObjectModel, ObjectTag, Rig};
+use sextant_site_report::State;
 
 use crate::imperfect::{files, glued, measured, watched};
-use crate::scene::{Random, cube, feed, fusion, rig, run};
+use crate::scene::{Random, START_NS, cube, feed, fusion, path_at, position_error, rig, run};
 
 /// Half a minute of images.
 const INSTANTS: u64 = 900;
@@ -154,4 +158,85 @@ fn what_was_taken_is_not_proposed_again() {
     assert_eq!(machine.proposal(), None, "nothing is seen yet");
     let mut refined = fusion(&rig, &objects[0], FusionOptions::default());
     assert_eq!(proposed(&mut refined, &truth, &object, 12), None);
+}
+
+/// The rig with the names of its first two cameras exchanged.
+fn with_names_exchanged(rig: &Rig) -> Rig {
+    let mut cameras = rig.cameras().to_vec();
+    let first = cameras[0].id.clone();
+    cameras[0].id = std::mem::replace(&mut cameras[1].id, first);
+    Rig::new(cameras).unwrap()
+}
+
+/// The object with its first tag upside down.
+fn with_a_tag_upside_down(object: &ObjectModel) -> ObjectModel {
+    let first = object.tags()[0].clone();
+    let upside_down = Pose::from_parts(
+        Vector3::zeros().into(),
+        UnitQuaternion::from_axis_angle(&Vector3::z_axis(), PI),
+    );
+    object.clone().with_tag(ObjectTag {
+        object_from_tag: first.object_from_tag.map(|place| place * upside_down),
+        ..first
+    })
+}
+
+/// The object as its print is at another scale.
+fn printed_at(object: &ObjectModel, ratio: f64) -> ObjectModel {
+    object
+        .tags()
+        .iter()
+        .cloned()
+        .fold(object.clone(), |printed, mut tag| {
+            tag.size_m *= ratio;
+            if let Some(place) = &mut tag.object_from_tag {
+                place.translation.vector *= ratio;
+            }
+            printed.with_tag(tag)
+        })
+}
+
+#[test]
+fn mistakes_of_files_are_proposed_mended() {
+    let (truth, object) = (rig(4), cube());
+    let files = [
+        (with_names_exchanged(&truth), object.clone()),
+        (truth.clone(), with_a_tag_upside_down(&object)),
+        (truth.clone(), printed_at(&object, 1.05)),
+    ];
+    for (index, (rig_file, object_file)) in files.into_iter().enumerate() {
+        let random = &mut Random(index as u64 + 50);
+        let configured = measured(&rig_file, 0.003, 0.003, random);
+        let glued = glued(&object_file, 0.0005, 0.009, random);
+        let mut machine = fusion(&configured, &glued, FusionOptions::default());
+        let start = run(&truth, &object, 0.1, 4.0, random);
+        let (before, after) = start.split_at(start.len() / 2);
+        before
+            .iter()
+            .for_each(|image| drop(feed(&mut machine, image.clone())));
+        let proposal = machine
+            .proposal()
+            .unwrap_or_else(|| panic!("{index}: {:?}", machine.faults()));
+        assert!(
+            proposal.held_back.n_images >= 8,
+            "{index}: {:?}",
+            proposal.held_back
+        );
+        assert!(!machine.faults().is_empty(), "{index}: its file is wrong");
+        if let Some(rig) = proposal.rig {
+            machine.handle(START_NS, Input::Rig(rig));
+        }
+        if let [object] = &proposal.objects[..] {
+            machine.handle(START_NS, Input::Objects(vec![object.clone()]));
+        }
+        for image in after {
+            for estimate in feed(&mut machine, image.clone()) {
+                let off = position_error(&estimate, &path_at(estimate.capture_ns));
+                let sigma = estimate.covariance.fixed_view::<3, 3>(0, 0).trace().sqrt();
+                let is_right = estimate.state != State::Tracking || off < 4.0 * sigma + 0.005;
+                assert!(is_right, "{index}: {off} with {sigma}");
+            }
+        }
+        assert_eq!(machine.faults(), [], "{index}");
+    }
 }

@@ -25,6 +25,9 @@ struct Arguments {
     /// Leaves out these faults and requests of the plan that is traced, by number from 0, faults first.
     #[arg(long, value_delimiter = ',')]
     without: Vec<usize>,
+    /// Somebody makes a mistake at each site: moves or turns a camera, exchanges names, prints at another scale.
+    #[arg(long)]
+    mistakes: bool,
     /// Ends with the first promise that is broken.
     #[arg(long)]
     until_broken: bool,
@@ -49,7 +52,7 @@ struct Total {
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     if let Some(seed) = arguments.trace {
-        return trace(seed, &arguments.without);
+        return trace(&arguments.plan(seed).without(&arguments.without));
     }
     let begun = Instant::now();
     let ends = Duration::from_secs_f64(arguments.hours * 3600.0);
@@ -68,7 +71,7 @@ fn main() -> ExitCode {
                     if seed >= arguments.from + arguments.seeds {
                         break;
                     }
-                    one(seed, arguments.shrink, &total);
+                    one(&arguments.plan(seed), arguments.shrink, &total);
                 }
             });
         }
@@ -90,12 +93,21 @@ fn main() -> ExitCode {
     }
 }
 
-fn one(seed: u64, shrink: bool, total: &Mutex<Total>) {
-    let plan = Plan::new(seed);
-    let outcome = run(&plan, false);
+impl Arguments {
+    fn plan(&self, seed: u64) -> Plan {
+        let plan = Plan::new(seed);
+        match self.mistakes {
+            true => plan.with_mistake(),
+            false => plan,
+        }
+    }
+}
+
+fn one(plan: &Plan, shrink: bool, total: &Mutex<Total>) {
+    let outcome = run(plan, false);
     if let Some(broken) = &outcome.broken {
         let without = match shrink {
-            true => superfluous(&plan, broken.promise),
+            true => superfluous(plan, broken.promise),
             false => Vec::new(),
         };
         let without: Vec<String> = without.iter().map(usize::to_string).collect();
@@ -103,7 +115,9 @@ fn one(seed: u64, shrink: bool, total: &Mutex<Total>) {
             true => String::new(),
             false => format!(" --without {}", without.join(",")),
         };
-        println!("seed {seed} {broken}; cargo xtask simulate --trace {seed}{option}");
+        let mistakes = plan.mistake.map_or("", |_| " --mistakes");
+        let seed = plan.seed;
+        println!("seed {seed} {broken}; cargo xtask simulate --trace {seed}{mistakes}{option}");
     }
     let Ok(mut total) = total.lock() else {
         return;
@@ -115,10 +129,9 @@ fn one(seed: u64, shrink: bool, total: &Mutex<Total>) {
     total.coverage.add(&outcome.coverage);
 }
 
-fn trace(seed: u64, without: &[usize]) -> ExitCode {
-    let plan = Plan::new(seed).without(without);
+fn trace(plan: &Plan) -> ExitCode {
     print!("{plan}");
-    let outcome = run(&plan, true);
+    let outcome = run(plan, true);
     println!("fingerprint {:016x}", outcome.fingerprint);
     match outcome.broken {
         None => ExitCode::SUCCESS,
