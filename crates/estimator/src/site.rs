@@ -19,8 +19,8 @@ use crate::measurement::rolling_shutter::RollingShutter;
 use crate::site::corrections::{CameraCorrection, Corrections, ObjectFrame};
 use crate::{FusionOptions, OptionsError};
 use sextant_site_model::{
-    Camera, CameraId, ImageObservation, LensSigma, ObjectId, ObjectModel, ObjectTag, PoseSigma,
-    Rig, SIZE_SIGMA, TagCorners, TagId,
+    Camera, CameraId, ImageObservation, LensSigma, MISPRINT_SIGMA, ObjectId, ObjectModel,
+    ObjectTag, PoseSigma, Rig, SIZE_SIGMA, TagCorners, TagId,
 };
 
 /// Why objects can't be tracked together.
@@ -204,7 +204,7 @@ impl ModelledSite {
                 },
                 lens_sigma: camera
                     .lens_prior
-                    .sigma_or(usual_lens_sigma(&camera.lens, is_alone)),
+                    .sigma_or(LensSigma::usual(&camera.lens, !is_alone)),
                 reach_px: reach_px(camera),
                 shutter: camera.line_delay_s.map(|line_delay_s| RollingShutter {
                     line_delay_s,
@@ -396,10 +396,10 @@ impl ModelledSite {
         for place in places.filter(|place| place.object == object) {
             place.file.size_m *= factor;
             place.tag.size_m *= factor;
-            place.size_prior = place.size_prior.max(PRINT_SCALE_SIGMA);
+            place.size_prior = place.size_prior.max(MISPRINT_SIGMA);
         }
         let variance = &mut self.scales[object];
-        *variance = variance.max(PRINT_SCALE_SIGMA.powi(2));
+        *variance = variance.max(MISPRINT_SIGMA.powi(2));
         self.is_exact = self.has_exact_models();
     }
 
@@ -540,24 +540,6 @@ impl ModelledSite {
         }
     }
 }
-
-/// Share of the focal length as which that of a lens counts that no other camera will ever check.
-const UNCHECKED_FOCAL_SIGMA: f64 = 0.005;
-
-fn usual_lens_sigma(lens: &Lens, is_alone: bool) -> LensSigma {
-    let usual = LensSigma::usual(lens);
-    LensSigma {
-        focal_px: if is_alone {
-            UNCHECKED_FOCAL_SIGMA * lens.intrinsics().fx
-        } else {
-            usual.focal_px
-        },
-        ..usual
-    }
-}
-
-/// Standard deviation of the logarithm of a print's scale as images show it: tags are off their places.
-const PRINT_SCALE_SIGMA: f64 = 0.03;
 
 /// The tags of an object: an object is where its tags are, so that a single one without a place is its frame.
 fn placed_tags(object: &ObjectModel) -> Vec<ObjectTag> {

@@ -8,15 +8,17 @@ use crate::kinematics::chain::ChainLink;
 use crate::kinematics::configuration::Configuration;
 use crate::measurement::ray::Ray;
 use crate::measurement::rolling_shutter::{LinkMotion, RollingShutter};
-use crate::measurement::view_equations::{NoiseSource, ViewEquations, robust};
+use crate::measurement::view_equations::{NoiseSource, ViewEquations};
 use crate::measurement::whitening::{PoseRows, Rows, Whitening, product};
-use sextant_adjustment::residuals::corners::{BodyInCamera, ProjectedCorner};
+use sextant_adjustment::residuals::corners::{BodyInCamera, KERNEL, ProjectedCorner, UNSEEN};
 use sextant_adjustment::shutter::{LaterPose, Slopes};
 use sextant_site_model::{LensSigma, ObjectTag, PoseSigma, TagCorners, TagId};
 use sextant_site_report::ClockOffset;
 
 /// Twice the cost of a view that can't be seen from the pose: as bad as a view can be.
-pub(crate) const UNSEEN: f64 = 1e3;
+pub(crate) fn unseen_cost() -> f64 {
+    4.0 * KERNEL.rho(UNSEEN)
+}
 
 /// What a view's residuals depend on in calibrations: a displacement of its link, focal length, distortion, log size
 /// and log scale. The residual follows.
@@ -433,8 +435,8 @@ impl WeightedView<'_> {
     #[inline(always)]
     fn weight(&self, corner: usize, residual: &Vector2<f64>) -> (f64, f64) {
         let d2 = residual.dot(&(self.view.information[corner] * residual)) / self.noise;
-        let (weight, cost) = robust(d2);
-        (weight, cost - weight * d2)
+        let weight = KERNEL.weight(d2);
+        (weight, KERNEL.rho(d2) - weight * d2)
     }
 
     #[inline(always)]
@@ -460,6 +462,6 @@ impl WeightedView<'_> {
     /// Twice the robust cost of the view at a configuration.
     pub fn chi2(&self, at: &Configuration) -> f64 {
         let normal = self.normal(&self.view.moving(at));
-        normal.map_or(UNSEEN, |normal| normal.chi2)
+        normal.map_or_else(unseen_cost, |normal| normal.chi2)
     }
 }

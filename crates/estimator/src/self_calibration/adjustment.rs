@@ -9,7 +9,7 @@ use sextant_geometry::Pose;
 
 use crate::measurement::biases::by_tag;
 use crate::measurement::corners::{
-    CalibratedCamera, OF_VIEW, UNSEEN, VIEW_SCALE, ViewNoise, WeightedView,
+    CalibratedCamera, OF_VIEW, VIEW_SCALE, ViewNoise, WeightedView, unseen_cost,
 };
 use crate::measurement::planar_poses::{area, branches};
 use crate::measurement::rolling_shutter::LinkMotion;
@@ -224,7 +224,7 @@ impl Adjustment {
         let cameras = self.models(context.layout, errors, context.site);
         let of_view = |keyframe: &Keyframe, one: &KeyframeView| {
             let rows = self.rows(keyframe, one, &cameras);
-            rows.map_or(UNSEEN, |rows| cost(&rows, one, context.weighting))
+            rows.map_or_else(unseen_cost, |rows| cost(&rows, one, context.weighting))
         };
         let of_keyframe = |keyframe: &Keyframe| {
             let views = keyframe.views.iter();
@@ -357,7 +357,7 @@ impl Adjustment {
     fn cost(&self, keyframe: &Keyframe, cameras: &BTreeMap<usize, CalibratedCamera>) -> f64 {
         let cost = |one: &KeyframeView| {
             let rows = self.rows(keyframe, one, cameras);
-            rows.map_or(UNSEEN, |rows| {
+            rows.map_or_else(unseen_cost, |rows| {
                 let square = rows.iter().map(|row| row[OF_VIEW].powi(2)).sum();
                 one.view.noise_source.chi2(square)
             })

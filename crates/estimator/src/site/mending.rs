@@ -93,7 +93,7 @@ impl ModelledSite {
             if before.size_m != after.size_m {
                 let ratio = after.size_m / before.size_m;
                 place.change(|tag| tag.size_m *= ratio);
-                place.size_prior = place.size_prior.max(super::PRINT_SCALE_SIGMA);
+                place.size_prior = place.size_prior.max(sextant_site_model::MISPRINT_SIGMA);
             }
         }
     }
