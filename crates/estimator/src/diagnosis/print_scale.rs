@@ -7,14 +7,13 @@
 
 use std::collections::VecDeque;
 
-use nalgebra::{SMatrix, SVector, Vector3};
+use nalgebra::{SMatrix, SVector, Vector3, Vector6};
 use sextant_geometry::{Pose, se3};
 
-use crate::measurement::corners::{
-    CalibratedCamera, OF_VIEW, TagView, VIEW_SIZE, ViewNoise, WeightedView,
-};
+use crate::measurement::corners::{CalibratedCamera, TagView, ViewNoise, WeightedView};
 use crate::measurement::planar_poses::{branches, largest};
 use crate::measurement::rolling_shutter::LinkMotion;
+use crate::self_calibration::view_rows::{ALL, BY_SIZE};
 use crate::site::{ModelledSite, ObjectImage};
 
 /// Images that decide.
@@ -159,13 +158,14 @@ fn fit(
         let mut gradient = SVector::<f64, 7>::zeros();
         cost = 0.0;
         for weighted in weigh(&scaled, camera_index, camera) {
-            for row in weighted.calibration_rows(&LinkMotion { pose, twist: None })? {
-                let by_size = if is_free { row[VIEW_SIZE] } else { 0.0 };
+            let link = LinkMotion { pose, twist: None };
+            for row in weighted.all_rows(&link, &Vector6::zeros())? {
+                let by_size = if is_free { row[BY_SIZE] } else { 0.0 };
                 let slopes = [row[0], row[1], row[2], row[3], row[4], row[5], by_size];
                 let slopes = SVector::from(slopes);
                 information += slopes * slopes.transpose();
-                gradient += slopes * row[OF_VIEW];
-                cost += row[OF_VIEW].powi(2);
+                gradient += slopes * row[ALL - 1];
+                cost += row[ALL - 1].powi(2);
             }
         }
         let step = -information.cholesky()?.solve(&gradient);

@@ -7,27 +7,23 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector, SVector, Vector3, Vector6};
 use sextant_geometry::Pose;
 
-use crate::measurement::biases::by_tag;
-use crate::measurement::corners::{
-    CalibratedCamera, OF_VIEW, VIEW_SCALE, ViewNoise, WeightedView, unseen_cost,
-};
+use crate::measurement::corners::{CalibratedCamera, ViewNoise, WeightedView, unseen_cost};
 use crate::measurement::planar_poses::{area, branches};
 use crate::measurement::rolling_shutter::LinkMotion;
 use crate::measurement::view_equations::NoiseSource;
 use crate::self_calibration::accelerations::Accelerations;
-use crate::self_calibration::arrow::Arrow;
 use crate::self_calibration::design_effect::DesignEffect;
 use crate::self_calibration::evidence::NOTHING;
 use crate::self_calibration::gauge::Gauge;
 use crate::self_calibration::keyframes::{Body, Keyframe, KeyframeView, Keyframes, Path};
 use crate::self_calibration::normal_equations::{
-    Eliminated, EliminationEquations, OwnCoupling, Solution, ViewMaps, ViewNormal, Weighting,
-    camera_map, cost, independence, normal, tag_map,
+    EliminationEquations, KeyframeEquations, Solution, Weighting, cost, independence, normal,
 };
 use crate::self_calibration::parameters::{
-    CLASSES, CLOCK, Class, LENS, OF_CAMERA, OF_SCALE, OF_TAG, ParameterLayout, SIZE, Source,
+    CLASSES, CLOCK, Class, LENS, OF_CAMERA, ParameterLayout, SIZE, Source,
 };
 use crate::self_calibration::variance_components::Scales;
+use crate::self_calibration::view_rows::{OF_POSE, PoseRows, square};
 use crate::site::ModelledSite;
 use crate::site::corrections::{
     CameraCorrection, Corrections, ObjectFrame, ScaleCorrection, TagCorrection,
@@ -223,7 +219,7 @@ impl Adjustment {
     ) -> f64 {
         let cameras = self.models(context.layout, errors, context.site);
         let of_view = |keyframe: &Keyframe, one: &KeyframeView| {
-            let rows = self.rows(keyframe, one, &cameras);
+            let rows = self.pose_rows(keyframe, one, &cameras);
             rows.map_or_else(unseen_cost, |rows| cost(&rows, one, context.weighting))
         };
         let of_keyframe = |keyframe: &Keyframe| {
@@ -281,9 +277,8 @@ impl Adjustment {
                 self.design_effect.0
             },
         };
-        let equations = self.equations(keyframes, &cameras, &layout, weighting);
-        let explained = equations.eliminated.iter().map(Eliminated::explained);
-        let square = equations.left - explained.sum::<f64>();
+        let equations = self.keyframe_equations(&keyframe, &cameras, &layout, weighting);
+        let square = equations.left - equations.eliminated.explained();
         let freedom = COORDINATES * keyframe.views.len() as f64 - keyframe.n_unknowns() as f64;
         let arm = |(camera, one): (&usize, &CalibratedCamera)| {
             (*camera, keyframe.pose.translation.vector - one.centre)
@@ -298,7 +293,7 @@ impl Adjustment {
             arms: cameras.iter().map(arm).collect(),
             clock_sigmas_s: clock_sigmas.collect(),
             misfit: 0.5 * (square - freedom / weighting.design_effect),
-            information: equations.information.of_one_body(),
+            information: equations.information,
             gradient: equations.gradient,
             layout,
         }
@@ -341,13 +336,13 @@ impl Adjustment {
     ) -> Option<DVector<f64>> {
         let (mut information, mut gradient) = own_priors(keyframe, &self.accelerations);
         for one in &keyframe.views {
-            let Some(rows) = self.rows(keyframe, one, cameras) else {
+            let Some(rows) = self.pose_rows(keyframe, one, cameras) else {
                 continue;
             };
-            let ViewNormal { matrix, pull, .. } = normal(&rows, one, Weighting::PLAIN);
+            let products = normal(&rows, one, Weighting::PLAIN);
             let lever = one.lever(keyframe);
-            information += lever.tr_mul(&(matrix.fixed_view::<6, 6>(0, 0) * &lever));
-            gradient += lever.tr_mul(&pull.fixed_rows::<6>(0));
+            information += lever.tr_mul(&(products.fixed_view::<OF_POSE, OF_POSE>(0, 0) * &lever));
+            gradient += lever.tr_mul(&products.fixed_view::<OF_POSE, 1>(0, OF_POSE));
         }
         let step = -information.cholesky()?.solve(&gradient);
         step.iter().all(|x| x.is_finite()).then_some(step)
@@ -356,10 +351,9 @@ impl Adjustment {
     /// Twice the robust cost of a keyframe.
     fn cost(&self, keyframe: &Keyframe, cameras: &BTreeMap<usize, CalibratedCamera>) -> f64 {
         let cost = |one: &KeyframeView| {
-            let rows = self.rows(keyframe, one, cameras);
+            let rows = self.pose_rows(keyframe, one, cameras);
             rows.map_or_else(unseen_cost, |rows| {
-                let square = rows.iter().map(|row| row[OF_VIEW].powi(2)).sum();
-                one.view.noise_source.chi2(square)
+                one.view.noise_source.chi2(square(&rows))
             })
         };
         keyframe.views.iter().map(cost).sum()
@@ -460,25 +454,22 @@ impl Adjustment {
         let mut squares = Vec::new();
         for keyframe in keyframes {
             for one in &keyframe.views {
-                let Some(rows) = self.rows(keyframe, one, cameras) else {
-                    continue;
-                };
-                let square = rows.iter().map(|row| row[OF_VIEW].powi(2)).sum();
-                squares.push(square);
+                let rows = self.pose_rows(keyframe, one, cameras);
+                squares.extend(rows.map(|rows| square(&rows)));
             }
         }
         squares
     }
 
-    /// Whitened rows of a view, the residual in the last column; `None` where the camera cannot see the tag's face.
-    fn rows(
+    /// Whitened rows of a view by its pose; `None` where the camera cannot see the tag's face.
+    fn pose_rows(
         &self,
         keyframe: &Keyframe,
         one: &KeyframeView,
         cameras: &BTreeMap<usize, CalibratedCamera>,
-    ) -> Option<[[f64; OF_VIEW + 1]; 8]> {
+    ) -> Option<PoseRows> {
         let (weighted, moving) = self.weighted(keyframe, one, cameras)?;
-        weighted.calibration_rows(&moving)
+        weighted.pose_rows(&moving)
     }
 
     /// A view with its camera, and its body as it moves; `None` where the camera cannot see the tag's face.
@@ -520,10 +511,10 @@ impl Adjustment {
                 let faith = FAITH[usize::from(views[0].view.noise_source == NoiseSource::Nobody)];
                 let (sum, freedom) = sums.entry(camera).or_insert((faith, faith));
                 for one in views {
-                    let Some(rows) = self.rows(&alone, one, cameras) else {
+                    let Some(rows) = self.pose_rows(&alone, one, cameras) else {
                         continue;
                     };
-                    let square: f64 = rows.iter().map(|row| row[OF_VIEW].powi(2)).sum();
+                    let square = square(&rows);
                     *sum += one.view.noise_source.weight(square) * square * self.factor(one);
                     *freedom += COORDINATES - 6.0 / views.len() as f64;
                 }
@@ -542,58 +533,27 @@ impl Adjustment {
         layout: &ParameterLayout,
         weighting: Weighting,
     ) -> EliminationEquations {
-        let mut equations = EliminationEquations {
-            information: Arrow::zeros(layout),
-            gradient: DVector::zeros(layout.len()),
-            eliminated: Vec::with_capacity(keyframes.len()),
-            left: 0.0,
-        };
+        let mut equations = EliminationEquations::new(layout);
         for keyframe in keyframes {
-            let (mut own, mut gradient) = own_priors(keyframe, &self.accelerations);
-            let n_own = keyframe.n_unknowns();
-            let mut couplings: BTreeMap<usize, OwnCoupling> = BTreeMap::new();
-            for one in &keyframe.views {
-                let rows = self.rows(keyframe, one, cameras);
-                let (Some(rows), Some(camera)) = (rows, cameras.get(&one.camera_index)) else {
-                    continue;
-                };
-                let view = normal(&rows, one, weighting);
-                let matrix = &view.matrix;
-                let lever = one.lever(keyframe);
-                own += lever.tr_mul(&(matrix.fixed_view::<6, 6>(0, 0) * &lever));
-                gradient += lever.tr_mul(&view.pull.fixed_rows::<6>(0));
-                equations.left += view.square;
-                let pose = one.pose(keyframe);
-                let arm = pose.translation.vector - camera.centre;
-                let maps = ViewMaps {
-                    at_camera: layout.cameras[&one.camera_index],
-                    at_tag: layout.tags[&one.view.tag].1,
-                    of_camera: camera_map(&arm, &one.twist(keyframe)),
-                    of_tag: tag_map(&by_tag(&pose, &one.view.object_from_tag)),
-                };
-                equations.add(&view, &maps);
-                if let Some(at_scale) = layout.scales.get(&keyframe.body()) {
-                    equations.add_scale(*at_scale, &view, &maps);
-                    let with_scale = matrix.fixed_view::<6, 1>(0, VIEW_SCALE);
-                    let mut coupling = couplings
-                        .entry(*at_scale)
-                        .or_insert_with(|| OwnCoupling::zeros(n_own))
-                        .fixed_columns_mut::<OF_SCALE>(0);
-                    coupling += lever.tr_mul(&with_scale);
-                }
-                let with_camera = lever.tr_mul(&(matrix.fixed_rows::<6>(0) * maps.of_camera));
-                *couplings
-                    .entry(maps.at_camera)
-                    .or_insert_with(|| OwnCoupling::zeros(n_own)) += with_camera;
-                let mut coupling = couplings
-                    .entry(maps.at_tag)
-                    .or_insert_with(|| OwnCoupling::zeros(n_own))
-                    .fixed_columns_mut::<OF_TAG>(0);
-                coupling += lever.tr_mul(&(matrix.fixed_rows::<6>(0) * maps.of_tag));
-            }
-            equations.eliminate(own, gradient, &couplings, layout);
+            equations.add(self.keyframe_equations(keyframe, cameras, layout, weighting));
         }
         equations
+    }
+
+    fn keyframe_equations(
+        &self,
+        keyframe: &Keyframe,
+        cameras: &BTreeMap<usize, CalibratedCamera>,
+        layout: &ParameterLayout,
+        weighting: Weighting,
+    ) -> KeyframeEquations {
+        let (own, gradient) = own_priors(keyframe, &self.accelerations);
+        let views = keyframe.views.iter().filter_map(|one| {
+            let (weighted, moving) = self.weighted(keyframe, one, cameras)?;
+            let rows = weighted.all_rows(&moving, &one.twist(keyframe))?;
+            Some((one, normal(&rows, one, weighting)))
+        });
+        KeyframeEquations::new(keyframe, layout, own, gradient, views)
     }
 
     fn corrections(
