@@ -1,9 +1,7 @@
-//! Every command of `sextant` in README and guides names a subcommand and options that exist; defaults in docs/models.md
-//! are those of the code.
+//! Every command of `sextant` in README and guides names a subcommand and options that exist.
 
 #![allow(clippy::expect_used, reason = "a test ends by panicking")]
 
-use sextant_site_model::{CLOCK_SIGMA_S, default_sigmas};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -26,24 +24,6 @@ fn commands_in_the_documentation_exist() {
         }
     }
     assert!(checked > 60, "{checked} commands");
-}
-
-#[test]
-fn default_sigmas_are_those_of_the_code() {
-    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/models.md");
-    let text = fs::read_to_string(&page).expect("a page");
-    let table = text.split_once("|---|---|---|\n").expect("a table").1;
-    let rows: Vec<&str> = table
-        .lines()
-        .take_while(|line| line.starts_with('|'))
-        .collect();
-    let expected = default_sigmas();
-    let expected = expected
-        .iter()
-        .map(|row| format!("| {} | {} | {} |", row.number, row.sigma, row.as_if));
-    assert_eq!(rows, expected.collect::<Vec<_>>(), "{}", page.display());
-    let options = sextant_estimator::FusionOptions::default();
-    assert_eq!(options.unknown_clock_s, CLOCK_SIGMA_S);
 }
 
 fn pages() -> Vec<PathBuf> {

@@ -1,21 +1,20 @@
 //! The adjustment: Gauss-Newton over the errors of the site and the pose of each keyframe, the poses eliminated (Schur
 //! complement).
 
+mod alignment;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector, SVector, Vector3, Vector6};
-use sextant_geometry::Pose;
 
 use crate::measurement::corners::{CalibratedCamera, ViewNoise, WeightedView, unseen_cost};
-use crate::measurement::planar_poses::{area, branches};
 use crate::measurement::rolling_shutter::LinkMotion;
-use crate::measurement::view_equations::NoiseSource;
 use crate::self_calibration::accelerations::Accelerations;
 use crate::self_calibration::design_effect::DesignEffect;
 use crate::self_calibration::evidence::NOTHING;
 use crate::self_calibration::gauge::Gauge;
-use crate::self_calibration::keyframes::{Body, Keyframe, KeyframeView, Keyframes, Path};
+use crate::self_calibration::keyframes::{Body, Keyframe, KeyframeView, Keyframes};
 use crate::self_calibration::normal_equations::{
     EliminationEquations, KeyframeEquations, Solution, Weighting, cost, independence, normal,
 };
@@ -23,7 +22,7 @@ use crate::self_calibration::parameters::{
     CLASSES, CLOCK, Class, LENS, OF_CAMERA, ParameterLayout, SIZE, Source,
 };
 use crate::self_calibration::variance_components::Scales;
-use crate::self_calibration::view_rows::{OF_POSE, PoseRows, square};
+use crate::self_calibration::view_rows::{PoseRows, square};
 use crate::site::ModelledSite;
 use crate::site::corrections::{
     CameraCorrection, Corrections, ObjectFrame, ScaleCorrection, TagCorrection,
@@ -34,10 +33,6 @@ use sextant_site_model::{LensSigma, ObjectTag, PoseSigma};
 const STEPS: usize = 4;
 const FIRST_STEPS: usize = 12;
 const FEW: usize = 8;
-/// Degrees of freedom as which a detector's own noise counts, and the default noise where none is given.
-const FAITH: [f64; 2] = [30.0, 4.0];
-/// Bounds of the factor on the variance of corners.
-const BOUNDS: (f64, f64) = (1e-3, 1e4);
 /// Coordinates of a view.
 const COORDINATES: f64 = 8.0;
 /// Median of chi-square with eight degrees of freedom.
@@ -52,14 +47,6 @@ const LEAST_INFORMATION: f64 = 1e-6;
 /// Step lengths of the backtracking line search, as shares of the Gauss-Newton step (Nocedal and Wright, Numerical
 /// Optimization, chapter 3).
 const STEP_LENGTHS: [f64; 5] = [1.0, 0.5, 0.25, 0.1, 0.03];
-
-/// Steps by which a keyframe's pose is brought to its views, and tags of which it may begin.
-const ALIGNING_STEPS: usize = 6;
-const MOST_STARTS: usize = 2;
-/// Step, m and rad, after which a pose is aligned.
-const ALIGNED: f64 = 1e-7;
-/// Robust squares for each coordinate up to which no other start is tried.
-const EXPLAINED: f64 = 2.0;
 
 /// The errors of the site as far as they are known.
 #[derive(Debug, Clone, Default)]
@@ -233,34 +220,6 @@ impl Adjustment {
         of_errors + keyframes.iter().map(of_keyframe).sum::<f64>()
     }
 
-    /// Brings a keyframe's pose to where it explains its views best by the models in force, whichever of the tracker's
-    /// pose and those of single tags that is nearest to.
-    pub fn align(&self, keyframe: &mut Keyframe, site: &ModelledSite) {
-        let cameras = cameras_in_force(keyframe, site);
-        for one in &mut keyframe.views {
-            if let Some(place) = site.placement(&one.view.tag) {
-                one.view.set_model(&place.tag);
-            }
-        }
-        self.set_clocks(keyframe);
-        let mut best: Option<(f64, Pose, Option<Path>)> = None;
-        for start in starts(keyframe, &cameras) {
-            let mut trial = keyframe.clone();
-            trial.pose = start;
-            self.minimise(&mut trial, &cameras);
-            let cost = self.cost(&trial, &cameras);
-            if best.is_none_or(|(least, ..)| cost < least) {
-                best = Some((cost, trial.pose, trial.path));
-            }
-            if cost <= EXPLAINED * COORDINATES * keyframe.views.len() as f64 {
-                break;
-            }
-        }
-        if let Some((_, pose, path)) = best {
-            (keyframe.pose, keyframe.path) = (pose, path);
-        }
-    }
-
     /// What a keyframe says of the site's errors against the models in force, its own pose eliminated.
     pub fn linearised(&self, mut keyframe: Keyframe, site: &ModelledSite) -> LinearisedKeyframe {
         let cameras = cameras_in_force(&keyframe, site);
@@ -299,66 +258,6 @@ impl Adjustment {
         }
     }
 
-    /// The square of each view's residuals at the pose that explains the keyframe best, px^2; `None` of views that
-    /// cannot be explained.
-    pub fn squares_px(
-        &self,
-        mut keyframe: Keyframe,
-        cameras: &BTreeMap<usize, CalibratedCamera>,
-    ) -> Vec<Option<f64>> {
-        self.set_clocks(&mut keyframe);
-        self.minimise(&mut keyframe, cameras);
-        let square = |one: &KeyframeView| {
-            let (weighted, moving) = self.weighted(&keyframe, one, cameras)?;
-            weighted.square_px(&moving)
-        };
-        keyframe.views.iter().map(square).collect()
-    }
-
-    /// Brings the pose to the minimum next to it.
-    fn minimise(&self, keyframe: &mut Keyframe, cameras: &BTreeMap<usize, CalibratedCamera>) {
-        for _ in 0..ALIGNING_STEPS {
-            let Some(step) = self.alignment_step(keyframe, cameras) else {
-                break;
-            };
-            keyframe.advance(step.as_slice());
-            if step.amax() < ALIGNED {
-                break;
-            }
-        }
-    }
-
-    /// Gauss-Newton step of the keyframe's own unknowns.
-    fn alignment_step(
-        &self,
-        keyframe: &Keyframe,
-        cameras: &BTreeMap<usize, CalibratedCamera>,
-    ) -> Option<DVector<f64>> {
-        let (mut information, mut gradient) = own_priors(keyframe, &self.accelerations);
-        for one in &keyframe.views {
-            let Some(rows) = self.pose_rows(keyframe, one, cameras) else {
-                continue;
-            };
-            let products = normal(&rows, one, Weighting::PLAIN);
-            let lever = one.lever(keyframe);
-            information += lever.tr_mul(&(products.fixed_view::<OF_POSE, OF_POSE>(0, 0) * &lever));
-            gradient += lever.tr_mul(&products.fixed_view::<OF_POSE, 1>(0, OF_POSE));
-        }
-        let step = -information.cholesky()?.solve(&gradient);
-        step.iter().all(|x| x.is_finite()).then_some(step)
-    }
-
-    /// Twice the robust cost of a keyframe.
-    fn cost(&self, keyframe: &Keyframe, cameras: &BTreeMap<usize, CalibratedCamera>) -> f64 {
-        let cost = |one: &KeyframeView| {
-            let rows = self.pose_rows(keyframe, one, cameras);
-            rows.map_or_else(unseen_cost, |rows| {
-                one.view.noise_source.chi2(square(&rows))
-            })
-        };
-        keyframe.views.iter().map(cost).sum()
-    }
-
     fn gather(&self, layout: &ParameterLayout) -> DVector<f64> {
         let mut errors = DVector::zeros(layout.len());
         for (source, places) in layout.blocks() {
@@ -389,14 +288,6 @@ impl Adjustment {
             Some((*camera, site.file_camera(*camera)?.corrected(&correction)))
         });
         cameras.collect()
-    }
-
-    /// Sets the clocks of a keyframe's views to what is known of them.
-    fn set_clocks(&self, keyframe: &mut Keyframe) {
-        for one in &mut keyframe.views {
-            let errors = self.errors.get(&Source::Camera(one.camera_index));
-            one.clock_s = errors.map_or(0.0, |errors| errors[CLOCK]);
-        }
     }
 
     /// The offsets of some cameras' clocks are not those of before.
@@ -491,39 +382,6 @@ impl Adjustment {
             twist: one.view.after_s.map(|_| one.twist),
         };
         weighted.faces(&pose).then_some((weighted, moving))
-    }
-
-    /// Learns the noise of each camera from what its images leave by themselves, whatever is wrong with the other
-    /// cameras.
-    fn learn_noise(&mut self, keyframes: &Keyframes, cameras: &BTreeMap<usize, CalibratedCamera>) {
-        let mut sums: BTreeMap<usize, (f64, f64)> = BTreeMap::new();
-        for keyframe in keyframes.iter() {
-            for views in keyframe.images() {
-                let camera = views[0].camera_index;
-                let mut alone = Keyframe {
-                    pose: views[0].pose(keyframe),
-                    path: None,
-                    views: views.to_vec(),
-                    ..keyframe.clone()
-                };
-                alone.views.iter_mut().for_each(|one| one.motion = None);
-                self.minimise(&mut alone, cameras);
-                let faith = FAITH[usize::from(views[0].view.noise_source == NoiseSource::Nobody)];
-                let (sum, freedom) = sums.entry(camera).or_insert((faith, faith));
-                for one in views {
-                    let Some(rows) = self.pose_rows(&alone, one, cameras) else {
-                        continue;
-                    };
-                    let square = square(&rows);
-                    *sum += one.view.noise_source.weight(square) * square * self.factor(one);
-                    *freedom += COORDINATES - 6.0 / views.len() as f64;
-                }
-            }
-        }
-        for (camera, (sum, freedom)) in sums {
-            self.noise
-                .insert(camera, (sum / freedom).clamp(BOUNDS.0, BOUNDS.1));
-        }
     }
 
     fn equations(
@@ -670,24 +528,6 @@ fn exact(layout: &ParameterLayout, site: &ModelledSite) -> Corrections {
 fn cameras_in_force(keyframe: &Keyframe, site: &ModelledSite) -> BTreeMap<usize, CalibratedCamera> {
     let posed = |camera: usize| Some((camera, site.cameras().get(camera)?.posed.clone()?));
     keyframe.cameras().into_iter().filter_map(posed).collect()
-}
-
-/// Where a keyframe's pose may be: as it was tracked, and by each branch of its largest tags.
-fn starts(keyframe: &Keyframe, cameras: &BTreeMap<usize, CalibratedCamera>) -> Vec<Pose> {
-    let views = keyframe.views.iter();
-    let weighted_views = views.filter_map(|one| {
-        let camera = cameras.get(&one.camera_index)?;
-        let noise = ViewNoise {
-            factor: 1.0,
-            distortion_share: one.distortion_share,
-        };
-        let weighted = WeightedView::new(one.camera_index, camera, &one.view, noise, None);
-        Some(weighted)
-    });
-    let mut weighted_views: Vec<WeightedView<'_>> = weighted_views.collect();
-    weighted_views.sort_by(|a, b| area(b).total_cmp(&area(a)));
-    let branches = weighted_views.iter().take(MOST_STARTS).flat_map(branches);
-    std::iter::once(keyframe.pose).chain(branches).collect()
 }
 
 /// By how much all views exceed their noise: a start far off is approached with as much noise, so that no view is an
