@@ -27,8 +27,8 @@ pub const UNKNOWN_CENTRE_SIGMA: f64 = 0.03;
 pub const UNKNOWN_RADIAL_SIGMA: f64 = 0.1;
 /// The same of its tangential distortions.
 pub const UNKNOWN_TANGENTIAL_SIGMA: f64 = 0.005;
-/// Of the offset of a clock, s: clocks of one computer differ by how long cameras take, those of several by how well the
-/// network keeps them together.
+/// Of the offset of a clock, s: clocks of one computer differ by how long cameras take, those of several by how well
+/// the network keeps them together.
 pub const CLOCK_SIGMA_S: f64 = 0.03;
 /// Of the time that a camera takes to read an image out, s.
 pub const READOUT_SIGMA_S: f64 = 0.02;
@@ -88,98 +88,117 @@ pub struct DefaultSigma {
     pub as_if: &'static str,
 }
 
+impl DefaultSigma {
+    fn new(number: &'static str, sigma: String, as_if: &'static str) -> Self {
+        Self {
+            number,
+            sigma,
+            as_if,
+        }
+    }
+}
+
 /// All defaults, as docs/models.md shows them.
 pub fn default_sigmas() -> Vec<DefaultSigma> {
-    let row = |number, sigma, as_if| DefaultSigma {
-        number,
-        sigma,
-        as_if,
-    };
-    let pose = |sigma: PoseSigma| {
-        let (position, orientation) = (sigma.position_m * 1e3, sigma.orientation_rad * 1e3);
-        format!("{position} mm, {orientation} mrad")
-    };
-    let share = |share: f64| format!("{} %", (share * 1e6).round() / 1e4);
-    let of_width = |of_width: f64| format!("{} of the image's width", share(of_width));
-    let in_corners = |of_width: f64| format!("{} in its corners", share(of_width));
-    let unknown_lens = format!(
-        "{} of the focal length; of the image's width {} for the principal point, {} for radial and {} for tangential \
-         distortion",
-        share(UNKNOWN_FOCAL_SIGMA),
-        share(UNKNOWN_CENTRE_SIGMA),
-        in_corners(UNKNOWN_RADIAL_SIGMA),
-        in_corners(UNKNOWN_TANGENTIAL_SIGMA),
+    let camera = DefaultSigma::new(
+        "`world_from_camera`",
+        pose_text(PoseSigma::OF_CAMERA),
+        "measured by hand",
     );
-    vec![
-        row(
-            "`world_from_camera`",
-            pose(PoseSigma::OF_CAMERA),
-            "measured by hand",
-        ),
-        row(
-            "`lens`: focal length",
-            share(FOCAL_SIGMA),
-            "calibrated on another day",
-        ),
-        row(
+    let rows = [camera].into_iter();
+    let rows = rows.chain(lenses()).chain(objects());
+    rows.chain(times_and_robots()).collect()
+}
+
+fn lenses() -> [DefaultSigma; 5] {
+    let other_day = "calibrated on another day";
+    let unknown = format!(
+        "{} of the focal length; of the image's width {} for the principal point, {} in its corners for radial and {} \
+         in its corners for tangential distortion",
+        per_cent(UNKNOWN_FOCAL_SIGMA),
+        per_cent(UNKNOWN_CENTRE_SIGMA),
+        per_cent(UNKNOWN_RADIAL_SIGMA),
+        per_cent(UNKNOWN_TANGENTIAL_SIGMA),
+    );
+    let distortion = per_cent(DISTORTION_SIGMA);
+    [
+        DefaultSigma::new("`lens`: focal length", per_cent(FOCAL_SIGMA), other_day),
+        DefaultSigma::new(
             "`lens`: focal length of a single camera",
-            share(UNCHECKED_FOCAL_SIGMA),
+            per_cent(UNCHECKED_FOCAL_SIGMA),
             "the same, and nothing checks it",
         ),
-        row(
+        DefaultSigma::new(
             "`lens`: principal point",
-            of_width(CENTRE_SIGMA),
+            format!("{} of the image's width", per_cent(CENTRE_SIGMA)),
             "calibrated on another day; to fusion a part of the camera's pose",
         ),
-        row(
+        DefaultSigma::new(
             "`lens`: distortion",
-            format!("{}, in the image's corners", of_width(DISTORTION_SIGMA)),
-            "calibrated on another day",
+            format!("{distortion} of the image's width, in the image's corners"),
+            other_day,
         ),
-        row(
+        DefaultSigma::new(
             "`lens` that no file has",
-            unknown_lens,
+            unknown,
             "estimated from single tags",
         ),
-        row(
+    ]
+}
+
+fn objects() -> [DefaultSigma; 5] {
+    let (print, bend) = (pose_text(PoseSigma::OF_PRINT), per_cent(BEND_SIGMA));
+    [
+        DefaultSigma::new(
             "`object_from_tag`",
-            pose(PoseSigma::OF_TAG),
+            pose_text(PoseSigma::OF_TAG),
             "glued on by hand",
         ),
-        row(
+        DefaultSigma::new(
             "tag of a calibration board",
-            format!(
-                "{}; {} of the board's length across it",
-                pose(PoseSigma::OF_PRINT),
-                share(BEND_SIGMA)
-            ),
+            format!("{print}; {bend} of the board's length across it"),
             "printed on one sheet, on a plate",
         ),
-        row("`size`", share(SIZE_SIGMA), "printed"),
-        row(
+        DefaultSigma::new("`size`", per_cent(SIZE_SIGMA), "printed"),
+        DefaultSigma::new(
             "`scale_sigma` of an object",
-            share(SIZE_SIGMA),
+            per_cent(SIZE_SIGMA),
             "printed at once",
         ),
-        row(
+        DefaultSigma::new(
             "the same where images show another scale",
-            share(MISPRINT_SIGMA),
+            per_cent(MISPRINT_SIGMA),
             "printed to fit a page",
         ),
-        row(
+    ]
+}
+
+fn times_and_robots() -> [DefaultSigma; 3] {
+    let milliseconds = |seconds: f64| format!("{} ms", seconds * 1e3);
+    [
+        DefaultSigma::new(
             "clock of a camera",
-            format!("{} ms", CLOCK_SIGMA_S * 1e3),
+            milliseconds(CLOCK_SIGMA_S),
             "kept by a network, or not at all",
         ),
-        row(
+        DefaultSigma::new(
             "readout of an image, without `line_delay`",
-            format!("{} ms", READOUT_SIGMA_S * 1e3),
+            milliseconds(READOUT_SIGMA_S),
             "a rolling shutter of unknown kind",
         ),
-        row(
+        DefaultSigma::new(
             "pose of a robot's hand",
-            pose(PoseSigma::OF_HAND),
+            pose_text(PoseSigma::OF_HAND),
             "reported by its controller",
         ),
     ]
+}
+
+fn pose_text(sigma: PoseSigma) -> String {
+    let (position, orientation) = (sigma.position_m * 1e3, sigma.orientation_rad * 1e3);
+    format!("{position} mm, {orientation} mrad")
+}
+
+fn per_cent(share: f64) -> String {
+    format!("{} %", (share * 1e6).round() / 1e4)
 }

@@ -27,7 +27,7 @@ use sextant_geometry::{Lens, Pose, tag_corners_in_tag};
 
 /// Robust kernel of corners, whether they are tracked or calibrated with: one wrong corner pulls ever less.
 pub const KERNEL: Kernel = Kernel::CauchyTails { width: 3.0 };
-/// Squared Mahalanobis length of a corner that cannot be projected: through [`KERNEL`] 250 a corner, more than any other.
+/// Squared Mahalanobis length of a corner that cannot be projected: 250 through [`KERNEL`], more than any other.
 pub const UNSEEN: f64 = 4e12;
 
 /// Image of a corner of a tag, with its derivatives.

@@ -67,8 +67,8 @@ impl CalibratedCamera {
         ])
     }
 
-    /// Derivatives of a point's pixel by a pixel more of focal length (first column) and by the first coefficient of the
-    /// distortion, a radial one where the lens has none.
+    /// Derivatives of a point's pixel by a pixel more of focal length (first column) and by the first coefficient of
+    /// the distortion, a radial one where the lens has none.
     pub fn by_lens(&self, in_camera: &Point3<f64>) -> Option<Matrix2<f64>> {
         let by_lens = self.lens.parameter_jacobian(in_camera)?;
         let by_distortion = if self.lens.distortion().is_empty() {
@@ -390,8 +390,8 @@ impl WeightedView<'_> {
         Some(())
     }
 
-    /// A corner at the time of its row: the body, where the corner is projected to, and its residual, px. `None` where it
-    /// cannot be seen.
+    /// A corner at the time of its row: the body, where the corner is projected to, and its residual, px. `None` where
+    /// it cannot be seen.
     pub(crate) fn at_corner(
         &self,
         corner: usize,

@@ -1,5 +1,5 @@
-//! Keyframes by themselves: the pose that explains the views of one best, and the noise of each camera by what its images
-//! leave alone.
+//! Keyframes by themselves: the pose that explains the views of one best, and the noise of each camera by what its
+//! images leave alone.
 
 use std::collections::BTreeMap;
 
