@@ -66,7 +66,7 @@ pub struct ArmResidual {
 }
 
 /// A pose with a larger error has less weight; one of 20 sigma almost none.
-pub(crate) const KERNEL: Kernel = Kernel::Cauchy { width: 5.0 };
+pub(crate) const KERNEL: Kernel = Kernel::CauchyTails { width: 5.0 };
 
 /// A residual with its derivatives by steps of FRAMES.md.
 pub struct HandError {

@@ -8,6 +8,7 @@ use crate::layout::Layout;
 use crate::marginals::KeptCovariance;
 use crate::observability::{WeakDirection, weak_directions};
 use crate::prior_knowledge::PriorKnowledge;
+use crate::residuals::corners::KERNEL;
 use crate::residuals::prior;
 use crate::stamps;
 use crate::tie;
@@ -17,8 +18,7 @@ use sextant_geometry::least_squares::Kernel;
 /// Options of the solver.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BundleOptions {
-    /// Robust kernel for corners whose error exceeds their noise. Default Cauchy of 3 sigma: undetected wrong tags have
-    /// little weight.
+    /// Robust kernel of corners. Default [`KERNEL`].
     pub kernel: Kernel,
     /// Most iterations. Default 60.
     pub max_iterations: usize,
@@ -34,7 +34,7 @@ pub struct BundleOptions {
 impl Default for BundleOptions {
     fn default() -> Self {
         Self {
-            kernel: Kernel::Cauchy { width: 3.0 },
+            kernel: KERNEL,
             max_iterations: 60,
             tolerance: 1e-3,
             prior: PriorKnowledge::default(),

@@ -19,7 +19,8 @@ pub(crate) use report::root_mean_square;
 pub use report::{LearnReport, LearnedTag};
 pub use sketch::SketchedTag;
 
-use crate::image_store::{ImageStore, TagSpec};
+use crate::image_store::TagSpec;
+use crate::session_images::SessionImages;
 use crate::verdict::listed;
 use progress::Coverage;
 use sextant_site_model::{
@@ -136,10 +137,8 @@ pub enum LearnError {
 /// Learns an object from successive images.
 #[derive(Clone, Debug)]
 pub struct LearnSession {
-    rig: Rig,
     plan: LearnPlan,
-    wanted: Vec<TagSpec>,
-    images: ImageStore,
+    images: SessionImages,
     coverage: Coverage,
 }
 
@@ -171,21 +170,17 @@ impl LearnSession {
         }
         Ok(Self {
             coverage: Coverage::new(&wanted),
-            images: ImageStore::at_most(MOST_IMAGES),
-            rig,
+            images: SessionImages::new(rig, wanted, MOST_IMAGES),
             plan,
-            wanted,
         })
     }
 
     /// Handles an image. Images of unused cameras are ignored.
     pub fn handle(&mut self, image: &ImageObservation) {
-        let Some(index) = self.camera_of(image) else {
-            return;
-        };
-        self.coverage
-            .add(index, &self.rig.cameras()[index], &self.wanted, image);
-        self.images.push(image);
+        let view = Some(image).filter(|image| self.counts(&image.camera));
+        if let Some(view) = view.and_then(|image| self.images.push(image)) {
+            self.coverage.add(view);
+        }
     }
 
     /// The session without some tags; `None` if too few are left or the gauge tag is not among them.
@@ -196,26 +191,23 @@ impl LearnSession {
         if plan.tags.len() == self.plan.tags.len() || placed < LEAST_TAGS {
             return None;
         }
-        let mut fewer = Self::new(self.rig.clone(), plan).ok()?;
-        self.images.iter().for_each(|image| fewer.handle(image));
+        let mut fewer = Self::new(self.images.rig.clone(), plan).ok()?;
+        self.images
+            .stored
+            .iter()
+            .for_each(|image| fewer.handle(image));
         Some(fewer)
     }
 
     /// Progress so far and what to do next.
     pub fn progress(&self) -> LearnProgress {
-        self.coverage.progress(&self.wanted)
+        self.coverage.progress(&self.images)
     }
 
     /// Whether images of a camera are used.
     pub fn counts(&self, camera: &CameraId) -> bool {
         let chosen = self.plan.cameras.is_empty() || self.plan.cameras.contains(camera);
-        chosen && self.rig.camera(camera).is_some()
-    }
-
-    fn camera_of(&self, image: &ImageObservation) -> Option<usize> {
-        let counts = self.counts(&image.camera);
-        let mut cameras = self.rig.cameras().iter();
-        cameras.position(|c| counts && c.id == image.camera && c.fits(image))
+        chosen && self.images.rig.camera(camera).is_some()
     }
 }
 

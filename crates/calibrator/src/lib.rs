@@ -29,6 +29,7 @@ pub mod procedure;
 mod resection;
 mod rig;
 mod robot;
+mod session_images;
 mod site;
 mod verdict;
 

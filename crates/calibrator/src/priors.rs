@@ -8,24 +8,12 @@
 
 use nalgebra::{DMatrix, DVector, Point2};
 use sextant_adjustment::{Anchor, BundleCamera, BundleSolution, BundleTag, Freedom, KeptParameter};
-use sextant_site_model::{Camera, PoseSigma, Prior};
+use sextant_site_model::{
+    CENTRE_SIGMA, Camera, DISTORTION_SIGMA, FOCAL_SIGMA, PoseSigma, Prior, SIZE_SIGMA,
+    UNKNOWN_CENTRE_SIGMA, UNKNOWN_FOCAL_SIGMA, UNKNOWN_RADIAL_SIGMA, UNKNOWN_TANGENTIAL_SIGMA,
+};
 use std::collections::BTreeMap;
 
-/// Default relative sigma of the size of a printed tag.
-pub(crate) const TAG_SIZE: f64 = 0.005;
-/// Default relative sigma of a focal length that was calibrated on another day.
-const FOCAL: f64 = 0.002;
-/// Default sigmas of the principal point, and of each distortion coefficient by its displacement of a corner of the
-/// image, as shares of the image width.
-const CENTRE: f64 = 0.003;
-const DISTORTION: f64 = 0.002;
-/// Relative sigma of the focal length of an unknown lens about an estimate from single tags; sigmas of its principal
-/// point about the middle of the image, and of radial and tangential distortion by their displacement of a corner of
-/// the image, as shares of the image width.
-const UNKNOWN_FOCAL: f64 = 0.3;
-const UNKNOWN_CENTRE: f64 = 0.03;
-const UNKNOWN_RADIAL: f64 = 0.1;
-const UNKNOWN_TANGENTIAL: f64 = 0.005;
 /// A scale grows by no more than this beyond one, that of lenses by no more than the second, and not at all where the
 /// object is held: lenses would take on what is wrong with it.
 const MOST_SCALE: [f64; 2] = [30.0, 10.0];
@@ -142,7 +130,7 @@ impl Priors {
         let anchor = Anchor::Size {
             tag,
             size_m,
-            sigma: prior.sigma_or(TAG_SIZE * size_m) / size_m,
+            sigma: prior.sigma_or(SIZE_SIGMA * size_m) / size_m,
         };
         self.anchors.push((anchor, prior != Prior::Default));
     }
@@ -168,10 +156,13 @@ impl Priors {
             camera,
             *resolution,
             |parameter, by| match parameter {
-                0 | 1 => (sigma.map_or(FOCAL * fx, |s| s.focal_px), sigma.is_some()),
-                2 | 3 => (CENTRE * width, false),
+                0 | 1 => (
+                    sigma.map_or(FOCAL_SIGMA * fx, |s| s.focal_px),
+                    sigma.is_some(),
+                ),
+                2 | 3 => (CENTRE_SIGMA * width, false),
                 _ => {
-                    let displaced = sigma.map_or(DISTORTION * width, |s| s.distortion_px);
+                    let displaced = sigma.map_or(DISTORTION_SIGMA * width, |s| s.distortion_px);
                     (displaced / by, sigma.is_some())
                 }
             },
@@ -189,10 +180,10 @@ impl Priors {
         let width = f64::from(resolution[0]) - 1.0;
         self.free_parameters(cameras, camera, resolution, |parameter, by| {
             let sigma = match parameter {
-                0 | 1 => UNKNOWN_FOCAL * fx,
-                2 | 3 => UNKNOWN_CENTRE * width,
-                6 | 7 => UNKNOWN_TANGENTIAL * width / by,
-                _ => UNKNOWN_RADIAL * width / by,
+                0 | 1 => UNKNOWN_FOCAL_SIGMA * fx,
+                2 | 3 => UNKNOWN_CENTRE_SIGMA * width,
+                6 | 7 => UNKNOWN_TANGENTIAL_SIGMA * width / by,
+                _ => UNKNOWN_RADIAL_SIGMA * width / by,
             };
             (sigma, true)
         });

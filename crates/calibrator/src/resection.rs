@@ -208,7 +208,7 @@ impl Problem<6> for Resection<'_> {
                     &error,
                     &by_step,
                     &information,
-                    Kernel::Cauchy { width: 5.0 },
+                    Kernel::CauchyTails { width: 5.0 },
                 );
             }
         }

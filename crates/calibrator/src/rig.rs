@@ -24,7 +24,8 @@ pub use origin::{Origin, Up};
 pub use progress::{CameraProgress, RigProgress};
 pub use report::{CalibratedCamera, RigReport};
 
-use crate::image_store::{ImageStore, TagSpec};
+use crate::image_store::TagSpec;
+use crate::session_images::SessionImages;
 use progress::Coverage;
 use sextant_site_model::{CameraId, ImageObservation, ObjectId, ObjectModel, Rig, TagId};
 use thiserror::Error;
@@ -151,10 +152,8 @@ pub enum RigError {
 /// Calibrates from images as they come.
 #[derive(Clone, Debug)]
 pub struct RigSession {
-    rig: Rig,
     plan: RigPlan,
-    wanted: Vec<TagSpec>,
-    images: ImageStore,
+    images: SessionImages,
     coverage: Coverage,
 }
 
@@ -183,31 +182,21 @@ impl RigSession {
         plan.origin.add_floor_tags(&mut wanted);
         Ok(Self {
             coverage: Coverage::new(&rig, &plan.object),
-            images: ImageStore::at_most(MOST_IMAGES),
-            rig,
+            images: SessionImages::new(rig, wanted, MOST_IMAGES),
             plan,
-            wanted,
         })
     }
 
     /// Handles an image. Images of cameras that the rig lacks are passed over.
     pub fn handle(&mut self, image: &ImageObservation) {
-        let Some(index) = self.camera_of(image) else {
-            return;
-        };
-        self.coverage
-            .add(index, &self.rig.cameras()[index], &self.wanted, image);
-        self.images.push(image);
+        if let Some(view) = self.images.push(image) {
+            self.coverage.add(&view, &self.images);
+        }
     }
 
     /// Progress so far and what to do next.
     pub fn progress(&self) -> RigProgress {
-        self.coverage.progress(&self.rig)
-    }
-
-    fn camera_of(&self, image: &ImageObservation) -> Option<usize> {
-        let mut cameras = self.rig.cameras().iter();
-        cameras.position(|camera| camera.id == image.camera && camera.fits(image))
+        self.coverage.progress(&self.images)
     }
 
     /// How many of the wanted tags belong to the carried object; the others lie on the floor.

@@ -24,4 +24,4 @@ pub(crate) mod state;
 pub(crate) mod update;
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -3,7 +3,8 @@
 use sextant_geometry::se3;
 use sextant_mistakes::Mistake;
 use sextant_site_model::{
-    Camera, CameraId, LensSigma, ObjectModel, ObjectTag, PoseSigma, Prior, Rig, TagId,
+    Camera, CameraId, LensSigma, MISPRINT_SIGMA, ObjectModel, ObjectTag, PoseSigma, Prior, Rig,
+    TagId,
 };
 use sextant_site_report::Fault;
 
@@ -12,10 +13,9 @@ use crate::site::indexed_site::IndexedSite;
 
 /// Standard deviation of a focal length that was found beside poses, as a share of it.
 const FOCAL_SIGMA: f64 = 0.02;
-/// Standard deviations of the scale of a print as a share of it: by what several cameras see of the whole, and by the
-/// places of tags, which are off themselves.
+/// Standard deviation of the scale of a body by what several cameras see of it, as a share of it. By the places of its
+/// tags, which are off themselves, it is [`MISPRINT_SIGMA`].
 const BODY_SCALE_SIGMA: f64 = 0.01;
-const SIZES_SCALE_SIGMA: f64 = 0.03;
 /// Standard deviations within which a camera is where it was.
 const BACK: f64 = 3.0;
 
@@ -120,7 +120,9 @@ impl MendedModels {
         let mut camera = camera.clone();
         match mistake {
             Mistake::LensChanged { .. } => {
-                let sigma = camera.lens_prior.sigma_or(LensSigma::usual(&there.lens));
+                let sigma = camera
+                    .lens_prior
+                    .sigma_or(LensSigma::usual(&there.lens, true));
                 let focal_px = FOCAL_SIGMA * there.lens.intrinsics().fx;
                 camera.lens = there.lens;
                 camera.lens_prior = Prior::Sigma(LensSigma {
@@ -168,7 +170,7 @@ impl MendedModels {
                 self.widen_scale(indexed.object(body), BODY_SCALE_SIGMA);
             }
             Mistake::SizesScaled { body, .. } => {
-                self.widen_scale(indexed.object(body), SIZES_SCALE_SIGMA);
+                self.widen_scale(indexed.object(body), MISPRINT_SIGMA);
             }
             _ => {}
         }

@@ -201,6 +201,12 @@ mod tests {
     }
 
     #[test]
+    fn an_unknown_clock_has_the_prior_of_calibrations() {
+        let options = FusionOptions::default();
+        assert_eq!(options.unknown_clock_s, sextant_site_model::CLOCK_SIGMA_S);
+    }
+
+    #[test]
     fn a_value_that_is_no_number_is_refused_by_name() {
         let options = FusionOptions {
             window_s: f64::NAN,

@@ -28,6 +28,7 @@ pub(crate) mod parameters;
 pub(crate) mod quarantine;
 pub(crate) mod task;
 pub(crate) mod variance_components;
+pub(crate) mod view_rows;
 
 pub use crate::self_calibration::held_back::HeldBack;
 pub(crate) use crate::self_calibration::keyframes::Keyframe;

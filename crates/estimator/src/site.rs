@@ -200,7 +200,7 @@ impl ModelledSite {
                 },
                 lens_sigma: camera
                     .lens_prior
-                    .sigma_or(usual_lens_sigma(&camera.lens, is_alone)),
+                    .sigma_or(LensSigma::usual(&camera.lens, !is_alone)),
                 reach_px: reach_px(camera),
                 shutter: camera.line_delay_s.map(|line_delay_s| RollingShutter {
                     line_delay_s,
@@ -516,21 +516,6 @@ impl ModelledSite {
             _ if camera_index == self.reference => ClockPrior::Reference(sigma_s),
             _ => ClockPrior::Within(sigma_s),
         }
-    }
-}
-
-/// Share of the focal length as which that of a lens counts that no other camera will ever check.
-const UNCHECKED_FOCAL_SIGMA: f64 = 0.005;
-
-fn usual_lens_sigma(lens: &Lens, is_alone: bool) -> LensSigma {
-    let usual = LensSigma::usual(lens);
-    LensSigma {
-        focal_px: if is_alone {
-            UNCHECKED_FOCAL_SIGMA * lens.intrinsics().fx
-        } else {
-            usual.focal_px
-        },
-        ..usual
     }
 }
 

@@ -42,10 +42,6 @@ impl ObjectTag {
     }
 }
 
-/// Default standard deviation of the size of a printed tag, as a share of it: printers scale by some tenths of a per
-/// cent.
-pub const SIZE_SIGMA: f64 = 0.005;
-
 /// An object with its tags.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObjectModel {
@@ -329,7 +325,7 @@ impl ObjectModel {
         let usual = if self.tags.iter().all(is_exact) {
             0.0
         } else {
-            SIZE_SIGMA
+            crate::SIZE_SIGMA
         };
         self.scale_sigma.unwrap_or(usual)
     }

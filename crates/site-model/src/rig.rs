@@ -29,8 +29,7 @@ pub struct Camera {
     /// and calibration default to [`PoseSigma::OF_CAMERA`]; a camera that alone has a pose is exact to fusion, since it
     /// is the frame.
     pub pose_prior: Prior<PoseSigma>,
-    /// Prior of `lens`. Fusion defaults to [`LensSigma::usual`], with a wider focal length where nothing checks it;
-    /// calibration has its own defaults.
+    /// Prior of `lens`. Fusion and calibration default to [`LensSigma::usual`].
     pub lens_prior: Prior<LensSigma>,
     /// Rolling shutter: seconds from a row to the next, negative if the lowest row is read first. The capture time is
     /// then that of the middle row. `None` with a global shutter.
@@ -95,16 +94,6 @@ impl PoseSigma {
         position_m: 0.0,
         orientation_rad: 0.0,
     };
-    /// Default for a camera that was placed by hand.
-    pub const OF_CAMERA: Self = Self {
-        position_m: 0.01,
-        orientation_rad: 0.01,
-    };
-    /// Default for a tag that was glued on by hand.
-    pub const OF_TAG: Self = Self {
-        position_m: 0.001,
-        orientation_rad: 0.017,
-    };
 
     /// Scaled by a factor.
     pub fn times(self, factor: f64) -> Self {
@@ -152,16 +141,6 @@ impl LensSigma {
         focal_px: 0.0,
         distortion_px: 0.0,
     };
-
-    /// Default for a lens that was calibrated on another day: 0.3 % of the focal length, half a pixel in the corners of
-    /// the image.
-    pub fn usual(lens: &Lens) -> Self {
-        let is_bending = !lens.distortion().is_empty();
-        Self {
-            focal_px: 0.003 * lens.intrinsics().fx,
-            distortion_px: if is_bending { 0.5 } else { 0.0 },
-        }
-    }
 
     /// Scaled by a factor.
     pub fn times(self, factor: f64) -> Self {

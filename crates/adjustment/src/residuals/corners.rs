@@ -25,8 +25,10 @@ use nalgebra::{
 use sextant_geometry::least_squares::Kernel;
 use sextant_geometry::{Lens, Pose, tag_corners_in_tag};
 
-/// Chi-square of a corner that cannot be projected, which makes it an outlier.
-pub const UNSEEN: f64 = 1e8;
+/// Robust kernel of corners, whether they are tracked or calibrated with: one wrong corner pulls ever less.
+pub const KERNEL: Kernel = Kernel::CauchyTails { width: 3.0 };
+/// Squared Mahalanobis length of a corner that cannot be projected: 250 through [`KERNEL`], more than any other.
+pub const UNSEEN: f64 = 4e12;
 
 /// Image of a corner of a tag, with its derivatives.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,11 +49,35 @@ impl ProjectedCorner {
             let by_place = self.by_point.row(axis).transpose();
             // J (dr x a) = (a x J) dr.
             let by_turn = self.arm.cross(&by_place);
-            [
-                by_place.x, by_place.y, by_place.z, by_turn.x, by_turn.y, by_turn.z,
-            ]
+            six(&by_place, &by_turn)
         })
     }
+}
+
+/// Derivatives of a corner's pixel, of x and of y, by steps of what it depends on (table above).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CornerJacobian {
+    /// By the pose of the body at the time of the corner's row.
+    pub body: Slopes,
+    /// By the pose of the camera.
+    pub camera: Slopes,
+    /// By the pose of the tag on the body.
+    pub tag: Slopes,
+    /// By the logarithm of the tag's size.
+    pub size: [f64; 2],
+    /// By the logarithm of the body's scale.
+    pub scale: [f64; 2],
+}
+
+impl CornerJacobian {
+    /// By the time of the row, with the twist of the body.
+    pub fn by_time(&self, twist: &Vector6<f64>) -> [f64; 2] {
+        self.body.map(|slopes| Vector6::from(slopes).dot(twist))
+    }
+}
+
+fn six(first: &Vector3<f64>, second: &Vector3<f64>) -> [f64; 6] {
+    [first.x, first.y, first.z, second.x, second.y, second.z]
 }
 
 /// A body before a camera.
@@ -85,9 +111,28 @@ impl<'a> BodyInCamera<'a> {
         self.origin_in_camera + self.camera_from_world * (self.world_from_body * in_body)
     }
 
-    /// A vector of the body in world axes.
-    pub fn in_world(&self, in_body: &Vector3<f64>) -> Vector3<f64> {
-        self.world_from_body * in_body
+    /// Derivatives of a projected corner that lies `from_centre` from its tag's centre, m, axes of the body; `scale` is
+    /// that of the body.
+    pub fn jacobian(
+        &self,
+        seen: &ProjectedCorner,
+        from_centre: &Vector3<f64>,
+        scale: f64,
+    ) -> CornerJacobian {
+        let from_camera = self.camera_from_world.tr_mul(&self.origin_in_camera.coords) + seen.arm;
+        let mut by = CornerJacobian {
+            body: seen.by_pose(),
+            ..CornerJacobian::default()
+        };
+        for axis in 0..2 {
+            let by_point = seen.by_point.row(axis).transpose();
+            let by_place = self.world_from_body.tr_mul(&by_point) * scale;
+            by.camera[axis] = six(&-by_point, &by_point.cross(&from_camera));
+            by.tag[axis] = six(&by_place, &from_centre.cross(&by_place));
+            by.size[axis] = by_place.dot(from_centre);
+            by.scale[axis] = by_point.dot(&seen.arm);
+        }
+        by
     }
 
     /// Projects a point of the body; `None` where the lens cannot.
@@ -197,7 +242,6 @@ pub(crate) struct ImageModel<'a> {
     image: &'a BundleImage,
     camera_from_world: Pose,
     camera_rotation: Matrix3<f64>,
-    centre: Vector3<f64>,
     world_from_body: Pose,
     twist: Vector6<f64>,
     /// From the instant to the capture time, s.
@@ -217,7 +261,6 @@ impl<'a> ImageModel<'a> {
             image,
             camera_rotation: camera_from_world.rotation.to_rotation_matrix().into_inner(),
             camera_from_world,
-            centre: camera.world_from_camera.translation.vector,
             world_from_body: instant.world_from_object,
             twist: instant.twist,
             delay_s: if moves { delay_s } else { 0.0 },
@@ -311,12 +354,12 @@ impl<'a> ImageModel<'a> {
 /// A corner at the time of its row.
 struct PlacedCorner<'a> {
     model: &'a ImageModel<'a>,
+    body: BodyInCamera<'a>,
     later: LaterPose,
     projected: ProjectedCorner,
     in_camera: Point3<f64>,
-    /// From the tag's centre to the corner, and the axes of the body, in world axes.
+    /// From the tag's centre to the corner, axes of the body.
     from_centre: Vector3<f64>,
-    world_from_body: Matrix3<f64>,
     scale: f64,
     rows_after_middle: f64,
 }
@@ -336,8 +379,8 @@ impl<'a> PlacedCorner<'a> {
         Some(Self {
             projected: body.project(&in_body)?,
             in_camera: body.in_camera(&in_body),
+            body,
             from_centre,
-            world_from_body: body.world_from_body,
             model,
             later,
             scale,
@@ -357,95 +400,57 @@ impl<'a> PlacedCorner<'a> {
             by_point: whitening * self.projected.by_point,
             ..self.projected
         };
-        let by_pose = whitened.by_pose();
-        self.fill_camera(whitening, &whitened, columns.camera, corner, rows);
-        for (axis, by_pose) in by_pose.iter().enumerate() {
-            let row = 2 * corner + axis;
-            let by_point = whitened.by_point.row(axis).transpose();
-            // In the body's axes.
-            let by_place = self.world_from_body.tr_mul(&by_point) * self.scale;
-            let mut at = columns.tag_start();
-            if columns.tag.pose.is_some() {
-                let by_turn = self.from_centre.cross(&by_place);
-                put(rows, row, at, &[by_place, by_turn]);
-                at += 6;
-            }
-            if columns.tag.size.is_some() {
-                rows[(row, at)] = by_place.dot(&self.from_centre);
-            }
-            if columns.has_scale {
-                rows[(row, columns.scale_start())] = by_point.dot(&whitened.arm);
-            }
-            let time = -self.by_time(by_pose);
-            rows[(row, columns.instant_start() + D)] = time;
-        }
-        let (pose, twist) = self.later.before(&by_pose);
-        for axis in 0..2 {
-            let row = 2 * corner + axis;
-            let first = columns.instant_start();
-            for n in 0..6 {
-                rows[(row, first + n)] = pose[axis][n];
-                if D > 6 {
-                    rows[(row, first + 6 + n)] = twist[axis][n];
-                }
-            }
-        }
-    }
-
-    /// Derivative by the time of the row: `J (v + w x a)`.
-    fn by_time(&self, by_pose: &[f64; 6]) -> f64 {
-        by_pose
-            .iter()
-            .zip(&self.model.twist)
-            .map(|(slope, rate)| slope * rate)
-            .sum()
-    }
-
-    fn fill_camera(
-        &self,
-        whitening: &Matrix2<f64>,
-        whitened: &ProjectedCorner,
-        columns: &CameraColumns,
-        corner: usize,
-        rows: &mut TagRows,
-    ) {
-        let by_pose = whitened.by_pose();
-        let from_camera = self.later.pose.translation.vector + whitened.arm - self.model.centre;
-        let by_lens = if columns.lens_parameters.is_empty() {
-            None
-        } else {
-            self.model.lens().parameter_jacobian(&self.in_camera)
+        let by = self.body.jacobian(&whitened, &self.from_centre, self.scale);
+        let by_time = by.by_time(&self.model.twist);
+        let by_lens = match columns.camera.lens_parameters.is_empty() {
+            true => None,
+            false => self.model.lens().parameter_jacobian(&self.in_camera),
         };
         let by_lens = by_lens.map(|by_lens| whitening * by_lens);
-        for (axis, by_pose) in by_pose.iter().enumerate() {
-            let row = 2 * corner + axis;
-            let mut at = 0;
-            if columns.pose.is_some() {
-                let by_place = -whitened.by_point.row(axis).transpose();
-                put(rows, row, at, &[by_place, from_camera.cross(&by_place)]);
-                at += 6;
+        let (pose, twist) = self.later.before(&by.body);
+        for axis in 0..2 {
+            let mut row = Row {
+                rows,
+                row: 2 * corner + axis,
+                at: 0,
+            };
+            let camera = columns.camera;
+            row.put_if(camera.pose, &by.camera[axis]);
+            row.put_if(camera.clock, &[-by_time[axis]]);
+            row.put_if(camera.line_delay, &[by_time[axis] * self.rows_after_middle]);
+            for &parameter in &camera.lens_parameters {
+                row.put(&[by_lens.map_or(0.0, |by_lens| by_lens[(axis, parameter)])]);
             }
-            if columns.clock.is_some() {
-                rows[(row, at)] = -self.by_time(by_pose);
-                at += 1;
-            }
-            if columns.line_delay.is_some() {
-                rows[(row, at)] = self.by_time(by_pose) * self.rows_after_middle;
-                at += 1;
-            }
-            if let Some(by_lens) = &by_lens {
-                for &parameter in &columns.lens_parameters {
-                    rows[(row, at)] = by_lens[(axis, parameter)];
-                    at += 1;
-                }
-            }
+            row.put_if(columns.tag.pose, &by.tag[axis]);
+            row.put_if(columns.tag.size, &[by.size[axis]]);
+            row.put_if(columns.has_scale.then_some(0), &[by.scale[axis]]);
+            row.put(&pose[axis]);
+            row.put_if((D > 6).then_some(0), &twist[axis]);
+            row.put(&[-by_time[axis]]);
         }
     }
 }
 
-fn put(rows: &mut TagRows, row: usize, first: usize, values: &[Vector3<f64>; 2]) {
-    for (at, value) in values.iter().flat_map(|half| half.iter()).enumerate() {
-        rows[(row, first + at)] = *value;
+/// A row that is filled from its first column on.
+struct Row<'a> {
+    rows: &'a mut TagRows,
+    row: usize,
+    at: usize,
+}
+
+impl Row<'_> {
+    fn put(&mut self, values: &[f64]) {
+        for value in values {
+            self.rows[(self.row, self.at)] = *value;
+            self.at += 1;
+        }
+    }
+
+    /// Where the parameter has a column.
+    fn put_if(&mut self, column: Option<usize>, values: &[f64]) {
+        if column.is_some() {
+            self.put(values);
+        }
     }
 }
 

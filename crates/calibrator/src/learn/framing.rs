@@ -24,7 +24,7 @@ impl LearnSession {
         if sought.iter().all(|sought| *sought) {
             let frame = match self.plan.gauge {
                 Gauge::Tag(tag) => {
-                    let at = self.wanted.iter().position(|w| w.tag == tag);
+                    let at = self.images.wanted.iter().position(|w| w.tag == tag);
                     at.map_or_else(Pose::identity, |at| poses[at])
                 }
                 Gauge::Centroid => {
@@ -46,7 +46,7 @@ impl LearnSession {
 
     pub(super) fn object(&self, solved: &SolvedConstellation) -> Result<ObjectModel, LearnError> {
         let solution = &solved.adjusted.solution;
-        let learned = self.wanted.iter().enumerate().map(|(at, wanted)| {
+        let learned = self.images.wanted.iter().enumerate().map(|(at, wanted)| {
             let size_m = solution.bundle.tags[at].size_m;
             let pose_sigma = solved.sought[at].then(|| sigma(&solved.covariance, at));
             let size_sigma = solution

@@ -1,11 +1,11 @@
 //! Progress of a learning session, and instructions.
 
 use crate::graph::islands;
-use crate::image_store::{ImageView, TagSpec, take_in};
+use crate::image_store::{ImageView, TagSpec};
+use crate::session_images::SessionImages;
 use crate::verdict::listed;
 use nalgebra::Vector3;
 use serde::Serialize;
-use sextant_site_model::{Camera, ImageObservation, TagId};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A tag's share of the images so far.
@@ -59,10 +59,6 @@ pub(super) struct Coverage {
     together: BTreeMap<[usize; 2], usize>,
     /// Few images of each pair of tags, spread over all.
     sample: Vec<ImageView>,
-    foreign: BTreeMap<TagId, usize>,
-    doubled: BTreeMap<TagId, usize>,
-    /// By camera of the rig: number of tags, and of those outside the image.
-    outside: BTreeMap<usize, [usize; 2]>,
 }
 
 const DIRECTIONS: usize = 8;
@@ -72,8 +68,6 @@ const FACE_ON: f64 = 0.2;
 const ENOUGH_IMAGES: usize = 12;
 const ENOUGH_DIRECTIONS: usize = 3;
 const ENOUGH_TOGETHER: usize = 3;
-/// Per cent of tags outside the image from which the resolution is wrong.
-const OUTSIDE_PERCENT: usize = 4;
 
 impl Coverage {
     pub(super) fn new(wanted: &[TagSpec]) -> Self {
@@ -84,31 +78,12 @@ impl Coverage {
             directions: vec![[false; DIRECTIONS]; wanted.len()],
             together: BTreeMap::new(),
             sample: Vec::new(),
-            foreign: BTreeMap::new(),
-            doubled: BTreeMap::new(),
-            outside: BTreeMap::new(),
         }
     }
 
-    pub(super) fn add(
-        &mut self,
-        index: usize,
-        camera: &Camera,
-        wanted: &[TagSpec],
-        image: &ImageObservation,
-    ) {
-        let (view, over) = take_in(index, camera, wanted, image);
+    pub(super) fn add(&mut self, view: ImageView) {
         self.images += 1;
         self.joining += usize::from(view.tags.len() > 1);
-        let [all, outside] = self.outside.entry(index).or_default();
-        *all += view.tags.len() + over.outside.len();
-        *outside += over.outside.len();
-        for tag in over.foreign {
-            *self.foreign.entry(tag).or_default() += 1;
-        }
-        for tag in over.doubled {
-            *self.doubled.entry(tag).or_default() += 1;
-        }
         if self.add_view(&view) {
             self.sample.push(view);
         }
@@ -139,25 +114,6 @@ impl Coverage {
         &self.sample
     }
 
-    /// Tags that are not part of the plan, the most frequent first.
-    pub(super) fn foreign(&self) -> Vec<TagId> {
-        let mut foreign: Vec<_> = self.foreign.iter().collect();
-        foreign.sort_by_key(|(tag, count)| (std::cmp::Reverse(**count), **tag));
-        foreign.into_iter().map(|(tag, _)| *tag).collect()
-    }
-
-    /// Number of images that show each tag twice.
-    pub(super) fn doubled(&self) -> &BTreeMap<TagId, usize> {
-        &self.doubled
-    }
-
-    /// A camera with too many tags outside the resolution in the rig, and their percentage.
-    pub(super) fn outside(&self) -> Option<(usize, usize)> {
-        let of = self.outside.iter();
-        let mut of = of.map(|(camera, [all, outside])| (*camera, outside * 100 / (*all).max(1)));
-        of.find(|(_, percent)| *percent > OUTSIDE_PERCENT)
-    }
-
     fn groups(&self, n: usize) -> Vec<usize> {
         let enough = self
             .together
@@ -166,9 +122,9 @@ impl Coverage {
         islands(n, enough.map(|(&nodes, _)| nodes))
     }
 
-    pub(super) fn progress(&self, wanted: &[TagSpec]) -> LearnProgress {
-        let groups = self.groups(wanted.len());
-        let tags = wanted.iter().enumerate().map(|(at, w)| TagProgress {
+    pub(super) fn progress(&self, images: &SessionImages) -> LearnProgress {
+        let groups = self.groups(images.wanted.len());
+        let tags = images.wanted.iter().enumerate().map(|(at, w)| TagProgress {
             tag: w.tag.to_string(),
             images: self.seen[at],
             directions: self.directions[at].iter().filter(|d| **d).count(),
@@ -179,21 +135,25 @@ impl Coverage {
             images: self.images,
             joining: self.joining,
             complete: complete(&tags),
-            hint: self.hint(&tags),
+            hint: self.hint(&tags, images),
             tags,
         }
     }
 
-    fn hint(&self, tags: &[TagProgress]) -> String {
+    fn hint(&self, tags: &[TagProgress], images: &SessionImages) -> String {
         if self.seen.iter().all(|n| *n == 0) {
-            return match self.foreign().first() {
+            return match images.foreign().first() {
                 Some(tag) => format!(
                     "Only {tag} is seen, which is not one of the object's tags: check the numbers"
                 ),
                 None => "Show the object to the camera".to_owned(),
             };
         }
-        if let Some((tag, _)) = self.doubled.iter().find(|(_, n)| **n >= ENOUGH_TOGETHER) {
+        if let Some((tag, _)) = images
+            .doubled()
+            .iter()
+            .find(|(_, n)| **n >= ENOUGH_TOGETHER)
+        {
             return format!("Tag {tag} is there twice: replace one of the two by another number");
         }
         if let Some(hint) = joining_hint(tags) {

@@ -79,7 +79,7 @@ const MANY_LEFT_OUT: f64 = 0.15;
 
 impl LearnSession {
     pub(super) fn report(&self, solved: &SolvedConstellation) -> LearnReport {
-        let all: Vec<LearnedTag> = (0..self.wanted.len())
+        let all: Vec<LearnedTag> = (0..self.images.wanted.len())
             .map(|at| self.tag(solved, at))
             .collect();
         let sought = |wanted: bool| {
@@ -94,7 +94,7 @@ impl LearnSession {
         LearnReport {
             held_out,
             object: self.plan.object.to_string(),
-            images: self.images.n_received(),
+            images: self.images.stored.n_received(),
             images_used: solved.adjusted.used().count(),
             rms_px: solved.adjusted.solution.rms_px,
             noise_ratio: solved.adjusted.noise_ratio(),
@@ -110,7 +110,7 @@ impl LearnSession {
 
     fn tag(&self, solved: &SolvedConstellation, at: usize) -> LearnedTag {
         let solution = &solved.adjusted.solution;
-        let counts = fitting(self.wanted.len(), &solved.views, &solved.adjusted)[at];
+        let counts = fitting(self.images.wanted.len(), &solved.views, &solved.adjusted)[at];
         let axes = |first: usize| {
             let row = 6 * at + first;
             [row, row + 1, row + 2].map(|r| solved.covariance[(r, r)].max(0.0).sqrt())
@@ -121,7 +121,7 @@ impl LearnSession {
             .covariance
             .sigma(KeptParameter::TagSize { tag: at });
         LearnedTag {
-            tag: self.wanted[at].tag.to_string(),
+            tag: self.images.wanted[at].tag.to_string(),
             images: counts.seen,
             left_out: counts.seen - counts.fits.min(counts.seen),
             elsewhere: counts.elsewhere,
@@ -130,7 +130,7 @@ impl LearnSession {
             sigma_axes_mm: axes_mm,
             sigma_axes_deg: axes_deg,
             rms_px: rms_of(solved, at),
-            size_ratio: size_m / self.wanted[at].size_m,
+            size_ratio: size_m / self.images.wanted[at].size_m,
             size_ratio_sigma: sigma.unwrap_or(0.0),
         }
     }
@@ -148,7 +148,7 @@ impl LearnSession {
                     KeptParameter::TagRotation { tag, .. } => (PosePart::Attitude, tag),
                     _ => return None,
                 };
-                let tag = self.wanted[tag].tag;
+                let tag = self.images.wanted[tag].tag;
                 Some(Finding::WeakTag { tag, part })
             });
         let mut weak: Vec<Finding> = weak.collect();
@@ -158,7 +158,7 @@ impl LearnSession {
 
     fn verdict(&self, tags: &[LearnedTag], solved: &SolvedConstellation) -> Verdict {
         let mut verdict = Verdict::new();
-        if let Some(finding) = self.images.thinned() {
+        if let Some(finding) = self.images.stored.thinned() {
             verdict.add(Grade::Good, finding);
         }
         let (well_mm, well_deg) = (WELL_PLACED.0 * 1e3, WELL_PLACED.1.to_degrees());
@@ -192,7 +192,7 @@ impl LearnSession {
             );
         }
         judge_sizes(tags, &mut verdict);
-        for (&tag, &images) in self.coverage.doubled() {
+        for (&tag, &images) in self.images.doubled() {
             verdict.add(Grade::Usable, Finding::Duplicated { tag, images });
         }
         for weak in self.weak(solved) {

@@ -24,12 +24,12 @@ impl LearnSession {
     /// The largest group of connected tags, in the frame of its first tag; empty before two are connected.
     pub fn sketch(&self) -> Vec<SketchedTag> {
         let views = self.coverage.sample();
-        let groups = Groups::from_views(&self.rig, views);
-        let joints = joined_tags(&groups.seen(&self.rig, views), &self.wanted);
+        let groups = Groups::from_views(&self.images.rig, views);
+        let joints = joined_tags(&groups.seen(&self.images.rig, views), &self.images.wanted);
         let Some(root) = first_of_largest(&joints) else {
             return Vec::new();
         };
-        let placed = joints.placed(root).into_iter().zip(&self.wanted);
+        let placed = joints.placed(root).into_iter().zip(&self.images.wanted);
         let sketched = placed.filter_map(|(pose, wanted)| {
             let pose = pose?;
             Some(SketchedTag {

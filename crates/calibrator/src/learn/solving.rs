@@ -10,7 +10,7 @@ use super::{LearnError, LearnSession, LearnedObject};
 use crate::adjustment::{Adjustment, AdjustmentResult};
 use crate::constellation::joined_tags;
 use crate::graph::PoseGraph;
-use crate::image_store::{ImageView, take_in};
+use crate::image_store::ImageView;
 use crate::priors::Priors;
 use crate::resection::TagPlacement;
 use crate::verdict::{Finding, Grade, listed};
@@ -63,15 +63,15 @@ impl LearnSession {
             .report
             .verdict
             .add(Grade::Usable, Finding::Unplaced(refused.to_string()));
-        learned.report.images = self.images.n_received();
+        learned.report.images = self.images.stored.n_received();
         Ok(learned)
     }
 
     /// Places every tag.
     fn solve_all(&self) -> Result<LearnedObject, LearnError> {
-        let views = self.views();
+        let views = self.images.views();
         self.check_seen(&views)?;
-        let together = Groups::from_views(&self.rig, &views);
+        let together = Groups::from_views(&self.images.rig, &views);
         let joins_cameras = together.joins_cameras();
         let learned = self.solve_in(views, &together);
         if joins_cameras && learned.as_ref().map_or(true, is_odd) {
@@ -85,8 +85,8 @@ impl LearnSession {
         &self,
         together: Result<LearnedObject, LearnError>,
     ) -> Result<LearnedObject, LearnError> {
-        let views = self.views();
-        let apart = Groups::apart(&self.rig, &views);
+        let views = self.images.views();
+        let apart = Groups::apart(&self.images.rig, &views);
         let Ok(mut apart) = self.solve_in(views, &apart) else {
             return together;
         };
@@ -132,37 +132,27 @@ impl LearnSession {
         })
     }
 
-    fn views(&self) -> Vec<ImageView> {
-        let views = self.images.iter().filter_map(|image| {
-            let index = self.camera_of(image)?;
-            let camera = &self.rig.cameras()[index];
-            let (view, _) = take_in(index, camera, &self.wanted, image);
-            (!view.tags.is_empty()).then_some(view)
-        });
-        views.collect()
-    }
-
     fn check_seen(&self, views: &[ImageView]) -> Result<(), LearnError> {
-        if let Some((at, part)) = self.coverage.outside() {
-            let camera = &self.rig.cameras()[at];
+        if let Some(wrong) = self.images.wrong_resolution() {
+            let camera = &self.images.rig.cameras()[wrong.camera];
             let [width, height] = camera.resolution;
             return Err(LearnError::Resolution {
                 camera: camera.id.clone(),
-                part,
+                part: wrong.percent,
                 width,
                 height,
             });
         }
         if views.is_empty() {
             return Err(LearnError::NothingSeen {
-                images: self.images.n_received(),
+                images: self.images.stored.n_received(),
                 seen: self.what_is_seen(),
             });
         }
         let seen = |at: usize| views.iter().any(|v| v.tags.iter().any(|t| t.tag == at));
-        let never: Vec<_> = (0..self.wanted.len())
+        let never: Vec<_> = (0..self.images.wanted.len())
             .filter(|&at| !seen(at))
-            .map(|at| self.wanted[at].tag)
+            .map(|at| self.images.wanted[at].tag)
             .collect();
         if never.is_empty() {
             return Ok(());
@@ -171,7 +161,7 @@ impl LearnSession {
     }
 
     fn what_is_seen(&self) -> String {
-        let foreign = self.coverage.foreign();
+        let foreign = self.images.foreign();
         if foreign.is_empty() {
             return ": no tag at all; check light, focus and distance".to_owned();
         }
@@ -185,7 +175,7 @@ impl LearnSession {
             let object = self.plan.from.as_ref()?;
             object.tags().iter().find(|t| t.tag == tag)?.object_from_tag
         };
-        let wanted = self.wanted.iter();
+        let wanted = self.images.wanted.iter();
         wanted
             .map(|w| place(w.tag).filter(|_| !relearned(w.tag)))
             .collect()
@@ -198,7 +188,7 @@ impl LearnSession {
         views: &[ImageView],
         fixed: &[Option<Pose>],
     ) -> Result<Vec<TagPlacement>, LearnError> {
-        let joints = joined_tags(&groups.seen(&self.rig, views), &self.wanted);
+        let joints = joined_tags(&groups.seen(&self.images.rig, views), &self.images.wanted);
         let strongest = |at: &usize, other: &usize| {
             joints
                 .strength(*at)
@@ -214,7 +204,7 @@ impl LearnSession {
         let placed: Vec<TagPlacement> = (0..fixed.len())
             .map(|at| {
                 let place = fixed[at].or_else(|| guesses[at].map(|guess| object_from_root * guess));
-                place.map(|pose| (pose, self.wanted[at].size_m))
+                place.map(|pose| (pose, self.images.wanted[at].size_m))
             })
             .collect();
         if placed.iter().any(Option::is_none) {
@@ -230,7 +220,7 @@ impl LearnSession {
         numbers.dedup();
         let islands = numbers.iter().map(|number| {
             let members = (0..of.len()).filter(|&at| of[at] == *number);
-            members.map(|at| self.wanted[at].tag).collect()
+            members.map(|at| self.images.wanted[at].tag).collect()
         });
         let islands: Vec<Vec<TagId>> = islands.collect();
         let groups: Vec<String> = islands.iter().map(listed).collect();
@@ -251,8 +241,13 @@ impl LearnSession {
         views: &[ImageView],
         placed: &[TagPlacement],
     ) -> Result<AdjustmentResult, LearnError> {
-        let (instants, images) = groups.instants(&self.rig, views, placed);
-        let cameras = self.rig.cameras().iter().zip(&groups.group_from_camera);
+        let (instants, images) = groups.instants(&self.images.rig, views, placed);
+        let cameras = self
+            .images
+            .rig
+            .cameras()
+            .iter()
+            .zip(&groups.group_from_camera);
         let cameras = cameras.map(|(camera, pose)| BundleCamera {
             pose: Freedom::Fixed,
             ..BundleCamera::with_known_lens(camera.lens, *pose)
@@ -260,7 +255,7 @@ impl LearnSession {
         let mut cameras: Vec<BundleCamera> = cameras.collect();
         let tags = placed
             .iter()
-            .zip(&self.wanted)
+            .zip(&self.images.wanted)
             .map(|(placed, wanted)| BundleTag {
                 object_from_tag: placed.map_or_else(Pose::identity, |(pose, _)| pose),
                 size_m: wanted.size_m,
@@ -303,7 +298,7 @@ impl LearnSession {
     ) {
         let used: BTreeSet<usize> = views.iter().map(|view| view.camera).collect();
         for (number, &at) in used.iter().enumerate() {
-            let camera = &self.rig.cameras()[at];
+            let camera = &self.images.rig.cameras()[at];
             priors.free_lens(cameras, at, camera);
             if number > 0 && groups.joins_cameras() {
                 priors.free_camera(cameras, at, camera.pose_prior);
@@ -318,7 +313,7 @@ impl LearnSession {
             return known.iter().map(Option::is_some).collect();
         }
         let frame = match self.plan.gauge {
-            Gauge::Tag(tag) => self.wanted.iter().position(|w| w.tag == tag),
+            Gauge::Tag(tag) => self.images.wanted.iter().position(|w| w.tag == tag),
             Gauge::Centroid => None,
         };
         let count = |at: usize| {
@@ -337,7 +332,7 @@ impl LearnSession {
         views: &[ImageView],
         adjusted: &AdjustmentResult,
     ) -> Result<(), LearnError> {
-        let counts = fitting(self.wanted.len(), views, adjusted);
+        let counts = fitting(self.images.wanted.len(), views, adjusted);
         let lost: Vec<usize> = (0..counts.len())
             .filter(|&at| (counts[at].fits as f64) < LEAST_FITTING * counts[at].seen as f64)
             .collect();
@@ -345,7 +340,7 @@ impl LearnSession {
             return Ok(());
         }
         let moved = lost.iter().any(|&at| self.known()[at].is_some());
-        let tags = lost.iter().map(|&at| self.wanted[at].tag).collect();
+        let tags = lost.iter().map(|&at| self.images.wanted[at].tag).collect();
         let cause = if moved {
             "not where the given object has them, so they have moved: name them with --tags to \
              learn them again"

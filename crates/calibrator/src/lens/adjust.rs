@@ -3,6 +3,7 @@
 
 use super::board::Board;
 use super::view::BoardView;
+use sextant_adjustment::residuals::corners::KERNEL;
 use sextant_adjustment::{
     BodyId, Bundle, BundleCamera, BundleImage, BundleOptions, BundleSolution, FreeLens, Freedom,
     Instant, TagObservation, solve,
@@ -49,7 +50,7 @@ impl Parameters {
             sought: FreeParameters::FocalAndDistortion,
             bends: false,
             noise: Noise::Common(sigma_px),
-            kernel: Kernel::Cauchy { width: 3.0 },
+            kernel: KERNEL,
             max_iterations: 15,
         }
     }

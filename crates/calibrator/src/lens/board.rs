@@ -4,7 +4,7 @@ use super::refusal::LensRefusal;
 use nalgebra::Point3;
 use sextant_adjustment::{Anchor, BundleTag, Freedom};
 use sextant_geometry::{Pose, tag_corners_in_tag};
-use sextant_site_model::{ObjectModel, PoseSigma, TagId};
+use sextant_site_model::{BEND_SIGMA, ObjectModel, PoseSigma, TagId};
 
 /// A tag of the board.
 #[derive(Clone, Debug)]
@@ -21,14 +21,6 @@ pub(super) struct BoardTag {
 pub(super) struct Board {
     pub tags: Vec<BoardTag>,
 }
-
-/// How well a print is in place within its plane, m and rad.
-const PRINT: PoseSigma = PoseSigma {
-    position_m: 0.0001,
-    orientation_rad: 0.001,
-};
-/// How far a board is bent, as a share of its length: paper on a plate, 0.3 to 1 mm on 0.2 to 0.4 m.
-const BEND: f64 = 0.002;
 
 impl Board {
     pub(super) fn from_object(object: &ObjectModel) -> Result<Self, LensRefusal> {
@@ -91,14 +83,14 @@ impl Board {
             most - least
         };
         // A target that is no plane of its x and y is no paper that bends.
-        let is_flat = corners().all(|corner| corner.z.abs() < PRINT.position_m);
-        let bend = if is_flat { BEND } else { 0.0 };
-        let across = (bend * length(0).max(length(1)) / PRINT.position_m).max(1.0);
+        let is_flat = corners().all(|corner| corner.z.abs() < PoseSigma::OF_PRINT.position_m);
+        let bend = if is_flat { BEND_SIGMA } else { 0.0 };
+        let across = (bend * length(0).max(length(1)) / PoseSigma::OF_PRINT.position_m).max(1.0);
         let tags = self.tags.iter().enumerate();
         let anchors = tags.map(|(tag, printed)| Anchor::Tag {
             tag,
             object_from_tag: printed.board_from_tag,
-            sigma: PRINT,
+            sigma: PoseSigma::OF_PRINT,
             across,
         });
         anchors.collect()

@@ -11,7 +11,7 @@ use sextant_adjustment::{
     solve,
 };
 use sextant_geometry::least_squares::Kernel;
-use sextant_site_model::Camera;
+use sextant_site_model::{CLOCK_SIGMA_S, Camera, READOUT_SIGMA_S};
 use std::collections::BTreeSet;
 
 /// Motion of a hand-held object, which gains or loses half a metre per second in a third of a second.
@@ -40,8 +40,6 @@ pub(crate) struct LineDelay {
     pub sigma_s: f64,
 }
 
-/// Standard deviation of the readout of an image by a camera of which nothing is known, seconds.
-const READOUT_SIGMA_S: f64 = 0.02;
 /// Shortest readout that matters, seconds.
 const LEAST_READOUT_S: f64 = 1e-3;
 
@@ -180,9 +178,6 @@ pub(crate) fn of_synchronised(
     Ok(is_clearer.then_some((moving, explained)))
 }
 
-/// Standard deviation of an offset before any image: clocks of one computer differ by how long cameras take, those of
-/// several by how well the network keeps them together.
-const OFFSET_SIGMA_S: f64 = 0.03;
 /// Standard deviations of the errors of single stamps that are tried: of arrival over a radio, in a program, in a
 /// driver, of a trigger.
 const STAMP_SIGMAS_S: [f64; 5] = [0.03, 0.01, 0.003, 0.001, 0.0];
@@ -252,7 +247,7 @@ fn has_offsets(model: &Adjustment) -> bool {
 /// the estimated clocks, because the motion between an instant and its image is assumed to be uniform.
 fn weighed(mut model: Adjustment, views: &[ImageView]) -> Result<(f64, Adjustment), RigError> {
     let widely = BundleOptions {
-        kernel: Kernel::Cauchy { width: 50.0 },
+        kernel: Kernel::CauchyTails { width: 50.0 },
         ..options()
     };
     let mut evidence = f64::NEG_INFINITY;
@@ -354,7 +349,7 @@ fn free_clocks(whole: &mut Adjustment) {
         if whole.cameras[at].pose == Freedom::Free {
             whole
                 .priors
-                .free_clock(&mut whole.cameras, at, OFFSET_SIGMA_S);
+                .free_clock(&mut whole.cameras, at, CLOCK_SIGMA_S);
         }
     }
 }

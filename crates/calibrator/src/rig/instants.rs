@@ -242,7 +242,7 @@ fn change(from: &Candidate, to: &Candidate, dt: f64) -> f64 {
     let squares = [moved, turned].into_iter().zip(CHANGE);
     let squares =
         squares.map(|(change, (of_poses, a_second))| (change / (of_poses + a_second * dt)).powi(2));
-    Kernel::Cauchy { width: 3.0 }.rho(squares.sum())
+    Kernel::CauchyTails { width: 3.0 }.rho(squares.sum())
 }
 
 /// Least time before and after an instant over which its initial twist is the mean: over less, the errors of two

@@ -49,7 +49,7 @@ impl RigSession {
                 _ => {}
             }
         }
-        let id = &self.rig.cameras()[camera].id;
+        let id = &self.images.rig.cameras()[camera].id;
         let solved = &found.adjusted.solution.bundle.cameras[camera];
         let along = |v: Vector3<f64>| {
             let in_camera = solved.world_from_camera.inverse_transform_vector(&v);
@@ -78,7 +78,7 @@ impl RigSession {
         weak: &[Finding],
     ) -> Verdict {
         let mut verdict = Verdict::new();
-        if let Some(finding) = self.images.thinned() {
+        if let Some(finding) = self.images.stored.thinned() {
             verdict.add(Grade::Good, finding);
         }
         for finding in weak {
@@ -108,7 +108,7 @@ impl RigSession {
             let fits = seen - seen.min(*out);
             verdict.add(Grade::Usable, Finding::RarelyFits { tag, fits, seen });
         }
-        for (&tag, &images) in self.coverage.doubled() {
+        for (&tag, &images) in self.images.doubled() {
             verdict.add(Grade::Usable, Finding::Duplicated { tag, images });
         }
         self.judge_sizes(found, &mut verdict);
@@ -120,7 +120,7 @@ impl RigSession {
     fn judge_sizes(&self, found: &RigSolution, verdict: &mut Verdict) {
         let solution = &found.adjusted.solution;
         let mut wrong: BTreeMap<(i64, ScaleSource), Vec<String>> = BTreeMap::new();
-        for (at, wanted) in self.wanted.iter().enumerate() {
+        for (at, wanted) in self.images.wanted.iter().enumerate() {
             let sigma = solution
                 .covariance
                 .sigma(KeptParameter::TagSize { tag: at });
@@ -160,7 +160,7 @@ impl RigSession {
     /// Reports by what the solved rig differs from the former one as a whole.
     fn judge_former(&self, found: &RigSolution, verdict: &mut Verdict) {
         let Some(former) = &found.former else { return };
-        for cameras in circles(&self.rig, &former.order) {
+        for cameras in circles(&self.images.rig, &former.order) {
             verdict.add(Grade::Poor, Finding::ExchangedNames(cameras));
         }
         if let Some(scale) = former.scale {
@@ -180,7 +180,8 @@ impl RigSession {
             verdict.add(grade, finding);
         }
         if let Some(turn_rad) = former.turn_rad {
-            let reference = &self.rig.cameras()[self.plan.origin.reference(&self.rig)];
+            let reference =
+                &self.images.rig.cameras()[self.plan.origin.reference(&self.images.rig)];
             let (reference, deg) = (reference.id.clone(), turn_rad.to_degrees());
             verdict.add(Grade::Usable, Finding::RigTurned { reference, deg });
         }

@@ -2,10 +2,11 @@
 
 use super::{RigError, RigPlan};
 use crate::graph::islands;
-use crate::image_store::{IgnoredTags, TagSpec, take_in};
+use crate::image_store::ImageView;
+use crate::session_images::SessionImages;
 use crate::verdict::listed;
 use serde::Serialize;
-use sextant_site_model::{Camera, CameraId, ImageObservation, ObjectModel, Rig, TagId};
+use sextant_site_model::{CameraId, ObjectModel, Rig, TagId};
 use std::collections::BTreeMap;
 
 /// A camera's share of the images so far.
@@ -45,8 +46,6 @@ pub struct RigProgress {
 pub(super) struct Coverage {
     cameras: Vec<CameraCoverage>,
     together: BTreeMap<[usize; 2], usize>,
-    doubled: BTreeMap<TagId, usize>,
-    foreign: BTreeMap<TagId, usize>,
     /// Images of each tag whose pose on the object is unknown.
     unplaced: BTreeMap<TagId, usize>,
 }
@@ -55,8 +54,6 @@ pub(super) struct Coverage {
 struct CameraCoverage {
     images: usize,
     seeing: usize,
-    tags: usize,
-    outside: usize,
     last_ns: Option<u64>,
     fields: [bool; FIELDS[0] * FIELDS[1]],
     distances: Vec<i32>,
@@ -72,8 +69,6 @@ const ENOUGH_FIELDS: usize = 6;
 const ENOUGH_DISTANCES: usize = 2;
 /// Sufficient number of images of a tag whose pose on the object is unknown.
 const ENOUGH_SHOWN: usize = 5;
-/// Per cent of tags outside the image from which the resolution is wrong.
-const OUTSIDE_PERCENT: usize = 4;
 /// Number of images with a duplicated tag from which it exists twice.
 const DOUBLED: usize = 3;
 
@@ -84,32 +79,19 @@ impl Coverage {
             unplaced: unplaced.map(|tag| (tag.tag, 0)).collect(),
             cameras: vec![CameraCoverage::default(); rig.cameras().len()],
             together: BTreeMap::new(),
-            doubled: BTreeMap::new(),
-            foreign: BTreeMap::new(),
         }
     }
 
-    pub(super) fn add(
-        &mut self,
-        index: usize,
-        camera: &Camera,
-        wanted: &[TagSpec],
-        image: &ImageObservation,
-    ) {
-        let (view, over) = take_in(index, camera, wanted, image);
-        let own = &mut self.cameras[index];
+    pub(super) fn add(&mut self, view: &ImageView, images: &SessionImages) {
+        let own = &mut self.cameras[view.camera];
         own.images += 1;
-        own.tags += view.tags.len() + over.outside.len();
-        own.outside += over.outside.len();
-        self.count(over);
         if view.tags.is_empty() {
             return;
         }
-        let own = &mut self.cameras[index];
         own.seeing += 1;
-        own.last_ns = Some(image.capture_ns);
+        own.last_ns = Some(view.capture_ns);
         for tag in &view.tags {
-            if let Some(shown) = self.unplaced.get_mut(&wanted[tag.tag].tag) {
+            if let Some(shown) = self.unplaced.get_mut(&images.wanted[tag.tag].tag) {
                 *shown += 1;
             }
             let centre = tag
@@ -118,23 +100,14 @@ impl Coverage {
                 .iter()
                 .fold(nalgebra::Vector2::zeros(), |s, c| s + c.coords)
                 / 4.0;
-            own.fields[field(&centre, camera.resolution)] = true;
+            own.fields[field(&centre, images.rig.cameras()[view.camera].resolution)] = true;
         }
         let distance = view.tags[0].branches[0].translation.vector.norm();
         let step = (distance.ln() / 1.5_f64.ln()).floor() as i32;
         if !own.distances.contains(&step) {
             own.distances.push(step);
         }
-        self.join(index, image.capture_ns);
-    }
-
-    fn count(&mut self, over: IgnoredTags) {
-        for tag in over.doubled {
-            *self.doubled.entry(tag).or_default() += 1;
-        }
-        for tag in over.foreign {
-            *self.foreign.entry(tag).or_default() += 1;
-        }
+        self.join(view.camera, view.capture_ns);
     }
 
     fn join(&mut self, index: usize, time_ns: u64) {
@@ -151,28 +124,23 @@ impl Coverage {
         }
     }
 
-    pub(super) fn doubled(&self) -> &BTreeMap<TagId, usize> {
-        &self.doubled
-    }
-
     /// Faults that make solving pointless.
-    pub(super) fn check(&self, rig: &Rig, plan: &RigPlan, images: usize) -> Result<(), RigError> {
-        for (own, camera) in self.cameras.iter().zip(rig.cameras()) {
-            if own.outside * 100 > OUTSIDE_PERCENT * own.tags {
-                let [width, height] = camera.resolution;
-                return Err(RigError::Resolution {
-                    camera: camera.id.clone(),
-                    part: own.outside * 100 / own.tags,
-                    width,
-                    height,
-                });
-            }
+    pub(super) fn check(&self, images: &SessionImages, plan: &RigPlan) -> Result<(), RigError> {
+        if let Some(wrong) = images.wrong_resolution() {
+            let camera = &images.rig.cameras()[wrong.camera];
+            let [width, height] = camera.resolution;
+            return Err(RigError::Resolution {
+                camera: camera.id.clone(),
+                part: wrong.percent,
+                width,
+                height,
+            });
         }
-        if let Some((&tag, &images)) = self.doubled.iter().find(|(_, n)| **n >= DOUBLED) {
+        if let Some((&tag, &images)) = images.doubled().iter().find(|(_, n)| **n >= DOUBLED) {
             return Err(RigError::Doubled { tag, images });
         }
         if self.cameras.iter().all(|own| own.seeing == 0) {
-            let foreign: Vec<&TagId> = self.foreign.keys().take(8).collect();
+            let foreign: Vec<TagId> = images.foreign().into_iter().take(8).collect();
             let seen = if foreign.is_empty() {
                 ": no tag at all; check light, focus and distance".to_owned()
             } else {
@@ -182,7 +150,7 @@ impl Coverage {
                 )
             };
             return Err(RigError::NothingSeen {
-                images,
+                images: images.stored.n_received(),
                 object: plan.object.id().clone(),
                 seen,
             });
@@ -190,8 +158,8 @@ impl Coverage {
         Ok(())
     }
 
-    pub(super) fn progress(&self, rig: &Rig) -> RigProgress {
-        let id = |at: usize| rig.cameras()[at].id.to_string();
+    pub(super) fn progress(&self, images: &SessionImages) -> RigProgress {
+        let id = |at: usize| images.rig.cameras()[at].id.to_string();
         let groups = self.groups();
         let cameras = self
             .cameras
@@ -211,7 +179,7 @@ impl Coverage {
             cameras: cameras.collect(),
             together: together.map(|(&[a, b], &n)| (id(a), id(b), n)).collect(),
             complete: self.complete(&groups),
-            hint: self.hint(rig, &groups),
+            hint: self.hint(images, &groups),
         }
     }
 
@@ -253,9 +221,9 @@ impl Coverage {
         few.map(|(tag, _)| tag)
     }
 
-    fn hint(&self, rig: &Rig, groups: &[usize]) -> String {
-        let id = |at: usize| &rig.cameras()[at].id;
-        if let Some((tag, _)) = self.doubled.iter().find(|(_, n)| **n >= DOUBLED) {
+    fn hint(&self, images: &SessionImages, groups: &[usize]) -> String {
+        let id = |at: usize| &images.rig.cameras()[at].id;
+        if let Some((tag, _)) = images.doubled().iter().find(|(_, n)| **n >= DOUBLED) {
             return format!("Tag {tag} is there twice: take one of the two away");
         }
         let seeing = |at: &usize| self.cameras[*at].seeing;

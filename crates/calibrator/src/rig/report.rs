@@ -108,9 +108,9 @@ impl RigSession {
             .map(|camera| camera.world_from_camera)
             .collect();
         let origin = &self.plan.origin;
-        let poses = origin.explained(&self.rig, &poses, world, found.former.as_ref());
+        let poses = origin.explained(&self.images.rig, &poses, world, found.former.as_ref());
         let solved = poses.into_iter().zip(&report.cameras);
-        let cameras = self.rig.cameras().iter().zip(solved).enumerate();
+        let cameras = self.images.rig.cameras().iter().zip(solved).enumerate();
         let cameras = cameras.map(|(at, (camera, (pose, stated)))| Camera {
             world_from_camera: Some(pose),
             lens: bundle.cameras[at].lens,
@@ -133,7 +133,7 @@ impl RigSession {
     /// Standard deviations of a focal length and distortion after the adjustment; those of before if the lens was
     /// fixed.
     fn lens_prior(&self, found: &RigSolution, at: usize) -> Prior<LensSigma> {
-        let (solution, camera) = (&found.adjusted.solution, &self.rig.cameras()[at]);
+        let (solution, camera) = (&found.adjusted.solution, &self.images.rig.cameras()[at]);
         let (solved, covariance) = (&solution.bundle.cameras[at], solution.covariance.lens(at));
         if covariance.nrows() == solved.lens.n_parameters() {
             Prior::Sigma(lens_sigma(&solved.lens, camera.resolution, &covariance))
@@ -155,24 +155,24 @@ impl RigSession {
                 .find(|i| i.tags.iter().all(|t| t.tag == tag) && !i.tags.is_empty())?;
             Some(bundle.instants[image.instant].world_from_object)
         };
-        (n..self.wanted.len()).map(of).collect()
+        (n..self.images.wanted.len()).map(of).collect()
     }
 
     fn report(&self, found: &RigSolution) -> RigReport {
         let solution = &found.adjusted.solution;
-        let cameras: Vec<CalibratedCamera> = (0..self.rig.cameras().len())
+        let cameras: Vec<CalibratedCamera> = (0..self.images.rig.cameras().len())
             .map(|at| self.camera(found, at))
             .collect();
         let tags_left_out = self.tags_left_out(found);
         let weak = self.weak(found);
-        let reference = self.plan.origin.reference(&self.rig);
+        let reference = self.plan.origin.reference(&self.images.rig);
         let held_out = found.adjusted.held_out(&found.sightings.views);
         let mut verdict = self.verdict(found, &cameras, &tags_left_out, &weak);
         held_out::judge(held_out.as_ref(), &mut verdict);
         RigReport {
             held_out,
-            reference: self.rig.cameras()[reference].id.to_string(),
-            images: self.images.n_received(),
+            reference: self.images.rig.cameras()[reference].id.to_string(),
+            images: self.images.stored.n_received(),
             images_used: used(found, |_| true),
             instants: solution.bundle.instants.len(),
             synchronised: found.synchronised,
@@ -197,7 +197,7 @@ impl RigSession {
                 .iter()
                 .filter(|image| image.camera == at)
         };
-        let reference = self.plan.origin.reference(&self.rig);
+        let reference = self.plan.origin.reference(&self.images.rig);
         let world_from_reference = adjusted.solution.bundle.cameras[reference].world_from_camera;
         let turn = *world_from_reference
             .rotation
@@ -220,7 +220,7 @@ impl RigSession {
             .filter(|m| views[m.view].camera == at)
             .count();
         CalibratedCamera {
-            camera: self.rig.cameras()[at].id.to_string(),
+            camera: self.images.rig.cameras()[at].id.to_string(),
             images: used(found, |camera| camera == at),
             tags: own().map(|image| image.tags.len()).sum(),
             left_out: left_out + self.unfitting(found, |view| view == at, |_| true),
@@ -276,7 +276,7 @@ impl RigSession {
                 .count();
             let out = gated.get(&tag).copied().unwrap_or(0)
                 + self.unfitting(found, |_| true, |t| t == tag);
-            (self.wanted[tag].tag.to_string(), seen, out)
+            (self.images.wanted[tag].tag.to_string(), seen, out)
         };
         let all = (0..self.n_carried()).map(of);
         all.filter(|(_, seen, out)| {

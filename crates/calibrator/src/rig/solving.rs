@@ -10,7 +10,7 @@ use super::sightings::Sightings;
 use super::trajectory::{Moments, Trajectory, is_synchronised};
 use super::{CalibratedRig, RigError, RigSession, clocks, stillness};
 use crate::adjustment::{Adjustment, AdjustmentResult};
-use crate::image_store::{ImageView, take_in};
+use crate::image_store::ImageView;
 use crate::priors::Priors;
 use crate::resection::{TagPlacement, views_of_object};
 use crate::verdict::{Finding, Grade, listed};
@@ -45,22 +45,21 @@ impl RigSession {
             .report
             .verdict
             .add(Grade::Usable, Finding::Unplaced(refused.to_string()));
-        found.report.images = self.images.n_received();
+        found.report.images = self.images.stored.n_received();
         found.rig = self.with_former(&found.rig)?;
         Ok(found)
     }
 
     /// The rig with all cameras; unsolved ones keep their entries.
     fn with_former(&self, found: &Rig) -> Result<Rig, RigError> {
-        let cameras = self.rig.cameras().iter();
+        let cameras = self.images.rig.cameras().iter();
         let cameras = cameras.map(|camera| found.camera(&camera.id).unwrap_or(camera).clone());
         Rig::new(cameras.collect()).map_err(|error| RigError::Undetermined(error.to_string()))
     }
 
     /// Solves for every camera.
     fn solve_all(&self) -> Result<CalibratedRig, RigError> {
-        self.coverage
-            .check(&self.rig, &self.plan, self.images.n_received())?;
+        self.coverage.check(&self.images, &self.plan)?;
         let (sightings, first, synchronised) = self.first()?;
         let found = self.adjusted(&sightings, &first, synchronised);
         // Swapped names look like moved cameras, clock offsets and wrong lenses.
@@ -78,7 +77,7 @@ impl RigSession {
             .iter()
             .map(|camera| camera.world_from_camera)
             .collect();
-        let former = FormerDifference::between(&self.rig, &poses, &self.plan.object);
+        let former = FormerDifference::between(&self.images.rig, &poses, &self.plan.object);
         self.finish(RigSolution {
             former: former.filter(|former| !former.is_none()),
             sightings,
@@ -95,6 +94,7 @@ impl RigSession {
         };
         let solved = &adjusted.solution.bundle.cameras;
         let off = self
+            .images
             .rig
             .cameras()
             .iter()
@@ -110,18 +110,18 @@ impl RigSession {
         synchronised: bool,
     ) -> Result<(AdjustmentResult, Clocks), RigError> {
         let views = &sightings.views;
-        stillness::check_at_start(&self.rig, sightings, first)?;
+        stillness::check_at_start(&self.images.rig, sightings, first)?;
         if !synchronised {
             let found = clocks::of_free_running(first.clone(), views)?;
-            let moved = stillness::moved(&self.rig, &found.0, sightings)?;
+            let moved = stillness::moved(&self.images.rig, &found.0, sightings)?;
             return moved.map_or(Ok(found), |(moved, _)| Err(moved));
         }
         let still = first.clone().solve(views, &options())?;
-        let moved = stillness::moved(&self.rig, &still, sightings)?;
+        let moved = stillness::moved(&self.images.rig, &still, sightings)?;
         let clocks = clocks::of_synchronised(&still, views)?;
         // A camera that moved looks like a clock offset, and at low rates the motion model bends to fit anything:
         // a move that explains the images nearly as well takes precedence.
-        let n = self.rig.cameras().len();
+        let n = self.images.rig.cameras().len();
         match (moved, clocks) {
             (None, None) => Ok((still, vec![None; n])),
             (Some((moved, _)), None) => Err(moved),
@@ -155,11 +155,11 @@ impl RigSession {
 
     /// Refuses cameras that show something else than the object.
     fn check_arrangement(&self, sightings: &Sightings) -> Result<(), RigError> {
-        let strangers = sightings.strangers(self.rig.cameras().len());
+        let strangers = sightings.strangers(self.images.rig.cameras().len());
         if strangers.is_empty() {
             return Ok(());
         }
-        let id = |at: &usize| self.rig.cameras()[*at].id.clone();
+        let id = |at: &usize| self.images.rig.cameras()[*at].id.clone();
         let apart: Vec<CameraId> = strangers.iter().map(id).collect();
         let word = if apart.len() > 1 { "cameras" } else { "camera" };
         Err(RigError::Stranger {
@@ -171,9 +171,9 @@ impl RigSession {
 
     fn sightings(&self) -> Result<Sightings, RigError> {
         let (placed, seeking_tags, unplaced) = self.placed()?;
-        let views = self.views();
+        let views = self.images.views();
         let object = views.iter().map(|view| {
-            let lens = &self.rig.cameras()[view.camera].lens;
+            let lens = &self.images.rig.cameras()[view.camera].lens;
             views_of_object(lens, view, &placed)
         });
         Ok(Sightings {
@@ -186,16 +186,6 @@ impl RigSession {
         })
     }
 
-    fn views(&self) -> Vec<ImageView> {
-        let views = self.images.iter().filter_map(|image| {
-            let index = self.camera_of(image)?;
-            let camera = &self.rig.cameras()[index];
-            let (view, _) = take_in(index, camera, &self.wanted, image);
-            (!view.tags.is_empty()).then_some(view)
-        });
-        views.collect()
-    }
-
     /// The tags of the object, without those on the floor; learned from the images if they are unknown.
     fn placed(&self) -> Result<(Vec<TagPlacement>, bool, Vec<String>), RigError> {
         let known = self.plan.object.is_learned();
@@ -205,12 +195,12 @@ impl RigSession {
             self.learned_object()?
         };
         let place = |at: usize| {
-            let wanted = &self.wanted[at];
+            let wanted = &self.images.wanted[at];
             let tag = object.tags().iter().find(|t| t.tag == wanted.tag);
             let tag = tag.filter(|_| at < self.n_carried())?;
             Some((tag.object_from_tag?, tag.size_m))
         };
-        let placed = (0..self.wanted.len()).map(place).collect();
+        let placed = (0..self.images.wanted.len()).map(place).collect();
         Ok((placed, !known, unplaced))
     }
 
@@ -225,7 +215,7 @@ impl RigSession {
                 });
             Trajectory::from_sightings(own.collect())
         };
-        (0..self.rig.cameras().len()).map(of).collect()
+        (0..self.images.rig.cameras().len()).map(of).collect()
     }
 
     /// Approximate `world_from_camera` of every camera.
@@ -242,8 +232,8 @@ impl RigSession {
         if !apart.is_empty() {
             return Err(self.not_connected(trajectories, &apart));
         }
-        let reference = self.plan.origin.reference(&self.rig);
-        let world = self.rig.cameras()[reference]
+        let reference = self.plan.origin.reference(&self.images.rig);
+        let world = self.images.rig.cameras()[reference]
             .world_from_camera
             .unwrap_or_default();
         let placed = pairs.placed(reference);
@@ -254,7 +244,7 @@ impl RigSession {
     }
 
     fn not_connected(&self, trajectories: &[Trajectory], apart: &[usize]) -> RigError {
-        let id = |at: usize| &self.rig.cameras()[at].id;
+        let id = |at: usize| &self.images.rig.cameras()[at].id;
         let (blind, lost): (Vec<usize>, Vec<usize>) =
             apart.iter().partition(|at| trajectories[**at].is_empty());
         let rest = (0..trajectories.len()).filter(|at| !apart.contains(at));
@@ -291,22 +281,25 @@ impl RigSession {
 
     /// The session without some cameras; `None` if fewer than two are left or the reference is not among them.
     fn without(&self, apart: &[CameraId]) -> Option<Self> {
-        let cameras = self.rig.cameras().iter();
+        let cameras = self.images.rig.cameras().iter();
         let rest: Vec<Camera> = cameras
             .filter(|c| !apart.contains(&c.id))
             .cloned()
             .collect();
-        if rest.len() < 2 || rest.len() == self.rig.cameras().len() {
+        if rest.len() < 2 || rest.len() == self.images.rig.cameras().len() {
             return None;
         }
         let mut fewer = Self::new(Rig::new(rest).ok()?, self.plan.clone()).ok()?;
-        self.images.iter().for_each(|image| fewer.handle(image));
+        self.images
+            .stored
+            .iter()
+            .for_each(|image| fewer.handle(image));
         Some(fewer)
     }
 
     fn adjustment(&self, sightings: &Sightings, start: &[Pose]) -> Adjustment {
-        let reference = self.plan.origin.reference(&self.rig);
-        let cameras = self.rig.cameras().iter().zip(start).enumerate();
+        let reference = self.plan.origin.reference(&self.images.rig);
+        let cameras = self.images.rig.cameras().iter().zip(start).enumerate();
         let cameras = cameras.map(|(at, (camera, pose))| BundleCamera {
             pose: if at == reference {
                 Freedom::Fixed
@@ -321,7 +314,7 @@ impl RigSession {
         let (mut instants, mut images) = floor(sightings, &cameras);
         carried(sightings, &cameras, &mut instants, &mut images);
         let mut priors = Priors::default();
-        for (at, camera) in self.rig.cameras().iter().enumerate() {
+        for (at, camera) in self.images.rig.cameras().iter().enumerate() {
             priors.free_lens(&mut cameras, at, camera);
         }
         Adjustment {
@@ -342,7 +335,7 @@ impl RigSession {
             let own = views.iter().filter(|v| v.tags.iter().any(|t| t.tag == tag));
             own.map(|view| view.camera).collect()
         };
-        (self.n_carried()..self.wanted.len())
+        (self.n_carried()..self.images.wanted.len())
             .filter(|tag| cameras(*tag).len() > 1)
             .collect()
     }
@@ -351,7 +344,7 @@ impl RigSession {
     fn bundle_tags(&self, sightings: &Sightings, priors: &mut Priors) -> Vec<BundleTag> {
         let frame = sightings.placed.iter().position(Option::is_some);
         let measured = self.still_tags_with_size(&sightings.views);
-        let tags = self.wanted.iter().zip(&sightings.placed);
+        let tags = self.images.wanted.iter().zip(&sightings.placed);
         let tags = tags.map(|(wanted, placed)| BundleTag {
             object_from_tag: placed.map_or_else(Pose::identity, |(pose, _)| pose),
             size_m: wanted.size_m,
@@ -362,7 +355,7 @@ impl RigSession {
         let mut tags: Vec<BundleTag> = tags.collect();
         for (at, placed) in sightings.placed.iter().enumerate() {
             let mut own = self.plan.object.tags().iter();
-            let own = own.find(|own| own.tag == self.wanted[at].tag);
+            let own = own.find(|own| own.tag == self.images.wanted[at].tag);
             let is_placed = placed.is_some();
             if sightings.seeking_tags {
                 if is_placed && Some(at) != frame {

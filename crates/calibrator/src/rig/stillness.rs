@@ -235,16 +235,16 @@ impl RigSession {
                 .map(|s| s.cost)
         };
         let as_named = error(first, sightings)?;
-        let n = self.rig.cameras().len();
+        let n = self.images.rig.cameras().len();
         let pairs = (0..n).flat_map(|a| (a + 1..n).map(move |b| (a, b)));
         for (a, b) in pairs
             .filter(|&(a, b)| self.swappable(a, b))
             .take(MOST_SWAPS)
         {
-            let mut cameras = self.rig.cameras().to_vec();
+            let mut cameras = self.images.rig.cameras().to_vec();
             (cameras[a].lens, cameras[b].lens) = (cameras[b].lens, cameras[a].lens);
             let mut swapped = self.clone();
-            swapped.rig = Rig::new(cameras).ok()?;
+            swapped.images.rig = Rig::new(cameras).ok()?;
             let Ok((sightings, first, _)) = swapped.first() else {
                 continue;
             };
@@ -256,7 +256,7 @@ impl RigSession {
     }
 
     fn swappable(&self, a: usize, b: usize) -> bool {
-        let (a, b) = (&self.rig.cameras()[a], &self.rig.cameras()[b]);
+        let (a, b) = (&self.images.rig.cameras()[a], &self.images.rig.cameras()[b]);
         let focal = |camera: &Camera| camera.lens.intrinsics().fx;
         let apart = (focal(a) / focal(b)).ln().abs();
         a.resolution == b.resolution && (apart > LENSES_DIFFER || a.lens.model() != b.lens.model())
@@ -264,8 +264,8 @@ impl RigSession {
 
     fn swapped(&self, a: usize, b: usize) -> RigError {
         RigError::Swapped {
-            first: self.rig.cameras()[a].id.clone(),
-            second: self.rig.cameras()[b].id.clone(),
+            first: self.images.rig.cameras()[a].id.clone(),
+            second: self.images.rig.cameras()[b].id.clone(),
         }
     }
 }

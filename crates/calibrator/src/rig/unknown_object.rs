@@ -27,7 +27,7 @@ impl RigSession {
 
     /// The rig without its camera poses, which may be wrong, and without priors.
     fn blind(&self) -> Result<Rig, RigError> {
-        let blind = self.rig.cameras().iter();
+        let blind = self.images.rig.cameras().iter();
         let blind = blind
             .map(|camera| Camera::new(camera.id.clone(), camera.resolution, camera.lens, None));
         Rig::new(blind.collect())
@@ -44,7 +44,10 @@ impl RigSession {
             from: None,
         };
         let mut session = LearnSession::new(rig, plan)?;
-        self.images.iter().for_each(|image| session.handle(image));
+        self.images
+            .stored
+            .iter()
+            .for_each(|image| session.handle(image));
         session.solve()
     }
 
@@ -56,7 +59,10 @@ impl RigSession {
             origin: Origin::FirstCamera,
         };
         let mut session = RigSession::new(self.blind().ok()?, plan).ok()?;
-        self.images.iter().for_each(|image| session.handle(image));
+        self.images
+            .stored
+            .iter()
+            .for_each(|image| session.handle(image));
         let joined = self.learned_with(session.solve().ok()?.rig).ok()?;
         let more = joined.object.tags().len() > tags.len();
         more.then_some((joined.object, joined.report.unsolved))

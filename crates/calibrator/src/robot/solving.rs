@@ -18,11 +18,6 @@ use sextant_geometry::Pose;
 use sextant_site_model::{PoseSigma, Prior};
 use std::collections::BTreeSet;
 
-/// Standard deviation of a robot's poses before any is compared.
-const FIRST_SIGMA: PoseSigma = PoseSigma {
-    position_m: 1e-3,
-    orientation_rad: 2e-3,
-};
 /// Standard deviation of the distance of what a hand carries from the frame that the robot's poses are of, per axis, m.
 const REACH_M: f64 = 0.5;
 /// Most poses of an adjustment; of more, every second is used, or every third.
@@ -232,7 +227,7 @@ impl RobotSession {
             delay_s,
             seeks_delay: moving.count() >= LEAST_MOVING,
             hands: Vec::new(),
-            sigma: FIRST_SIGMA,
+            sigma: PoseSigma::OF_HAND,
             reach_m: REACH_M,
         }
     }

@@ -136,7 +136,7 @@ impl Problem<12> for PairProblem<'_> {
             let mut by_step = SMatrix::<f64, 6, 12>::zeros();
             by_step.fixed_columns_mut::<6>(0).copy_from(&best.by_base);
             by_step.fixed_columns_mut::<6>(6).copy_from(&best.by_hand);
-            let kernel = Kernel::Cauchy { width: 3.0 };
+            let kernel = Kernel::CauchyTails { width: 3.0 };
             equations.add(&best.error, &by_step, &information, kernel);
         }
         Some(())

@@ -9,7 +9,7 @@ use sextant_geometry::so3;
 
 use crate::filter::link_equations::{ConfigurationEquations, ObservedLinks};
 use crate::kinematics::configuration::Configuration;
-use crate::measurement::corners::{UNSEEN, WeightedView};
+use crate::measurement::corners::{WeightedView, unseen_cost};
 use crate::measurement::view_equations::ViewEquations;
 
 /// Most steps of one solve; a tracked object needs two or three.
@@ -169,7 +169,7 @@ fn evaluate<const D: usize>(
         return None;
     }
     let seen = views.iter().flatten().map(|view| view.chi2);
-    let chi2 = UNSEEN * unseen as f64 + seen.sum::<f64>();
+    let chi2 = unseen_cost() * unseen as f64 + seen.sum::<f64>();
     let corners = links.equations(weighted_views, &views, |_, _, _| 1.0);
     let off = at.difference::<D>(&prior.configuration);
     let of_prior = prior.equations(&off);

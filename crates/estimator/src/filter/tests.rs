@@ -19,7 +19,7 @@ use crate::measurement::whitening::{Matrix8, Whitening};
 use sextant_site_model::{TagCorners, TagId};
 use sextant_site_report::ClockOffset;
 
-fn camera() -> CalibratedCamera {
+pub(crate) fn camera() -> CalibratedCamera {
     let intrinsics = Intrinsics {
         fx: 600.0,
         fy: 590.0,
@@ -32,12 +32,16 @@ fn camera() -> CalibratedCamera {
     CalibratedCamera::new(lens, &Pose::new(Vector3::new(0.05, -0.02, 1.0), turn), None)
 }
 
-fn object() -> Pose {
+pub(crate) fn object() -> Pose {
     Pose::new(Vector3::new(0.03, 0.04, 0.02), Vector3::new(0.3, -0.2, 0.5))
 }
 
 /// A view of a tag of 5 cm, its corners off the truth by `off`.
-fn view(camera: &CalibratedCamera, object_from_tag: Pose, off: [Vector2<f64>; 4]) -> TagView {
+pub(crate) fn view(
+    camera: &CalibratedCamera,
+    object_from_tag: Pose,
+    off: [Vector2<f64>; 4],
+) -> TagView {
     let corners_in_object = tag_corners_in_tag(0.05).map(|corner| object_from_tag * corner);
     let project = |index: usize| {
         let in_camera = camera.camera_from_world * object() * corners_in_object[index];
@@ -83,7 +87,7 @@ fn of_all(covariance: &Matrix2<f64>) -> Matrix8 {
     Matrix8::from_fn(of)
 }
 
-fn weighted<'a>(camera: &'a CalibratedCamera, view: &'a TagView) -> WeightedView<'a> {
+pub(crate) fn weighted<'a>(camera: &'a CalibratedCamera, view: &'a TagView) -> WeightedView<'a> {
     let noise = ViewNoise {
         factor: 1.3,
         distortion_share: 0.0,
@@ -98,14 +102,14 @@ fn by(camera_index: usize) -> ObservationTime {
     }
 }
 
-fn still(pose: &Pose) -> LinkMotion {
+pub(crate) fn still(pose: &Pose) -> LinkMotion {
     LinkMotion {
         pose: *pose,
         twist: None,
     }
 }
 
-fn small_offsets() -> [Vector2<f64>; 4] {
+pub(crate) fn small_offsets() -> [Vector2<f64>; 4] {
     [(0.05, -0.1), (-0.08, 0.02), (0.1, 0.1), (-0.03, 0.06)].map(|(x, y)| Vector2::new(x, y))
 }
 

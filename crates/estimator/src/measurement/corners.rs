@@ -8,22 +8,17 @@ use crate::kinematics::chain::ChainLink;
 use crate::kinematics::configuration::Configuration;
 use crate::measurement::ray::Ray;
 use crate::measurement::rolling_shutter::{LinkMotion, RollingShutter};
-use crate::measurement::view_equations::{NoiseSource, ViewEquations, robust};
+use crate::measurement::view_equations::{NoiseSource, ViewEquations};
 use crate::measurement::whitening::{PoseRows, Rows, Whitening, product};
-use sextant_adjustment::residuals::corners::{BodyInCamera, ProjectedCorner};
+use sextant_adjustment::residuals::corners::{BodyInCamera, KERNEL, ProjectedCorner, UNSEEN};
 use sextant_adjustment::shutter::{LaterPose, Slopes};
 use sextant_site_model::{LensSigma, ObjectTag, PoseSigma, TagCorners, TagId};
 use sextant_site_report::ClockOffset;
 
 /// Twice the cost of a view that can't be seen from the pose: as bad as a view can be.
-pub(crate) const UNSEEN: f64 = 1e3;
-
-/// What a view's residuals depend on in calibrations: a displacement of its link, focal length, distortion, log size
-/// and log scale. The residual follows.
-pub(crate) const OF_VIEW: usize = 10;
-/// Places of the size and of the scale among them.
-pub(crate) const VIEW_SIZE: usize = 8;
-pub(crate) const VIEW_SCALE: usize = 9;
+pub(crate) fn unseen_cost() -> f64 {
+    4.0 * KERNEL.rho(UNSEEN)
+}
 
 /// A camera whose pose is known.
 #[derive(Debug, Clone, PartialEq)]
@@ -72,12 +67,19 @@ impl CalibratedCamera {
         ])
     }
 
-    /// How a point's pixel would move with the first coefficient of a radial distortion; `None` where the lens has one.
-    fn bend_of_pinhole(&self, in_camera: &Point3<f64>) -> Option<Vector2<f64>> {
-        let normalised = in_camera.coords.xy() / in_camera.z;
-        let focal = Vector2::new(self.lens.intrinsics().fx, self.lens.intrinsics().fy);
-        let bend = focal.component_mul(&normalised) * normalised.norm_squared();
-        self.lens.distortion().is_empty().then_some(bend)
+    /// Derivatives of a point's pixel by a pixel more of focal length (first column) and by the first coefficient of
+    /// the distortion, a radial one where the lens has none.
+    pub fn by_lens(&self, in_camera: &Point3<f64>) -> Option<Matrix2<f64>> {
+        let by_lens = self.lens.parameter_jacobian(in_camera)?;
+        let by_distortion = if self.lens.distortion().is_empty() {
+            let normalised = in_camera.coords.xy() / in_camera.z;
+            let focal = Vector2::new(self.lens.intrinsics().fx, self.lens.intrinsics().fy);
+            focal.component_mul(&normalised) * normalised.norm_squared()
+        } else {
+            by_lens.column(4).into_owned()
+        };
+        let by_focal = by_lens.column(0) + by_lens.column(1);
+        Some(Matrix2::from_columns(&[by_focal, by_distortion]))
     }
 
     /// The ray through the middle of a view.
@@ -380,34 +382,18 @@ impl WeightedView<'_> {
         Some(())
     }
 
-    /// Whitened rows by the pose, the focal length (px), the first coefficient of the distortion, the logarithm of the
-    /// tag's size and that of the scale of its object; the residual comes last. `None` where the tag cannot be seen
-    /// from there.
-    pub fn calibration_rows(&self, link: &LinkMotion) -> Option<Rows<{ OF_VIEW + 1 }>> {
-        let mut rows = [[0.0; OF_VIEW + 1]; 8];
-        let centre = self.view.object_from_tag.translation.vector;
-        for corner in 0..4 {
-            let passage = self.view.passage(corner, link);
-            let body = self.body(&passage.map_or(link.pose, |passage| passage.pose));
-            let seen = self.projected(corner, &body)?;
-            let residual = seen.pixel - self.view.corner(corner, self.distortion_share);
-            let in_object = self.view.corners_in_object[corner].coords;
-            let in_camera = body.in_camera(&in_object);
-            let by_lens = self.camera.lens.parameter_jacobian(&in_camera)?;
-            let by_size = seen.by_point * body.in_world(&(in_object - centre));
-            let by_scale = seen.by_point * seen.arm;
-            let bend = self.camera.bend_of_pinhole(&in_camera);
-            for (axis, slopes) in seen.by_pose().iter().enumerate() {
-                let row = &mut rows[2 * corner + axis];
-                row[..6].copy_from_slice(slopes);
-                row[6] = by_lens[(axis, 0)] + by_lens[(axis, 1)];
-                row[7] = bend.map_or(by_lens[(axis, 4)], |bend| bend[axis]);
-                row[VIEW_SIZE] = by_size[axis];
-                row[VIEW_SCALE] = by_scale[axis];
-                row[OF_VIEW] = residual[axis];
-            }
-        }
-        Some(self.view.whitening.whitened(&rows, self.noise))
+    /// A corner at the time of its row: the body, where the corner is projected to, and its residual, px. `None` where
+    /// it cannot be seen.
+    pub(crate) fn at_corner(
+        &self,
+        corner: usize,
+        link: &LinkMotion,
+    ) -> Option<(BodyInCamera<'_>, ProjectedCorner, Vector2<f64>)> {
+        let passage = self.view.passage(corner, link);
+        let body = self.body(&passage.map_or(link.pose, |passage| passage.pose));
+        let seen = self.projected(corner, &body)?;
+        let residual = seen.pixel - self.view.corner(corner, self.distortion_share);
+        Some((body, seen, residual))
     }
 
     #[inline(always)]
@@ -425,8 +411,8 @@ impl WeightedView<'_> {
     #[inline(always)]
     fn weight(&self, corner: usize, residual: &Vector2<f64>) -> (f64, f64) {
         let d2 = residual.dot(&(self.view.information[corner] * residual)) / self.noise;
-        let (weight, cost) = robust(d2);
-        (weight, cost - weight * d2)
+        let weight = KERNEL.weight(d2);
+        (weight, KERNEL.rho(d2) - weight * d2)
     }
 
     #[inline(always)]
@@ -452,6 +438,6 @@ impl WeightedView<'_> {
     /// Twice the robust cost of the view at a configuration.
     pub fn chi2(&self, at: &Configuration) -> f64 {
         let normal = self.normal(&self.view.moving(at));
-        normal.map_or(UNSEEN, |normal| normal.chi2)
+        normal.map_or_else(unseen_cost, |normal| normal.chi2)
     }
 }

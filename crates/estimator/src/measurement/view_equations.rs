@@ -152,19 +152,3 @@ fn products(rows: &PoseRows) -> [[f64; 8]; 7] {
     }
     sums
 }
-
-/// Squared Mahalanobis length beyond which a corner loses weight: 98.9 % of the corners of a Gaussian lie within.
-pub(crate) const ROBUST_LIMIT: f64 = 9.0;
-
-/// Weight and twice the cost of a corner at the squared Mahalanobis length `d2`: quadratic within the limit,
-/// logarithmic beyond (Gaussian core with Cauchy tails), so that one wrong corner pulls ever less.
-pub(crate) fn robust(d2: f64) -> (f64, f64) {
-    if d2 <= ROBUST_LIMIT {
-        (1.0, d2)
-    } else {
-        (
-            ROBUST_LIMIT / d2,
-            ROBUST_LIMIT * (1.0 + (d2 / ROBUST_LIMIT).ln()),
-        )
-    }
-}

@@ -1,33 +1,28 @@
 //! The adjustment: Gauss-Newton over the errors of the site and the pose of each keyframe, the poses eliminated (Schur
 //! complement).
 
+mod alignment;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector, SVector, Vector3, Vector6};
-use sextant_geometry::Pose;
 
-use crate::measurement::biases::by_tag;
-use crate::measurement::corners::{
-    CalibratedCamera, OF_VIEW, UNSEEN, VIEW_SCALE, ViewNoise, WeightedView,
-};
-use crate::measurement::planar_poses::{area, branches};
+use crate::measurement::corners::{CalibratedCamera, ViewNoise, WeightedView, unseen_cost};
 use crate::measurement::rolling_shutter::LinkMotion;
-use crate::measurement::view_equations::NoiseSource;
 use crate::self_calibration::accelerations::Accelerations;
-use crate::self_calibration::arrow::Arrow;
 use crate::self_calibration::design_effect::DesignEffect;
 use crate::self_calibration::evidence::NOTHING;
 use crate::self_calibration::gauge::Gauge;
-use crate::self_calibration::keyframes::{Body, Keyframe, KeyframeView, Keyframes, Path};
+use crate::self_calibration::keyframes::{Body, Keyframe, KeyframeView, Keyframes};
 use crate::self_calibration::normal_equations::{
-    Eliminated, EliminationEquations, OwnCoupling, Solution, ViewMaps, ViewNormal, Weighting,
-    camera_map, cost, independence, normal, tag_map,
+    EliminationEquations, KeyframeEquations, Solution, Weighting, cost, independence, normal,
 };
 use crate::self_calibration::parameters::{
-    CLASSES, CLOCK, Class, LENS, OF_CAMERA, OF_SCALE, OF_TAG, ParameterLayout, SIZE, Source,
+    CLASSES, CLOCK, Class, LENS, OF_CAMERA, ParameterLayout, SIZE, Source,
 };
 use crate::self_calibration::variance_components::Scales;
+use crate::self_calibration::view_rows::{PoseRows, square};
 use crate::site::ModelledSite;
 use crate::site::corrections::{
     CameraCorrection, Corrections, ObjectFrame, ScaleCorrection, TagCorrection,
@@ -38,10 +33,6 @@ use sextant_site_model::{LensSigma, ObjectTag, PoseSigma};
 const STEPS: usize = 4;
 const FIRST_STEPS: usize = 12;
 const FEW: usize = 8;
-/// Degrees of freedom as which a detector's own noise counts, and the default noise where none is given.
-const FAITH: [f64; 2] = [30.0, 4.0];
-/// Bounds of the factor on the variance of corners.
-const BOUNDS: (f64, f64) = (1e-3, 1e4);
 /// Coordinates of a view.
 const COORDINATES: f64 = 8.0;
 /// Median of chi-square with eight degrees of freedom.
@@ -56,14 +47,6 @@ const LEAST_INFORMATION: f64 = 1e-6;
 /// Step lengths of the backtracking line search, as shares of the Gauss-Newton step (Nocedal and Wright, Numerical
 /// Optimization, chapter 3).
 const STEP_LENGTHS: [f64; 5] = [1.0, 0.5, 0.25, 0.1, 0.03];
-
-/// Steps by which a keyframe's pose is brought to its views, and tags of which it may begin.
-const ALIGNING_STEPS: usize = 6;
-const MOST_STARTS: usize = 2;
-/// Step, m and rad, after which a pose is aligned.
-const ALIGNED: f64 = 1e-7;
-/// Robust squares for each coordinate up to which no other start is tried.
-const EXPLAINED: f64 = 2.0;
 
 /// The errors of the site as far as they are known.
 #[derive(Debug, Clone, Default)]
@@ -223,8 +206,8 @@ impl Adjustment {
     ) -> f64 {
         let cameras = self.models(context.layout, errors, context.site);
         let of_view = |keyframe: &Keyframe, one: &KeyframeView| {
-            let rows = self.rows(keyframe, one, &cameras);
-            rows.map_or(UNSEEN, |rows| cost(&rows, one, context.weighting))
+            let rows = self.pose_rows(keyframe, one, &cameras);
+            rows.map_or_else(unseen_cost, |rows| cost(&rows, one, context.weighting))
         };
         let of_keyframe = |keyframe: &Keyframe| {
             let views = keyframe.views.iter();
@@ -235,34 +218,6 @@ impl Adjustment {
         };
         let of_errors = errors.component_mul(&solution.precision).dot(errors);
         of_errors + keyframes.iter().map(of_keyframe).sum::<f64>()
-    }
-
-    /// Brings a keyframe's pose to where it explains its views best by the models in force, whichever of the tracker's
-    /// pose and those of single tags that is nearest to.
-    pub fn align(&self, keyframe: &mut Keyframe, site: &ModelledSite) {
-        let cameras = cameras_in_force(keyframe, site);
-        for one in &mut keyframe.views {
-            if let Some(place) = site.placement(&one.view.tag) {
-                one.view.set_model(&place.tag);
-            }
-        }
-        self.set_clocks(keyframe);
-        let mut best: Option<(f64, Pose, Option<Path>)> = None;
-        for start in starts(keyframe, &cameras) {
-            let mut trial = keyframe.clone();
-            trial.pose = start;
-            self.minimise(&mut trial, &cameras);
-            let cost = self.cost(&trial, &cameras);
-            if best.is_none_or(|(least, ..)| cost < least) {
-                best = Some((cost, trial.pose, trial.path));
-            }
-            if cost <= EXPLAINED * COORDINATES * keyframe.views.len() as f64 {
-                break;
-            }
-        }
-        if let Some((_, pose, path)) = best {
-            (keyframe.pose, keyframe.path) = (pose, path);
-        }
     }
 
     /// What a keyframe says of the site's errors against the models in force, its own pose eliminated.
@@ -281,9 +236,8 @@ impl Adjustment {
                 self.design_effect.0
             },
         };
-        let equations = self.equations(keyframes, &cameras, &layout, weighting);
-        let explained = equations.eliminated.iter().map(Eliminated::explained);
-        let square = equations.left - explained.sum::<f64>();
+        let equations = self.keyframe_equations(&keyframe, &cameras, &layout, weighting);
+        let square = equations.left - equations.eliminated.explained();
         let freedom = COORDINATES * keyframe.views.len() as f64 - keyframe.n_unknowns() as f64;
         let arm = |(camera, one): (&usize, &CalibratedCamera)| {
             (*camera, keyframe.pose.translation.vector - one.centre)
@@ -298,71 +252,10 @@ impl Adjustment {
             arms: cameras.iter().map(arm).collect(),
             clock_sigmas_s: clock_sigmas.collect(),
             misfit: 0.5 * (square - freedom / weighting.design_effect),
-            information: equations.information.of_one_body(),
+            information: equations.information,
             gradient: equations.gradient,
             layout,
         }
-    }
-
-    /// The square of each view's residuals at the pose that explains the keyframe best, px^2; `None` of views that
-    /// cannot be explained.
-    pub fn squares_px(
-        &self,
-        mut keyframe: Keyframe,
-        cameras: &BTreeMap<usize, CalibratedCamera>,
-    ) -> Vec<Option<f64>> {
-        self.set_clocks(&mut keyframe);
-        self.minimise(&mut keyframe, cameras);
-        let square = |one: &KeyframeView| {
-            let (weighted, moving) = self.weighted(&keyframe, one, cameras)?;
-            weighted.square_px(&moving)
-        };
-        keyframe.views.iter().map(square).collect()
-    }
-
-    /// Brings the pose to the minimum next to it.
-    fn minimise(&self, keyframe: &mut Keyframe, cameras: &BTreeMap<usize, CalibratedCamera>) {
-        for _ in 0..ALIGNING_STEPS {
-            let Some(step) = self.alignment_step(keyframe, cameras) else {
-                break;
-            };
-            keyframe.advance(step.as_slice());
-            if step.amax() < ALIGNED {
-                break;
-            }
-        }
-    }
-
-    /// Gauss-Newton step of the keyframe's own unknowns.
-    fn alignment_step(
-        &self,
-        keyframe: &Keyframe,
-        cameras: &BTreeMap<usize, CalibratedCamera>,
-    ) -> Option<DVector<f64>> {
-        let (mut information, mut gradient) = own_priors(keyframe, &self.accelerations);
-        for one in &keyframe.views {
-            let Some(rows) = self.rows(keyframe, one, cameras) else {
-                continue;
-            };
-            let ViewNormal { matrix, pull, .. } = normal(&rows, one, Weighting::PLAIN);
-            let lever = one.lever(keyframe);
-            information += lever.tr_mul(&(matrix.fixed_view::<6, 6>(0, 0) * &lever));
-            gradient += lever.tr_mul(&pull.fixed_rows::<6>(0));
-        }
-        let step = -information.cholesky()?.solve(&gradient);
-        step.iter().all(|x| x.is_finite()).then_some(step)
-    }
-
-    /// Twice the robust cost of a keyframe.
-    fn cost(&self, keyframe: &Keyframe, cameras: &BTreeMap<usize, CalibratedCamera>) -> f64 {
-        let cost = |one: &KeyframeView| {
-            let rows = self.rows(keyframe, one, cameras);
-            rows.map_or(UNSEEN, |rows| {
-                let square = rows.iter().map(|row| row[OF_VIEW].powi(2)).sum();
-                one.view.noise_source.chi2(square)
-            })
-        };
-        keyframe.views.iter().map(cost).sum()
     }
 
     fn gather(&self, layout: &ParameterLayout) -> DVector<f64> {
@@ -395,14 +288,6 @@ impl Adjustment {
             Some((*camera, site.file_camera(*camera)?.corrected(&correction)))
         });
         cameras.collect()
-    }
-
-    /// Sets the clocks of a keyframe's views to what is known of them.
-    fn set_clocks(&self, keyframe: &mut Keyframe) {
-        for one in &mut keyframe.views {
-            let errors = self.errors.get(&Source::Camera(one.camera_index));
-            one.clock_s = errors.map_or(0.0, |errors| errors[CLOCK]);
-        }
     }
 
     /// The offsets of some cameras' clocks are not those of before.
@@ -460,25 +345,22 @@ impl Adjustment {
         let mut squares = Vec::new();
         for keyframe in keyframes {
             for one in &keyframe.views {
-                let Some(rows) = self.rows(keyframe, one, cameras) else {
-                    continue;
-                };
-                let square = rows.iter().map(|row| row[OF_VIEW].powi(2)).sum();
-                squares.push(square);
+                let rows = self.pose_rows(keyframe, one, cameras);
+                squares.extend(rows.map(|rows| square(&rows)));
             }
         }
         squares
     }
 
-    /// Whitened rows of a view, the residual in the last column; `None` where the camera cannot see the tag's face.
-    fn rows(
+    /// Whitened rows of a view by its pose; `None` where the camera cannot see the tag's face.
+    fn pose_rows(
         &self,
         keyframe: &Keyframe,
         one: &KeyframeView,
         cameras: &BTreeMap<usize, CalibratedCamera>,
-    ) -> Option<[[f64; OF_VIEW + 1]; 8]> {
+    ) -> Option<PoseRows> {
         let (weighted, moving) = self.weighted(keyframe, one, cameras)?;
-        weighted.calibration_rows(&moving)
+        weighted.pose_rows(&moving)
     }
 
     /// A view with its camera, and its body as it moves; `None` where the camera cannot see the tag's face.
@@ -502,39 +384,6 @@ impl Adjustment {
         weighted.faces(&pose).then_some((weighted, moving))
     }
 
-    /// Learns the noise of each camera from what its images leave by themselves, whatever is wrong with the other
-    /// cameras.
-    fn learn_noise(&mut self, keyframes: &Keyframes, cameras: &BTreeMap<usize, CalibratedCamera>) {
-        let mut sums: BTreeMap<usize, (f64, f64)> = BTreeMap::new();
-        for keyframe in keyframes.iter() {
-            for views in keyframe.images() {
-                let camera = views[0].camera_index;
-                let mut alone = Keyframe {
-                    pose: views[0].pose(keyframe),
-                    path: None,
-                    views: views.to_vec(),
-                    ..keyframe.clone()
-                };
-                alone.views.iter_mut().for_each(|one| one.motion = None);
-                self.minimise(&mut alone, cameras);
-                let faith = FAITH[usize::from(views[0].view.noise_source == NoiseSource::Nobody)];
-                let (sum, freedom) = sums.entry(camera).or_insert((faith, faith));
-                for one in views {
-                    let Some(rows) = self.rows(&alone, one, cameras) else {
-                        continue;
-                    };
-                    let square: f64 = rows.iter().map(|row| row[OF_VIEW].powi(2)).sum();
-                    *sum += one.view.noise_source.weight(square) * square * self.factor(one);
-                    *freedom += COORDINATES - 6.0 / views.len() as f64;
-                }
-            }
-        }
-        for (camera, (sum, freedom)) in sums {
-            self.noise
-                .insert(camera, (sum / freedom).clamp(BOUNDS.0, BOUNDS.1));
-        }
-    }
-
     fn equations(
         &self,
         keyframes: &[Keyframe],
@@ -542,58 +391,27 @@ impl Adjustment {
         layout: &ParameterLayout,
         weighting: Weighting,
     ) -> EliminationEquations {
-        let mut equations = EliminationEquations {
-            information: Arrow::zeros(layout),
-            gradient: DVector::zeros(layout.len()),
-            eliminated: Vec::with_capacity(keyframes.len()),
-            left: 0.0,
-        };
+        let mut equations = EliminationEquations::new(layout);
         for keyframe in keyframes {
-            let (mut own, mut gradient) = own_priors(keyframe, &self.accelerations);
-            let n_own = keyframe.n_unknowns();
-            let mut couplings: BTreeMap<usize, OwnCoupling> = BTreeMap::new();
-            for one in &keyframe.views {
-                let rows = self.rows(keyframe, one, cameras);
-                let (Some(rows), Some(camera)) = (rows, cameras.get(&one.camera_index)) else {
-                    continue;
-                };
-                let view = normal(&rows, one, weighting);
-                let matrix = &view.matrix;
-                let lever = one.lever(keyframe);
-                own += lever.tr_mul(&(matrix.fixed_view::<6, 6>(0, 0) * &lever));
-                gradient += lever.tr_mul(&view.pull.fixed_rows::<6>(0));
-                equations.left += view.square;
-                let pose = one.pose(keyframe);
-                let arm = pose.translation.vector - camera.centre;
-                let maps = ViewMaps {
-                    at_camera: layout.cameras[&one.camera_index],
-                    at_tag: layout.tags[&one.view.tag].1,
-                    of_camera: camera_map(&arm, &one.twist(keyframe)),
-                    of_tag: tag_map(&by_tag(&pose, &one.view.object_from_tag)),
-                };
-                equations.add(&view, &maps);
-                if let Some(at_scale) = layout.scales.get(&keyframe.body()) {
-                    equations.add_scale(*at_scale, &view, &maps);
-                    let with_scale = matrix.fixed_view::<6, 1>(0, VIEW_SCALE);
-                    let mut coupling = couplings
-                        .entry(*at_scale)
-                        .or_insert_with(|| OwnCoupling::zeros(n_own))
-                        .fixed_columns_mut::<OF_SCALE>(0);
-                    coupling += lever.tr_mul(&with_scale);
-                }
-                let with_camera = lever.tr_mul(&(matrix.fixed_rows::<6>(0) * maps.of_camera));
-                *couplings
-                    .entry(maps.at_camera)
-                    .or_insert_with(|| OwnCoupling::zeros(n_own)) += with_camera;
-                let mut coupling = couplings
-                    .entry(maps.at_tag)
-                    .or_insert_with(|| OwnCoupling::zeros(n_own))
-                    .fixed_columns_mut::<OF_TAG>(0);
-                coupling += lever.tr_mul(&(matrix.fixed_rows::<6>(0) * maps.of_tag));
-            }
-            equations.eliminate(own, gradient, &couplings, layout);
+            equations.add(self.keyframe_equations(keyframe, cameras, layout, weighting));
         }
         equations
+    }
+
+    fn keyframe_equations(
+        &self,
+        keyframe: &Keyframe,
+        cameras: &BTreeMap<usize, CalibratedCamera>,
+        layout: &ParameterLayout,
+        weighting: Weighting,
+    ) -> KeyframeEquations {
+        let (own, gradient) = own_priors(keyframe, &self.accelerations);
+        let views = keyframe.views.iter().filter_map(|one| {
+            let (weighted, moving) = self.weighted(keyframe, one, cameras)?;
+            let rows = weighted.all_rows(&moving, &one.twist(keyframe))?;
+            Some((one, normal(&rows, one, weighting)))
+        });
+        KeyframeEquations::new(keyframe, layout, own, gradient, views)
     }
 
     fn corrections(
@@ -710,24 +528,6 @@ fn exact(layout: &ParameterLayout, site: &ModelledSite) -> Corrections {
 fn cameras_in_force(keyframe: &Keyframe, site: &ModelledSite) -> BTreeMap<usize, CalibratedCamera> {
     let posed = |camera: usize| Some((camera, site.cameras().get(camera)?.posed.clone()?));
     keyframe.cameras().into_iter().filter_map(posed).collect()
-}
-
-/// Where a keyframe's pose may be: as it was tracked, and by each branch of its largest tags.
-fn starts(keyframe: &Keyframe, cameras: &BTreeMap<usize, CalibratedCamera>) -> Vec<Pose> {
-    let views = keyframe.views.iter();
-    let weighted_views = views.filter_map(|one| {
-        let camera = cameras.get(&one.camera_index)?;
-        let noise = ViewNoise {
-            factor: 1.0,
-            distortion_share: one.distortion_share,
-        };
-        let weighted = WeightedView::new(one.camera_index, camera, &one.view, noise, None);
-        Some(weighted)
-    });
-    let mut weighted_views: Vec<WeightedView<'_>> = weighted_views.collect();
-    weighted_views.sort_by(|a, b| area(b).total_cmp(&area(a)));
-    let branches = weighted_views.iter().take(MOST_STARTS).flat_map(branches);
-    std::iter::once(keyframe.pose).chain(branches).collect()
 }
 
 /// By how much all views exceed their noise: a start far off is approached with as much noise, so that no view is an

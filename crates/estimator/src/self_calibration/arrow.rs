@@ -5,7 +5,7 @@
 use std::ops::Range;
 use std::rc::Rc;
 
-use nalgebra::{Cholesky, DMatrix, DMatrixViewMut, DVector, DVectorView, Dyn};
+use nalgebra::{Cholesky, DMatrix, DMatrixView, DVector, DVectorView, Dyn};
 
 use crate::self_calibration::parameters::ParameterLayout;
 
@@ -39,26 +39,32 @@ impl Arrow {
         }
     }
 
-    /// A block of the cameras, of one body, or of a body (rows) with the cameras (columns).
-    pub fn block_mut(
+    /// Adds a block to the cameras, to one body, or to a body (rows) with the cameras (columns); without effect for the
+    /// transpose of the latter.
+    pub fn add(
         &mut self,
-        rows: Range<usize>,
-        columns: Range<usize>,
-    ) -> DMatrixViewMut<'_, f64> {
+        rows: &Range<usize>,
+        columns: &Range<usize>,
+        added: &DMatrixView<'_, f64>,
+    ) {
         let n_cameras = self.cameras.nrows();
-        let size = (rows.len(), columns.len());
         let (row, column) = (rows.start, columns.start);
-        if row < n_cameras {
-            return self.cameras.view_mut((row, column), size);
-        }
-        let body = body_of(&self.bodies, row);
-        let body = &mut self.bodies[body];
-        let (row, first) = (row - body.places.start, body.places.start);
-        if column < n_cameras {
-            body.coupling.view_mut((row, column), size)
+        let mut block = if row < n_cameras && column < n_cameras {
+            self.cameras.view_mut((row, column), added.shape())
+        } else if row < n_cameras {
+            return;
         } else {
-            body.own.view_mut((row, column - first), size)
-        }
+            let body = body_of(&self.bodies, row);
+            let body = &mut self.bodies[body];
+            let first = body.places.start;
+            if column < n_cameras {
+                body.coupling.view_mut((row - first, column), added.shape())
+            } else {
+                body.own
+                    .view_mut((row - first, column - first), added.shape())
+            }
+        };
+        block += added;
     }
 
     /// An element within such a block, or within the transpose of one.
@@ -97,13 +103,6 @@ impl Arrow {
         }
         copy_rows(&mut product, &(0..on_cameras.len()), &on_cameras);
         product
-    }
-
-    /// Cameras and first body, as one matrix.
-    pub fn of_one_body(&self) -> DMatrix<f64> {
-        let n_cameras = self.cameras.nrows();
-        let n = self.bodies.first().map_or(n_cameras, |one| one.places.end);
-        DMatrix::from_fn(n, n, |row, column| self.get(row, column))
     }
 
     /// `None` where it is not positive definite.
@@ -306,13 +305,15 @@ pub(super) mod tests {
         let ranges: Vec<_> = std::iter::once(0..n_cameras).chain(bodies).collect();
         let mut dense = DMatrix::zeros(n, n);
         for (k, rows) in ranges.iter().enumerate() {
-            for columns in [&ranges[0], rows] {
+            for columns in [&ranges[0], rows].into_iter().skip(usize::from(k == 0)) {
                 for row in rows.clone() {
                     for column in columns.clone() {
                         let (low, high) = (row.min(column), row.max(column));
                         let value = ((low * 31 + high * 17 + k) as f64).sin();
                         let value = value + if row == column { 60.0 } else { 0.0 };
-                        arrow.block_mut(row..row + 1, column..column + 1)[(0, 0)] = value;
+                        let value = DMatrix::from_element(1, 1, value);
+                        arrow.add(&(row..row + 1), &(column..column + 1), &value.as_view());
+                        let value = value[(0, 0)];
                         dense[(row, column)] = value;
                         dense[(column, row)] = value;
                     }

@@ -1,36 +1,48 @@
 //! The normal equations of an adjustment: what the views of keyframes say of the site's errors, the pose of each
 //! keyframe eliminated (Schur complement), and their solution with priors.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-use nalgebra::{
-    Const, DMatrix, DVector, Dyn, Matrix6, OMatrix, SMatrix, SVector, Vector3, Vector6,
-};
+use nalgebra::{DMatrix, DVector, Matrix6, SMatrix};
 
-use crate::measurement::biases::by_camera;
-use crate::measurement::corners::{OF_VIEW, VIEW_SCALE, VIEW_SIZE};
+use crate::measurement::whitening::Rows;
 use crate::self_calibration::arrow::{Arrow, ArrowFactor, ArrowInverse};
 use crate::self_calibration::evidence::Evidence;
-use crate::self_calibration::keyframes::KeyframeView;
-use crate::self_calibration::parameters::{
-    CLOCK, Class, LENS, OF_CAMERA, OF_SCALE, OF_TAG, ParameterLayout, SIZE,
-};
+use crate::self_calibration::keyframes::{Keyframe, KeyframeView};
+use crate::self_calibration::parameters::{Class, OF_CAMERA, OF_SCALE, OF_TAG, ParameterLayout};
+use crate::self_calibration::view_rows::{ALL, BY_CAMERA, BY_SCALE, BY_TAG, OF_POSE};
 
 /// Least factor that [`independence`] gives.
 const LEAST_INDEPENDENCE: f64 = 0.01;
-type ViewMatrix = SMatrix<f64, OF_VIEW, OF_VIEW>;
-type ViewVector = SVector<f64, OF_VIEW>;
-/// Coupling of a keyframe's own unknowns with the errors of a camera, or of a tag, whose places come first.
-pub(super) type OwnCoupling = OMatrix<f64, Dyn, Const<OF_CAMERA>>;
+/// Products of the weighted rows of a view: by the pose first, the residual last.
+pub(super) type Products<const N: usize> = SMatrix<f64, N, N>;
 
-/// What the views of all keyframes say, and the square of each.
+/// What the views of all keyframes say.
 pub(super) struct EliminationEquations {
     pub(super) information: Arrow,
     pub(super) gradient: DVector<f64>,
     pub(super) eliminated: Vec<Eliminated>,
     /// What the views leave: the sum of their squares.
     pub(super) left: f64,
+}
+
+/// What the views of one keyframe say of the errors of its cameras and tags, its own unknowns eliminated.
+pub(super) struct KeyframeEquations {
+    pub(super) information: DMatrix<f64>,
+    pub(super) gradient: DVector<f64>,
+    pub(super) eliminated: Eliminated,
+    /// As [`EliminationEquations::left`].
+    pub(super) left: f64,
+    blocks: Vec<Block>,
+}
+
+/// Errors of one camera, one tag or one scale.
+struct Block {
+    /// Places in the layout.
+    places: Range<usize>,
+    /// First place among those of the keyframe.
+    local: usize,
 }
 
 /// The equations of a step with their priors, solved.
@@ -71,213 +83,170 @@ impl Weighting {
     };
 }
 
-/// How a camera's errors act on a view that is `arm` from its centre.
-pub(super) fn camera_map(
-    arm: &Vector3<f64>,
-    twist: &Vector6<f64>,
-) -> SMatrix<f64, OF_VIEW, OF_CAMERA> {
-    let mut map = SMatrix::<f64, OF_VIEW, OF_CAMERA>::zeros();
-    map.fixed_view_mut::<6, 6>(0, 0).copy_from(&by_camera(arm));
-    map[(6, LENS)] = 1.0;
-    map[(7, LENS + 1)] = 1.0;
-    map.fixed_view_mut::<6, 1>(0, CLOCK).copy_from(&-twist);
-    map
-}
-
-pub(super) fn tag_map(by_pose: &Matrix6<f64>) -> SMatrix<f64, OF_VIEW, OF_TAG> {
-    let mut map = SMatrix::<f64, OF_VIEW, OF_TAG>::zeros();
-    map.fixed_view_mut::<6, 6>(0, 0).copy_from(by_pose);
-    map[(VIEW_SIZE, SIZE)] = 1.0;
-    map
-}
-
-/// Where the errors of a view's camera and tag are in the equations, and how they act on the view.
-pub(super) struct ViewMaps {
-    /// First place of the camera.
-    pub(super) at_camera: usize,
-    /// First place of the tag.
-    pub(super) at_tag: usize,
-    /// As [`camera_map`].
-    pub(super) of_camera: SMatrix<f64, OF_VIEW, OF_CAMERA>,
-    /// As [`tag_map`].
-    pub(super) of_tag: SMatrix<f64, OF_VIEW, OF_TAG>,
-}
-
-impl ViewMaps {
-    fn camera_places(&self) -> Range<usize> {
-        self.at_camera..self.at_camera + OF_CAMERA
-    }
-
-    fn tag_places(&self) -> Range<usize> {
-        self.at_tag..self.at_tag + OF_TAG
-    }
-}
-
-/// Normal equations of a view.
-pub(super) struct ViewNormal {
-    /// J' W J.
-    pub(super) matrix: ViewMatrix,
-    /// J' W r.
-    pub(super) pull: ViewVector,
-    /// r' W r.
-    pub(super) square: f64,
-}
-
-/// The normal equations of a view with its weight; a step of the object that is not known exactly is
-/// marginalised first, so that the gradient is that of [`cost`].
-pub(super) fn normal(
-    rows: &[[f64; OF_VIEW + 1]; 8],
+/// The products of a view's rows with its weight; a step of the object that is not known exactly is marginalised first,
+/// so that the gradient is that of [`cost`].
+pub(super) fn normal<const N: usize>(
+    rows: &Rows<N>,
     one: &KeyframeView,
     weighting: Weighting,
-) -> ViewNormal {
-    let ViewNormal {
-        matrix,
-        pull,
-        square,
-    } = marginalised(unweighted(rows), one);
+) -> Products<N> {
+    let products = marginalised(rows, one);
+    let square = products[(N - 1, N - 1)];
     let weight = one.view.noise_source.weight(square / weighting.excess) / weighting.design_effect;
-    ViewNormal {
-        matrix: matrix * weight,
-        pull: pull * weight,
-        square: square * weight,
-    }
+    products * weight
 }
 
 /// Twice the robust cost of a view, weighted as by [`normal`].
-pub(super) fn cost(
-    rows: &[[f64; OF_VIEW + 1]; 8],
+pub(super) fn cost<const N: usize>(
+    rows: &Rows<N>,
     one: &KeyframeView,
     weighting: Weighting,
 ) -> f64 {
-    let square = marginalised(unweighted(rows), one).square;
+    let square = marginalised(rows, one)[(N - 1, N - 1)];
     let chi2 = one.view.noise_source.chi2(square / weighting.excess);
     chi2 * weighting.excess / weighting.design_effect
 }
 
-fn unweighted(rows: &[[f64; OF_VIEW + 1]; 8]) -> ViewNormal {
-    let rows = SMatrix::<f64, 8, { OF_VIEW + 1 }>::from_fn(|row, column| rows[row][column]);
-    let residual = rows.column(OF_VIEW).into_owned();
-    let slopes = rows.fixed_columns::<OF_VIEW>(0);
-    let matrix = slopes.tr_mul(&slopes);
-    ViewNormal {
-        matrix,
-        pull: slopes.tr_mul(&residual),
-        square: residual.norm_squared(),
-    }
-}
-
 /// N - N (N + Q^-1)^-1 N = N (I + Q N)^-1, for the displacement and what goes with it, Q the covariance of the step of
 /// the object.
-fn marginalised(normal: ViewNormal, one: &KeyframeView) -> ViewNormal {
+fn marginalised<const N: usize>(rows: &Rows<N>, one: &KeyframeView) -> Products<N> {
+    let rows = SMatrix::<f64, 8, N>::from_fn(|row, column| rows[row][column]);
+    let products = rows.tr_mul(&rows);
     let Some(motion) = &one.motion else {
-        return normal;
+        return products;
     };
-    let ViewNormal {
-        matrix,
-        pull,
-        square,
-    } = normal;
-    let of_pose = matrix.fixed_view::<6, 6>(0, 0).into_owned();
-    let Some(inverse) = (Matrix6::identity() + motion.covariance * of_pose).try_inverse() else {
-        return ViewNormal {
-            matrix: ViewMatrix::zeros(),
-            pull: ViewVector::zeros(),
-            square: 0.0,
-        };
-    };
-    let taken = inverse * motion.covariance;
-    let with_pose = matrix.fixed_rows::<6>(0).into_owned();
-    let pulled = taken * pull.fixed_rows::<6>(0);
-    ViewNormal {
-        matrix: matrix - with_pose.tr_mul(&(taken * with_pose)),
-        pull: pull - with_pose.tr_mul(&pulled),
-        square: square - pull.fixed_rows::<6>(0).dot(&pulled),
+    let with_pose = products.fixed_rows::<OF_POSE>(0).into_owned();
+    let of_pose = with_pose.fixed_columns::<OF_POSE>(0);
+    match (Matrix6::identity() + motion.covariance * of_pose).try_inverse() {
+        Some(inverse) => {
+            let taken = inverse * motion.covariance;
+            products - with_pose.tr_mul(&(taken * with_pose))
+        }
+        None => Products::zeros(),
     }
 }
 
-impl EliminationEquations {
-    /// Adds what a view says of the errors of its camera and its tag.
-    pub(super) fn add(&mut self, view: &ViewNormal, maps: &ViewMaps) {
-        let ViewMaps {
-            of_camera, of_tag, ..
-        } = maps;
-        let with_camera = view.matrix * of_camera;
-        let with_tag = view.matrix * of_tag;
-        let (camera, tag) = (|| maps.camera_places(), || maps.tag_places());
-        let mut own = self.information.block_mut(camera(), camera());
-        own += of_camera.tr_mul(&with_camera);
-        let mut own = self.information.block_mut(tag(), tag());
-        own += of_tag.tr_mul(&with_tag);
-        let mut across = self.information.block_mut(tag(), camera());
-        across += with_tag.tr_mul(of_camera);
-        let mut gradient = self.gradient.fixed_rows_mut::<OF_CAMERA>(maps.at_camera);
-        gradient += of_camera.tr_mul(&view.pull);
-        let mut gradient = self.gradient.fixed_rows_mut::<OF_TAG>(maps.at_tag);
-        gradient += of_tag.tr_mul(&view.pull);
-    }
-
-    /// Adds what a view says of the scale of its body.
-    pub(super) fn add_scale(&mut self, at_scale: usize, view: &ViewNormal, maps: &ViewMaps) {
-        let with_scale = view.matrix.row(VIEW_SCALE).into_owned();
-        let scale = || at_scale..at_scale + OF_SCALE;
-        let mut own = self.information.block_mut(scale(), scale());
-        own[(0, 0)] += with_scale[VIEW_SCALE];
-        let with_tag = with_scale * maps.of_tag;
-        let mut across = self.information.block_mut(scale(), maps.tag_places());
-        across += with_tag;
-        let mut across = self.information.block_mut(maps.tag_places(), scale());
-        across += with_tag.transpose();
-        let mut across = self.information.block_mut(scale(), maps.camera_places());
-        across += with_scale * maps.of_camera;
-        self.gradient[at_scale] += view.pull[VIEW_SCALE];
-    }
-
-    /// The Schur complement of a keyframe's own unknowns.
-    pub(super) fn eliminate(
-        &mut self,
-        own: DMatrix<f64>,
-        gradient: DVector<f64>,
-        couplings: &BTreeMap<usize, OwnCoupling>,
+impl KeyframeEquations {
+    /// From the information and the gradient of the keyframe's own unknowns before any view, and the views with their
+    /// products.
+    pub(super) fn new<'a>(
+        keyframe: &Keyframe,
         layout: &ParameterLayout,
-    ) {
+        mut own: DMatrix<f64>,
+        mut own_gradient: DVector<f64>,
+        views: impl Iterator<Item = (&'a KeyframeView, Products<ALL>)>,
+    ) -> Self {
+        let blocks = blocks(keyframe, layout);
+        let columns: Vec<usize> = blocks
+            .iter()
+            .flat_map(|block| block.places.clone())
+            .collect();
+        let local: BTreeMap<usize, usize> = blocks
+            .iter()
+            .map(|block| (block.places.start, block.local))
+            .collect();
+        let mut coupling = DMatrix::zeros(own.nrows(), columns.len());
+        let mut information = DMatrix::zeros(columns.len(), columns.len());
+        let (mut gradient, mut left) = (DVector::zeros(columns.len()), 0.0);
+        for (one, products) in views {
+            let lever = one.lever(keyframe);
+            let by_own = lever.tr_mul(&products.fixed_rows::<OF_POSE>(0));
+            own += by_own.columns(0, OF_POSE) * &lever;
+            own_gradient += by_own.column(ALL - 1);
+            left += products[(ALL - 1, ALL - 1)];
+            let places = firsts(keyframe, one, layout).map(|(first, by)| (local[&first], by));
+            let places: Vec<(usize, Range<usize>)> = places.collect();
+            for (row, by_row) in &places {
+                let mut with_own = coupling.columns_mut(*row, by_row.len());
+                with_own += by_own.columns_range(by_row.clone());
+                let mut pull = gradient.rows_mut(*row, by_row.len());
+                pull += products.column(ALL - 1).rows_range(by_row.clone());
+                for (column, by_column) in &places {
+                    let size = (by_row.len(), by_column.len());
+                    let mut block = information.view_mut((*row, *column), size);
+                    block += products.view((by_row.start, by_column.start), size);
+                }
+            }
+        }
+        // The Schur complement of the keyframe's own unknowns.
         let n_own = own.nrows();
         let inverse = own
             .try_inverse()
             .unwrap_or_else(|| DMatrix::zeros(n_own, n_own));
-        let is_camera = |first: usize| layout.classes[first] == Class::CameraPose;
-        let width = |first: usize| layout.width(first);
-        let mut eliminated = Eliminated {
-            inverse,
-            gradient,
-            columns: Vec::new(),
-            coupling: DMatrix::zeros(n_own, 0),
-        };
-        for (row, of_row) in couplings {
-            let weighted = &eliminated.inverse * of_row;
-            let pulled = weighted.tr_mul(&eliminated.gradient);
-            let mut rows = self.gradient.rows_mut(*row, width(*row));
-            rows -= pulled.rows(0, width(*row));
-            for (column, of_column) in couplings {
-                // The transpose of a block that is kept.
-                if is_camera(*row) && !is_camera(*column) {
-                    continue;
-                }
-                let size = (width(*row), width(*column));
-                let taken = weighted.tr_mul(of_column);
-                let mut block = self
-                    .information
-                    .block_mut(*row..row + size.0, *column..column + size.1);
-                block -= taken.view((0, 0), size);
+        let weighted = &inverse * &coupling;
+        Self {
+            information: information - coupling.tr_mul(&weighted),
+            gradient: gradient - weighted.tr_mul(&own_gradient),
+            left,
+            blocks,
+            eliminated: Eliminated {
+                inverse,
+                gradient: own_gradient,
+                columns,
+                coupling,
+            },
+        }
+    }
+}
+
+/// First places of the errors that a view depends on, with their columns in its rows.
+fn firsts(
+    keyframe: &Keyframe,
+    one: &KeyframeView,
+    layout: &ParameterLayout,
+) -> impl Iterator<Item = (usize, Range<usize>)> {
+    let scale = layout.scales.get(&keyframe.body()).copied();
+    let camera = (
+        layout.cameras[&one.camera_index],
+        BY_CAMERA..BY_CAMERA + OF_CAMERA,
+    );
+    let tag = (layout.tags[&one.view.tag].1, BY_TAG..BY_TAG + OF_TAG);
+    let scale = scale.map(|first| (first, BY_SCALE..BY_SCALE + OF_SCALE));
+    [camera, tag].into_iter().chain(scale)
+}
+
+/// The errors that the views of a keyframe depend on, ascending.
+fn blocks(keyframe: &Keyframe, layout: &ParameterLayout) -> Vec<Block> {
+    let views = keyframe.views.iter();
+    let all: BTreeSet<(usize, usize)> = views
+        .flat_map(|one| firsts(keyframe, one, layout))
+        .map(|(first, by)| (first, by.len()))
+        .collect();
+    let mut local = 0;
+    let block = all.into_iter().map(|(first, width)| {
+        local += width;
+        Block {
+            places: first..first + width,
+            local: local - width,
+        }
+    });
+    block.collect()
+}
+
+impl EliminationEquations {
+    /// Without any keyframe.
+    pub(super) fn new(layout: &ParameterLayout) -> Self {
+        Self {
+            information: Arrow::zeros(layout),
+            gradient: DVector::zeros(layout.len()),
+            eliminated: Vec::new(),
+            left: 0.0,
+        }
+    }
+
+    /// Adds what a keyframe says.
+    pub(super) fn add(&mut self, keyframe: KeyframeEquations) {
+        self.left += keyframe.left;
+        for Block { places, local } in &keyframe.blocks {
+            let mut gradient = self.gradient.rows_range_mut(places.clone());
+            gradient += keyframe.gradient.rows(*local, places.len());
+            for other in &keyframe.blocks {
+                let size = (places.len(), other.places.len());
+                let block = keyframe.information.view((*local, other.local), size);
+                self.information.add(places, &other.places, &block);
             }
-            eliminated.columns.extend(*row..*row + width(*row));
         }
-        eliminated.coupling = DMatrix::zeros(n_own, eliminated.columns.len());
-        let blocks = couplings.iter();
-        let columns = blocks.flat_map(|(first, block)| block.column_iter().take(width(*first)));
-        for (mut column, own) in eliminated.coupling.column_iter_mut().zip(columns) {
-            column.copy_from(&own);
-        }
-        self.eliminated.push(eliminated);
+        self.eliminated.push(keyframe.eliminated);
     }
 }
 

@@ -169,15 +169,6 @@ impl ParameterLayout {
         cameras.chain(tags).chain(scales)
     }
 
-    /// Number of errors of the block at a first place.
-    pub fn width(&self, first: usize) -> usize {
-        match self.classes[first] {
-            Class::CameraPose => OF_CAMERA,
-            Class::Scale => OF_SCALE,
-            _ => OF_TAG,
-        }
-    }
-
     /// Sets the standard deviations of a pose's prior, its first place given.
     pub fn set_pose(&mut self, first: usize, sigma: PoseSigma) {
         self.set(first, &[sigma.position_m; 3]);

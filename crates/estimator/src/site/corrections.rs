@@ -100,7 +100,7 @@ impl Corrections {
             }
         };
         let camera = |(camera, one): (&usize, &CameraCorrection)| {
-            let usual = LensSigma::usual(file_lens(*camera)?);
+            let usual = LensSigma::usual(file_lens(*camera)?, true);
             let bends = one.focal_px.abs() > usual.focal_px * NEGLIGIBLE || one.distortion != 0.0;
             let (focal_px, distortion) = if bends {
                 (one.focal_px, one.distortion)

@@ -20,7 +20,7 @@ use crate::filter::state::ObjectState;
 use crate::filter::update::{Updated, update as update_by_fit};
 use crate::kinematics::configuration::Configuration;
 use crate::measurement::biases::BiasGradient;
-use crate::measurement::corners::{UNSEEN, WeightedView};
+use crate::measurement::corners::{WeightedView, unseen_cost};
 use crate::measurement::view_equations::ViewEquations;
 use crate::tracker::hypothesis::{Hypothesis, ViewOutcome};
 use crate::tracker::predict::Prediction;
@@ -271,7 +271,9 @@ fn normals<const D: usize>(
 }
 
 fn chi2(normal: &Option<ViewEquations>) -> f64 {
-    normal.as_ref().map_or(UNSEEN, |normal| normal.chi2)
+    normal
+        .as_ref()
+        .map_or_else(unseen_cost, |normal| normal.chi2)
 }
 
 fn worst_chi2(normals: &[Option<ViewEquations>], used: &[bool]) -> f64 {

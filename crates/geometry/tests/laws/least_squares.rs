@@ -72,7 +72,7 @@ proptest! {
 
     #[test]
     fn the_gradient_is_the_derivative_of_the_cost(truth in pose(), step in vector::<6>(0.5)) {
-        for kernel in [Kernel::Quadratic, Kernel::Huber { width: 3.0 }, Kernel::Cauchy { width: 3.0 }] {
+        for kernel in [Kernel::Quadratic, Kernel::Huber { width: 3.0 }, Kernel::CauchyTails { width: 3.0 }] {
             let problem = alignment(&truth, kernel);
             let at = se3::perturb(&truth, &step);
             let equations = |pose: &Pose| {
@@ -116,7 +116,7 @@ fn robust_kernels_ignore_an_outlier() {
     };
     assert!(off(Kernel::Quadratic) > 0.5);
     assert!(off(Kernel::Huber { width: 1.5 }) < 0.1);
-    assert!(off(Kernel::Cauchy { width: 1.5 }) < 0.01);
+    assert!(off(Kernel::CauchyTails { width: 1.5 }) < 0.01);
 }
 
 #[test]
