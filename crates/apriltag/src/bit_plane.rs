@@ -1,7 +1,7 @@
 //! The binary image: one bit per pixel, set where the pixel has the colour of a border.
 
 use crate::kernels::{
-    LINE_REACH, PaddedRow, PaddedRows, TILE, WORD, is_beyond, is_black_or_line, threshold,
+    LINE_REACH, PaddedRows, TILE, WORD, is_beyond, is_black_or_line, padded_length, threshold,
 };
 use crate::tiles::Tiles;
 use crate::{Image, Pass};
@@ -17,8 +17,9 @@ pub(crate) struct BitPlane {
     above: Vec<u64>,
     /// Range of words in each row of tiles that may have bits.
     live: Vec<Range<usize>>,
-    /// Ring buffer of image rows.
-    rows: Vec<PaddedRow>,
+    /// Ring buffer of padded image rows, and the length of one.
+    rows: Vec<u8>,
+    row_length: usize,
 }
 
 /// Two rows of words, the second below the first, and the range of words that may have bits.
@@ -37,7 +38,9 @@ impl BitPlane {
         self.live.resize(height.div_ceil(TILE), 0..0);
         self.words
             .resize(self.words_in_row * height.next_multiple_of(TILE), 0);
-        self.rows.resize(ROWS, [0; _]);
+        self.row_length = padded_length(width);
+        self.rows
+            .resize(self.rows.len().max(ROWS * self.row_length), 0);
     }
 
     /// Sets the bits of the pixels that have the border's colour.
@@ -47,9 +50,9 @@ impl BitPlane {
             Pass::Black | Pass::Middle | Pass::Eroded => u8::MAX,
             Pass::White => 0,
         };
-        for row in &mut self.rows {
+        for row in self.rows.chunks_exact_mut(self.row_length) {
             row[..LINE_REACH].fill(beyond);
-            row[LINE_REACH + image.width()..][..WORD].fill(beyond);
+            row[LINE_REACH + image.width()..].fill(beyond);
         }
         let mut taken = 0;
         let rows_of_tiles = self.words.chunks_exact_mut(TILE * self.words_in_row);
@@ -62,9 +65,17 @@ impl BitPlane {
                 continue;
             }
             let ys = row * TILE..(row + 1) * TILE + 2 * LINE_REACH;
-            take_rows(image, taken.max(ys.start)..ys.end, &mut self.rows);
+            take_rows(
+                image,
+                taken.max(ys.start)..ys.end,
+                self.row_length,
+                &mut self.rows,
+            );
             taken = ys.end;
-            let rows: PaddedRows<'_> = array::from_fn(|i| &self.rows[(ys.start + i) % ROWS]);
+            let rows: PaddedRows<'_> = array::from_fn(|i| {
+                let place = (ys.start + i) % ROWS * self.row_length;
+                &self.rows[place..place + self.row_length]
+            });
             let (levels, first) = (&levels[here.clone()], here.start);
             match pass {
                 Pass::Black => threshold(&rows, levels, first, words, is_black_or_line),
@@ -133,10 +144,11 @@ impl BitPlane {
 const ROWS: usize = 16;
 
 /// Loads rows, counted from the reach of a line above the image; outside the image the nearest rows are repeated.
-fn take_rows(image: &Image<'_>, rows: Range<usize>, taken: &mut [PaddedRow]) {
+fn take_rows(image: &Image<'_>, rows: Range<usize>, row_length: usize, taken: &mut [u8]) {
     for row in rows {
         let y = row.saturating_sub(LINE_REACH).min(image.height() - 1);
-        taken[row % ROWS][LINE_REACH..][..image.width()].copy_from_slice(image.row(y));
+        let padded = &mut taken[row % ROWS * row_length..][..row_length];
+        padded[LINE_REACH..][..image.width()].copy_from_slice(image.row(y));
     }
 }
 
