@@ -3,6 +3,7 @@
 //! Input: an image and a quad. Output: the tag, and the rotation that makes the quad upright.
 
 mod layout;
+mod match_quality;
 mod modules;
 
 use crate::code_index::{CodeIndex, Match};
@@ -80,14 +81,31 @@ impl Reader {
         }
         let rings_are_right = (right[0] + right[1]) / 2.0 >= MOSTLY_RIGHT;
         let reading = self.recognise(&modules, rings_are_right)?;
-        // Letters and texture show a code word of few bits now and then, so that the word alone is no evidence: border,
-        // ring and bits must be all that a tag's are. The frame has three times as many modules as the word.
-        if self.index.is_weak
-            && !(modules.rings_are_whole() && modules.n_in_doubt() <= self.most_in_doubt)
-        {
+        if self.index.is_weak && !self.is_evident(view, quad, &modules, &reading) {
             return Err(failure(Rejection::NoCode, true));
         }
         Ok(reading)
+    }
+
+    /// Whether all of what is seen is that of the tag. Letters and texture show a code word of few bits now and then, so
+    /// that the word alone is no evidence. The fewer pixels there are, also for a tag that is narrow or a marker that is
+    /// cut in half, the more of them must be as the pattern says; least where border, ring and bits leave no doubt.
+    fn is_evident(
+        &self,
+        view: &ImageView<'_>,
+        quad: &Quad,
+        modules: &Modules<'_>,
+        reading: &Reading,
+    ) -> bool {
+        let mut upright = *quad;
+        upright.rotate_left(reading.found.turns as usize);
+        let explained =
+            match_quality::explained(view.image, &upright, self.family, reading.found.id);
+        let by_size = MOST_EXPLAINED - EXPLAINED_BY_PX * (modules.narrowest_px() - NARROW_PX);
+        explained >= by_size.clamp(LEAST_EXPLAINED, MOST_EXPLAINED)
+            || explained >= EXPLAINED_IF_WHOLE
+                && modules.rings_are_whole()
+                && modules.n_in_doubt() <= self.most_in_doubt
     }
 
     /// The code word, assuming usual blur or, if that fails, strong blur.
@@ -154,6 +172,15 @@ pub(crate) struct ReadFailure {
 fn failure(reason: Rejection, can_retry: bool) -> ReadFailure {
     ReadFailure { reason, can_retry }
 }
+
+/// Share of the variance that a pattern explains: least where its modules are large, and where they are as narrow as
+/// [`NARROW_PX`]; what each further pixel makes up for; and least where no module is in doubt. Of texture in which words
+/// are found .6 is usual, and up to .8 with modules of two pixels.
+const LEAST_EXPLAINED: f32 = 0.75;
+const MOST_EXPLAINED: f32 = 0.9;
+const NARROW_PX: f32 = 2.0;
+const EXPLAINED_BY_PX: f32 = 0.15;
+const EXPLAINED_IF_WHOLE: f32 = 0.7;
 
 /// One in this many data modules may be ambiguous: blur and corners off by a pixel cause some in a real tag.
 const LEAST_PLAIN: usize = 5;

@@ -123,9 +123,14 @@ impl<'a> Modules<'a> {
         !(left && right || top && bottom)
     }
 
+    /// Width of a module across its narrower side, in pixels.
+    pub(super) fn narrowest_px(&self) -> f32 {
+        self.size_px[0].min(self.size_px[1])
+    }
+
     /// Whether corners a pixel off can spoil what is read.
     pub(super) fn are_small(&self) -> bool {
-        self.size_px[0].min(self.size_px[1]) < ROOMY_PX
+        self.narrowest_px() < ROOMY_PX
     }
 
     /// The middles of the modules that carry bits. Says whether all lie in the image.
@@ -196,7 +201,7 @@ impl<'a> Modules<'a> {
             return true;
         }
         let white = own.max(self.seen_above_black(code, of_other));
-        let is_least = self.size_px[0].min(self.size_px[1]) < LEAST_PX;
+        let is_least = self.narrowest_px() < LEAST_PX;
         match rim.shows_white {
             true => between >= LEAST_WHITE[usize::from(is_least)] * white,
             false => between <= MOST_BLACK * white,

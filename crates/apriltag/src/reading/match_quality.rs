@@ -1,0 +1,152 @@
+//! How much of what the picture shows over a tag its decoded pattern explains.
+//!
+//! Input: an image, an upright quad and the tag read there. Output: the coefficient of determination of a linear model
+//! of the greys, from 0 to 1: the pattern, blurred, times a contrast, on a plane of light. A word of few bits turns up in
+//! texture by chance; border, bits and rim, each over its whole area, don't. Only a narrow rim around the border is
+//! looked at, since something dark may lie close beyond it.
+
+use crate::Image;
+use crate::homography::{Homography, POINTS};
+use crate::kernels::sample;
+use crate::quad::{Quad, widths};
+use nalgebra::{Matrix4, Vector4};
+use sextant_tag_families::{Family, white_modules};
+
+/// Sample points along a module.
+const IN_MODULE: usize = 3;
+
+/// Most modules along a border, of the families with few bits.
+const MOST_WIDTH: usize = 9;
+
+/// Modules of border and rim.
+const MOST_MODULES: usize = MOST_WIDTH + 2;
+
+/// Most sample points along the border and its rim, in whole blocks.
+const MOST_SAMPLES: usize = (IN_MODULE * MOST_WIDTH + 2).next_multiple_of(POINTS);
+
+/// Standard deviations of the blur that are tried, in pixels.
+const BLURS_PX: [f32; 3] = [0.5, 0.9, 1.5];
+
+type Row = [f32; MOST_SAMPLES];
+
+/// Share of the variance of the greys that the blurred pattern explains; 0 where the picture shows its negative, for a
+/// degenerate quad, or beyond the image.
+pub(super) fn explained(image: &Image<'_>, quad: &Quad, family: Family, id: u32) -> f32 {
+    let data = family.data();
+    let width = usize::from(data.border_width).min(MOST_WIDTH);
+    let Some(map) = Homography::square_to_quad(quad) else {
+        return 0.0;
+    };
+    let n = IN_MODULE * width + 2;
+    let mut at: Row = [2.0; MOST_SAMPLES];
+    for (i, at) in at[..n].iter_mut().enumerate() {
+        *at = ((2 * i + 1) as f32 - n as f32) / (IN_MODULE * width) as f32;
+    }
+    let mut greys = [[f32::NAN; MOST_SAMPLES]; MOST_SAMPLES];
+    for (row, greys) in greys[..n].iter_mut().enumerate() {
+        let places = at.as_chunks().0.iter().map(|&u| [u, [at[row]; POINTS]]);
+        let mut blocks = [[[0.0; POINTS]; 2]; MOST_SAMPLES / POINTS];
+        for (block, place) in blocks.iter_mut().zip(places) {
+            *block = place;
+        }
+        sample(image, &map, &blocks[..n.div_ceil(POINTS)], greys);
+    }
+    let black = black_modules(family, id, width);
+    let module_px = widths(quad).map(|px| px / width as f32);
+    let of_blur = BLURS_PX.map(|blur_px| {
+        let [across, down] = module_px.map(|px| shares(&at[..n], width, blur_px / px));
+        let pattern = blurred(&black, &across, &down, n);
+        determination(&greys[..n], &pattern[..n], &at[..n])
+    });
+    of_blur.into_iter().fold(0.0, f32::max)
+}
+
+/// Rows of modules, border and rim: 1 where black.
+fn black_modules(family: Family, id: u32, width: usize) -> [[f32; MOST_MODULES]; MOST_MODULES] {
+    let mut black = [[0.0; MOST_MODULES]; MOST_MODULES];
+    for row in &mut black[1..=width] {
+        row[1..=width].fill(1.0);
+    }
+    // Columns and rows of the printed tag, which ends with its rim.
+    for (x, y) in white_modules(family, id) {
+        if let Some(module) = black.get_mut(y).and_then(|row| row.get_mut(x)) {
+            *module = 0.0;
+        }
+    }
+    black
+}
+
+/// For each module along an axis, how much of it blur brings to each sample point; the blur is in modules.
+fn shares(at: &[f32], width: usize, blur: f32) -> [Row; MOST_MODULES] {
+    let mut shares = [[0.0; MOST_SAMPLES]; MOST_MODULES];
+    let edge = |at: f32, module: usize| {
+        let place = (at * width as f32 + width as f32) / 2.0 + 1.0;
+        step((place - module as f32) / blur)
+    };
+    for (module, shares) in shares[..width + 2].iter_mut().enumerate() {
+        for (share, &at) in shares.iter_mut().zip(at) {
+            *share = edge(at, module) - edge(at, module + 1);
+        }
+    }
+    shares
+}
+
+/// The integral of a normal distribution, by a logistic function (Bowling et al., J. Industrial Engineering and
+/// Management 2, 2009).
+fn step(x: f32) -> f32 {
+    1.0 / (1.0 + (-x * (1.5976 + 0.070_56 * x * x)).exp())
+}
+
+/// The pattern at the sample points: 1 is white.
+fn blurred(
+    black: &[[f32; MOST_MODULES]; MOST_MODULES],
+    across: &[Row; MOST_MODULES],
+    down: &[Row; MOST_MODULES],
+    n: usize,
+) -> [Row; MOST_SAMPLES] {
+    let mut pattern = [[1.0; MOST_SAMPLES]; MOST_SAMPLES];
+    for (modules, down) in black.iter().zip(down) {
+        let mut row: Row = [0.0; MOST_SAMPLES];
+        for (module, across) in modules.iter().zip(across) {
+            for (sum, share) in row.iter_mut().zip(across) {
+                *sum += module * share;
+            }
+        }
+        for (pattern, share) in pattern[..n].iter_mut().zip(down) {
+            for (white, black) in pattern.iter_mut().zip(&row) {
+                *white -= share * black;
+            }
+        }
+    }
+    pattern
+}
+
+/// The coefficient of determination of greys = contrast pattern + plane, by least squares; 0 for a contrast that is not
+/// positive. Points outside the image don't count.
+fn determination(greys: &[Row], pattern: &[Row], at: &[f32]) -> f32 {
+    let (mut matrix, mut vector, mut squares) = (Matrix4::zeros(), Vector4::zeros(), 0.0);
+    for ((greys, pattern), &v) in greys.iter().zip(pattern).zip(at) {
+        for ((&grey, &white), &u) in greys.iter().zip(pattern).zip(at) {
+            if !grey.is_nan() {
+                let terms = Vector4::new(white, 1.0, u, v);
+                matrix.syger(1.0, &terms, &terms, 1.0);
+                vector.axpy(grey, &terms, 1.0);
+                squares += grey * grey;
+            }
+        }
+    }
+    let plane = matrix.fixed_view::<3, 3>(1, 1).into_owned();
+    let on_plane = vector.fixed_rows::<3>(1).into_owned();
+    let (Some(all), Some(plane)) = (matrix.cholesky(), plane.cholesky()) else {
+        return 0.0;
+    };
+    let solution = all.solve(&vector);
+    let unexplained = (squares - vector.dot(&solution)).max(0.0);
+    let without_pattern = squares - on_plane.dot(&plane.solve(&on_plane));
+    let share = 1.0 - unexplained / without_pattern;
+    if solution[0] > 0.0 && share.is_finite() {
+        share
+    } else {
+        0.0
+    }
+}
