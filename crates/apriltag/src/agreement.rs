@@ -186,6 +186,7 @@ mod tests {
             margin: 80.0,
             black: 30.0,
             white: 220.0,
+            is_evident: true,
         };
         (pixels, reading)
     }

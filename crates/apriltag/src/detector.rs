@@ -218,7 +218,16 @@ impl Detector {
             border: pass.border(),
             min_contrast: f32::from(self.min_contrast()),
         };
-        match quad.and_then(|quad| self.decoder.sight(pass, &view, &quad)) {
+        let sighted = quad.and_then(|quad| {
+            let mut sighting = self.decoder.sight(pass, &view, &quad)?;
+            let patterns =
+                (self.options.refinement == Refinement::Photometric).then_some(&mut self.patterns);
+            match sighting.confirm(image, patterns, self.report.noise_sigma) {
+                true => Ok(sighting),
+                false => Err(Rejection::NoCode),
+            }
+        });
+        match sighted {
             Ok(sighting) if self.sightings.len() < MAX_SIGHTINGS => self.sightings.push(sighting),
             Ok(_) => self.report.dropped += 1,
             Err(reason) => {

@@ -3,10 +3,10 @@
 //! Input: an image and a quad. Output: the tag, and the rotation that makes the quad upright.
 
 mod layout;
-mod match_quality;
 mod modules;
 
 use crate::code_index::{CodeIndex, Match};
+use crate::match_quality;
 use crate::quad::Quad;
 use crate::view::ImageView;
 use crate::{Options, Pass, Rejection};
@@ -40,6 +40,8 @@ pub(crate) struct Reading {
     /// Mean grey of the border and of the ring around it.
     pub(crate) black: f32,
     pub(crate) white: f32,
+    /// Whether the word is enough evidence, or all of the tag is as its pattern says.
+    pub(crate) is_evident: bool,
 }
 
 impl Reader {
@@ -81,31 +83,25 @@ impl Reader {
         }
         let rings_are_right = (right[0] + right[1]) / 2.0 >= MOSTLY_RIGHT;
         let reading = self.recognise(&modules, rings_are_right)?;
-        if self.index.is_weak && !self.is_evident(view, quad, &modules, &reading) {
-            return Err(failure(Rejection::NoCode, true));
+        if !self.index.is_weak {
+            return Ok(reading);
         }
-        Ok(reading)
-    }
-
-    /// Whether all of what is seen is that of the tag. Letters and texture show a code word of few bits now and then, so
-    /// that the word alone is no evidence. The fewer pixels there are, also for a tag that is narrow or a marker that is
-    /// cut in half, the more of them must be as the pattern says; least where border, ring and bits leave no doubt.
-    fn is_evident(
-        &self,
-        view: &ImageView<'_>,
-        quad: &Quad,
-        modules: &Modules<'_>,
-        reading: &Reading,
-    ) -> bool {
+        // Letters and texture show a code word of few bits now and then, so that the word alone is no evidence.
         let mut upright = *quad;
         upright.rotate_left(reading.found.turns as usize);
         let explained =
             match_quality::explained(view.image, &upright, self.family, reading.found.id);
-        let by_size = MOST_EXPLAINED - EXPLAINED_BY_PX * (modules.narrowest_px() - NARROW_PX);
-        explained >= by_size.clamp(LEAST_EXPLAINED, MOST_EXPLAINED)
+        let is_evident = explained >= match_quality::least(&upright, self.family)
             || explained >= EXPLAINED_IF_WHOLE
                 && modules.rings_are_whole()
-                && modules.n_in_doubt() <= self.most_in_doubt
+                && modules.n_in_doubt() <= self.most_in_doubt;
+        if !is_evident && explained < EXPLAINED_IN_DOUBT {
+            return Err(failure(Rejection::NoCode, true));
+        }
+        Ok(Reading {
+            is_evident,
+            ..reading
+        })
     }
 
     /// The code word, assuming usual blur or, if that fails, strong blur.
@@ -140,6 +136,7 @@ impl Reader {
             margin,
             black,
             white,
+            is_evident: true,
         })
     }
 }
@@ -173,14 +170,10 @@ fn failure(reason: Rejection, can_retry: bool) -> ReadFailure {
     ReadFailure { reason, can_retry }
 }
 
-/// Share of the variance that a pattern explains: least where its modules are large, and where they are as narrow as
-/// [`NARROW_PX`]; what each further pixel makes up for; and least where no module is in doubt. Of texture in which words
-/// are found .6 is usual, and up to .8 with modules of two pixels.
-const LEAST_EXPLAINED: f32 = 0.75;
-const MOST_EXPLAINED: f32 = 0.9;
-const NARROW_PX: f32 = 2.0;
-const EXPLAINED_BY_PX: f32 = 0.15;
+/// Share of the variance that a pattern explains at least, where border, ring and bits leave no doubt; and where it may
+/// explain enough with better corners.
 const EXPLAINED_IF_WHOLE: f32 = 0.7;
+const EXPLAINED_IN_DOUBT: f32 = 0.5;
 
 /// One in this many data modules may be ambiguous: blur and corners off by a pixel cause some in a real tag.
 const LEAST_PLAIN: usize = 5;

@@ -4,6 +4,7 @@ use crate::agreement;
 use crate::board_corners;
 use crate::edges::{self, Corners};
 use crate::kernels::vectorise;
+use crate::match_quality;
 use crate::photometric::PatternFitter;
 use crate::quad::{Point, Quad, distance, mean_edge, middle};
 use crate::reading::{ReadFailure, Reader, Reading};
@@ -34,6 +35,31 @@ impl Sighting {
     /// Whether a point is well within the tag.
     pub(crate) fn covers(&self, point: Point) -> bool {
         distance(middle(&self.quad), point) < mean_edge(&self.quad) / 2.0
+    }
+
+    /// Whether the picture is what the pattern says: for tags of few bits, with better corners if it was not with those
+    /// of the quad. These become the quad.
+    pub(crate) fn confirm(
+        &mut self,
+        image: &Image<'_>,
+        patterns: Option<&mut PatternFitter>,
+        noise_sigma: f32,
+    ) -> bool {
+        let Reading { family, found, .. } = self.reading;
+        if self.reading.is_evident {
+            return true;
+        }
+        let view = ImageView {
+            image,
+            border: family.data().border,
+            min_contrast: 0.0,
+        };
+        self.quad = self
+            .locate(&view, &self.quad, patterns, noise_sigma)
+            .corners
+            .quad;
+        let explained = match_quality::explained(image, &self.quad, family, found.id);
+        explained >= match_quality::least(&self.quad, family)
     }
 
     /// The detection with corners from the whole pattern where these are more accurate than those from edges, or from
@@ -142,7 +168,8 @@ impl Decoder {
         quad: &Quad,
     ) -> Result<Sighting, Rejection> {
         let wrong = |read: &Result<Sighting, _>| match read {
-            Ok(sighting) => sighting.reading.found.hamming,
+            Ok(Sighting { reading, .. }) if reading.is_evident => reading.found.hamming,
+            Ok(_) => u32::MAX - 1,
             Err(_) => u32::MAX,
         };
         let mut read = self.read(pass, view, quad);

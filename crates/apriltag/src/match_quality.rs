@@ -29,9 +29,25 @@ const BLURS_PX: [f32; 3] = [0.5, 0.9, 1.5];
 
 type Row = [f32; MOST_SAMPLES];
 
+/// Share of the variance that a pattern must explain where its modules are large, and where they are as narrow as
+/// [`NARROW_PX`]; and what each further pixel makes up for. Of texture in which words are found .6 is usual, and up to
+/// .8 with modules of two pixels.
+const LEAST: f32 = 0.75;
+const MOST: f32 = 0.9;
+const NARROW_PX: f32 = 2.0;
+const BY_PX: f32 = 0.15;
+
+/// Share that the pattern must explain for what is seen to be the tag. The fewer pixels there are, also of a tag that is
+/// narrow or of a marker that is cut in half, the more of them must be as the pattern says.
+pub(crate) fn least(quad: &Quad, family: Family) -> f32 {
+    let [across, down] = widths(quad);
+    let module_px = across.min(down) / f32::from(family.data().border_width);
+    (MOST - BY_PX * (module_px - NARROW_PX)).clamp(LEAST, MOST)
+}
+
 /// Share of the variance of the greys that the blurred pattern explains; 0 where the picture shows its negative, for a
 /// degenerate quad, or beyond the image.
-pub(super) fn explained(image: &Image<'_>, quad: &Quad, family: Family, id: u32) -> f32 {
+pub(crate) fn explained(image: &Image<'_>, quad: &Quad, family: Family, id: u32) -> f32 {
     let data = family.data();
     let width = usize::from(data.border_width).min(MOST_WIDTH);
     let Some(map) = Homography::square_to_quad(quad) else {
