@@ -43,11 +43,12 @@ impl BitPlane {
             .resize(self.rows.len().max(ROWS * self.row_length), 0);
     }
 
-    /// Sets the bits of the pixels that have the border's colour.
+    /// Sets the bits of the pixels that have the border's colour. [`Pass::Eroded`] takes those of the pass before.
     #[inline(always)]
     pub(crate) fn threshold(&mut self, image: &Image<'_>, tiles: &Tiles, pass: Pass) {
         let beyond = match pass {
-            Pass::Black | Pass::Middle | Pass::Eroded => u8::MAX,
+            Pass::Eroded => return self.erode(),
+            Pass::Black | Pass::Middle => u8::MAX,
             Pass::White => 0,
         };
         for row in self.rows.chunks_exact_mut(self.row_length) {
@@ -79,16 +80,11 @@ impl BitPlane {
             let (levels, first) = (&levels[here.clone()], here.start);
             match pass {
                 Pass::Black => threshold(&rows, levels, first, words, is_black_or_line),
-                Pass::Middle | Pass::Eroded => {
-                    threshold(&rows, levels, first, words, is_beyond::<true>);
-                }
                 Pass::White => threshold(&rows, levels, first, words, is_beyond::<false>),
+                _ => threshold(&rows, levels, first, words, is_beyond::<true>),
             }
         }
         self.words[image.height() * self.words_in_row..].fill(0);
-        if pass == Pass::Eroded {
-            self.erode();
-        }
     }
 
     /// Erodes the plane: clears bits with a clear neighbour to the left, right, above or below, and those between two

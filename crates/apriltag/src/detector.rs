@@ -28,6 +28,9 @@ const DIM_IN_SIGMA: f32 = 8.0;
 /// Mean distance of the edge of a border from the centres of its outermost pixels, in pixels.
 const OVERHANG_PX: f32 = 0.4;
 
+/// Shortest edge of a tag of which erosion leaves a border: with modules of three pixels.
+const LEAST_ERODED_PX: f32 = 16.0;
+
 /// An area of an image that is searched in one pass.
 struct Part<'a> {
     image: &'a Image<'a>,
@@ -131,9 +134,17 @@ impl Detector {
         if !some_live {
             return;
         }
+        let mut may_touch = false;
         for pass in Pass::ALL {
+            if pass == Pass::Eroded && !may_touch {
+                continue;
+            }
             let Some(least_open) = self.decoder.least_open(pass) else {
                 continue;
+            };
+            let min_edge_px = match pass {
+                Pass::Eroded => self.options.min_edge_px.max(LEAST_ERODED_PX),
+                _ => self.options.min_edge_px,
             };
             observer.pass_began(pass);
             vectorise!(self.plane.threshold(&part, &self.tiles, pass));
@@ -145,8 +156,9 @@ impl Detector {
             self.report.runs += self.components.n_runs() as u32;
             for label in 0..self.components.all().len() {
                 let component = self.components.all()[label];
-                if component.may_be_border(self.options.min_edge_px, least_open) {
-                    self.examine(&component, &Part { image, area, pass }, observer);
+                if component.may_be_border(min_edge_px, least_open) {
+                    let rejected = self.examine(&component, &Part { image, area, pass }, observer);
+                    may_touch |= rejected.is_some() && component.may_be_touched(LEAST_ERODED_PX);
                 }
             }
         }
@@ -185,20 +197,21 @@ impl Detector {
         }
     }
 
-    /// Reads the tag whose border may be this component, unless it lies within a tag that was already read.
+    /// Reads the tag whose border may be this component, unless it lies within a tag that was already read. Returns
+    /// why it is none.
     fn examine(
         &mut self,
         component: &Component,
         &Part { image, area, pass }: &Part<'_>,
         observer: &mut impl Observer,
-    ) {
+    ) -> Option<Rejection> {
         if area.cuts(component, image) {
-            return;
+            return None;
         }
         let bounds = area.quad_to_image(component.corners());
         let middle = middle(&bounds);
         if self.sightings.iter().any(|tag| tag.covers(middle)) {
-            return;
+            return None;
         }
         self.report.candidates += 1;
         let outline = Outline {
@@ -227,6 +240,7 @@ impl Detector {
                 false => Err(Rejection::NoCode),
             }
         });
+        let rejection = sighted.err();
         match sighted {
             Ok(sighting) if self.sightings.len() < MAX_SIGHTINGS => self.sightings.push(sighting),
             Ok(_) => self.report.dropped += 1,
@@ -236,6 +250,7 @@ impl Detector {
             }
         }
         observer.stage_ended(Stage::Decode);
+        rejection
     }
 
     /// Refines the corners of every sighting and sorts the detections.

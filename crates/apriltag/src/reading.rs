@@ -11,8 +11,8 @@ use crate::quad::Quad;
 use crate::view::ImageView;
 use crate::{Options, Pass, Rejection};
 use layout::ModuleLayout;
-use modules::{Modules, USUAL_BLUR_PX};
-use sextant_tag_families::{Board, BorderColour, Family, FamilyData};
+use modules::{Modules, RimWidth, USUAL_BLUR_PX};
+use sextant_tag_families::{BorderColour, Family, FamilyData};
 use std::collections::BTreeSet;
 
 /// A family with its index.
@@ -20,8 +20,6 @@ use std::collections::BTreeSet;
 pub(crate) struct Reader {
     pub(crate) family: Family,
     border: BorderColour,
-    /// Whether black squares touch the borders of the tags.
-    is_touched: bool,
     layout: ModuleLayout,
     /// Least share of the rows within its border that contain white.
     pub(crate) least_open: f32,
@@ -51,7 +49,6 @@ impl Reader {
         Self {
             family,
             border: data.border,
-            is_touched: data.board == Some(Board::Aprilgrid),
             layout: ModuleLayout::new(data),
             least_open: least_open(data),
             most_in_doubt: (data.bits.len() / LEAST_PLAIN).min(index.bits_to_spare),
@@ -62,24 +59,45 @@ impl Reader {
 
     /// Whether a pass can find tags of the family.
     pub(crate) fn takes_part_in(&self, pass: Pass) -> bool {
-        self.border == pass.border() && (pass != Pass::Eroded || self.is_touched)
+        self.border == pass.border()
+    }
+
+    /// Border and ring, and their shares of right modules, if both have their colours.
+    #[inline(always)]
+    fn see<'a>(
+        &'a self,
+        view: &'a ImageView<'a>,
+        quad: &Quad,
+        rim: RimWidth,
+    ) -> Result<(Modules<'a>, [f32; 2]), ReadFailure> {
+        let modules = Modules::new(view, &self.layout, quad, rim)
+            .map_err(|reason| ReadFailure::new(reason, false))?;
+        let (contrast, right) = (modules.contrast(), modules.right_in_rings());
+        let rings_agree = right.into_iter().all(|share| share >= LEAST_RIGHT);
+        let is_nearly_clear = contrast > NEARLY * view.min_contrast;
+        if rings_agree && contrast >= view.min_contrast {
+            return Ok((modules, right));
+        }
+        // Then the border is dark, or nothing is lighter than it a module away.
+        let may_have_narrow_rim =
+            right[0] >= LEAST_RIGHT || contrast.abs() < view.min_contrast;
+        Err(ReadFailure {
+            may_have_narrow_rim,
+            ..ReadFailure::new(Rejection::FaintBorder, rings_agree && is_nearly_clear)
+        })
     }
 
     #[inline(always)]
     pub(crate) fn read(&self, view: &ImageView<'_>, quad: &Quad) -> Result<Reading, ReadFailure> {
-        let mut modules =
-            Modules::new(view, &self.layout, quad).map_err(|reason| failure(reason, false))?;
-        let (contrast, right) = (modules.contrast(), modules.right_in_rings());
-        let rings_agree = right.into_iter().all(|share| share >= LEAST_RIGHT);
-        let is_nearly_clear = contrast > NEARLY * view.min_contrast;
-        if !rings_agree || contrast < view.min_contrast {
-            return Err(failure(
-                Rejection::FaintBorder,
-                rings_agree && is_nearly_clear,
-            ));
-        }
+        let (mut modules, right) = match self.see(view, quad, RimWidth::Module) {
+            Ok(seen) => seen,
+            Err(failure) if failure.may_have_narrow_rim => {
+                self.see(view, quad, RimWidth::Narrow).map_err(|_| failure)?
+            }
+            Err(failure) => return Err(failure),
+        };
         if !modules.sample_bits() {
-            return Err(failure(Rejection::NoCode, true));
+            return Err(ReadFailure::new(Rejection::NoCode, true));
         }
         let rings_are_right = (right[0] + right[1]) / 2.0 >= MOSTLY_RIGHT;
         let reading = self.recognise(&modules, rings_are_right)?;
@@ -96,7 +114,7 @@ impl Reader {
                 && modules.rings_are_whole()
                 && modules.n_in_doubt() <= self.most_in_doubt;
         if !is_evident && explained < EXPLAINED_IN_DOUBT {
-            return Err(failure(Rejection::NoCode, true));
+            return Err(ReadFailure::new(Rejection::NoCode, true));
         }
         Ok(Reading {
             is_evident,
@@ -120,14 +138,14 @@ impl Reader {
             (found.hamming <= 1).then_some((found, margin))
         };
         let is_clear = clarity > LEAST_CLARITY * modules.contrast() && modules.are_small();
-        let no_code = failure(Rejection::NoCode, rings_are_right && is_clear);
+        let no_code = ReadFailure::new(Rejection::NoCode, rings_are_right && is_clear);
         let (found, margin) = found.or_else(or_blurred).ok_or(no_code)?;
         if margin < self.min_margin {
-            return Err(failure(Rejection::SmallMargin, true));
+            return Err(ReadFailure::new(Rejection::SmallMargin, true));
         }
         let word = self.index.as_seen(&found);
         if self.border == BorderColour::Black && !modules.white_ends_at_the_border(word) {
-            return Err(failure(Rejection::NoCode, true));
+            return Err(ReadFailure::new(Rejection::NoCode, true));
         }
         let [black, white] = modules.black_and_white();
         Ok(Reading {
@@ -164,10 +182,18 @@ fn least_open(data: &FamilyData) -> f32 {
 pub(crate) struct ReadFailure {
     pub(crate) reason: Rejection,
     pub(crate) can_retry: bool,
+    /// Whether the ring may be narrower than a module.
+    may_have_narrow_rim: bool,
 }
 
-fn failure(reason: Rejection, can_retry: bool) -> ReadFailure {
-    ReadFailure { reason, can_retry }
+impl ReadFailure {
+    pub(crate) fn new(reason: Rejection, can_retry: bool) -> Self {
+        Self {
+            reason,
+            can_retry,
+            may_have_narrow_rim: false,
+        }
+    }
 }
 
 /// Share of the variance that a pattern explains at least, where border, ring and bits leave no doubt; and where it may

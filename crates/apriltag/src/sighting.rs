@@ -192,10 +192,7 @@ impl Decoder {
 
     /// The result of the first family that decodes; otherwise, a retry is worthwhile if it is for any family.
     fn read(&self, pass: Pass, view: &ImageView<'_>, quad: &Quad) -> Result<Sighting, ReadFailure> {
-        let mut failure = ReadFailure {
-            reason: Rejection::NoCode,
-            can_retry: false,
-        };
+        let (mut reason, mut can_retry) = (Rejection::NoCode, false);
         for reader in self.readers(pass) {
             let read = vectorise!(reader.read(view, quad));
             match read {
@@ -204,12 +201,12 @@ impl Decoder {
                     quad.rotate_left(reading.found.turns as usize);
                     return Ok(Sighting { reading, quad });
                 }
-                Err(ReadFailure { reason, can_retry }) => {
-                    failure.reason = reason;
-                    failure.can_retry |= can_retry;
+                Err(failure) => {
+                    reason = failure.reason;
+                    can_retry |= failure.can_retry;
                 }
             }
         }
-        Err(failure)
+        Err(ReadFailure::new(reason, can_retry))
     }
 }

@@ -18,6 +18,15 @@ pub(super) const USUAL_BLUR_PX: f32 = 0.75;
 /// Width of a module from which on corners a pixel off leave its middle within it, and blur leaves it its grey.
 const ROOMY_PX: f32 = 4.0;
 
+/// How wide the ring around a border is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum RimWidth {
+    /// A module, as the family has it.
+    Module,
+    /// Half a module or less: something else is close.
+    Narrow,
+}
+
 /// The modules of a family as they lie within a quad.
 pub(super) struct Modules<'a> {
     view: &'a ImageView<'a>,
@@ -41,15 +50,15 @@ impl<'a> Modules<'a> {
         view: &'a ImageView<'a>,
         layout: &'a ModuleLayout,
         quad: &Quad,
+        rim: RimWidth,
     ) -> Result<Self, Rejection> {
         let map = Homography::square_to_quad(quad).ok_or(Rejection::Shape)?;
         let mut above = [0.0; MAX_MODULES];
-        sample(
-            view.image,
-            &map,
-            &layout.places[..layout.ring_blocks()],
-            &mut above,
-        );
+        let places = match rim {
+            RimWidth::Module => &layout.places[..layout.ring_blocks()],
+            RimWidth::Narrow => &layout.narrow_rim,
+        };
+        sample(view.image, &map, places, &mut above);
         let plane = |ring: &Ring| {
             let plane = GreyPlane::fit(&above[ring.modules.clone()], ring);
             plane.ok_or(Rejection::FaintBorder)
