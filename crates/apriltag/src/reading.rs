@@ -100,7 +100,7 @@ impl Reader {
             return Err(ReadFailure::new(Rejection::NoCode, true));
         }
         let rings_are_right = (right[0] + right[1]) / 2.0 >= MOSTLY_RIGHT;
-        let reading = self.recognise(&modules, rings_are_right)?;
+        let reading = self.recognise(&mut modules, rings_are_right)?;
         if !self.index.is_weak {
             return Ok(reading);
         }
@@ -122,24 +122,29 @@ impl Reader {
         })
     }
 
-    /// The code word, assuming usual blur or, if that fails, strong blur.
+    /// The code word, assuming usual blur or, if that fails, strong blur, or something drawn over the tag.
     #[inline(always)]
     fn recognise(
         &self,
-        modules: &Modules<'_>,
+        modules: &mut Modules<'_>,
         rings_are_right: bool,
     ) -> Result<Reading, ReadFailure> {
         let (usual, clarity) = modules.word(USUAL_BLUR_PX);
         let found = self.index.find(usual).map(|found| (found, clarity));
         // Fewer wrong bits: every further attempt is a further chance for what is no tag.
-        let or_blurred = || {
-            let (strong, margin) = modules.word(STRONG_BLUR_PX);
-            let found = (strong != usual).then(|| self.index.find(strong))??;
+        let again = |(word, margin): (u64, f32)| {
+            let found = (word != usual).then(|| self.index.find(word))??;
             (found.hamming <= 1).then_some((found, margin))
         };
         let is_clear = clarity > LEAST_CLARITY * modules.contrast() && modules.are_small();
         let no_code = ReadFailure::new(Rejection::NoCode, rings_are_right && is_clear);
-        let (found, margin) = found.or_else(or_blurred).ok_or(no_code)?;
+        let found = found.or_else(|| again(modules.word(STRONG_BLUR_PX)));
+        let found = found.or_else(|| {
+            let spread = rings_are_right && modules.narrowest_px() >= SPREAD_PX;
+            spread.then(|| modules.spread_bits())?;
+            again(modules.word(USUAL_BLUR_PX))
+        });
+        let (found, margin) = found.ok_or(no_code)?;
         if margin < self.min_margin {
             return Err(ReadFailure::new(Rejection::SmallMargin, true));
         }
@@ -219,6 +224,9 @@ const LEAST_CLARITY: f32 = 0.25;
 
 /// Strong blur, from defocus or camera shake, as a standard deviation in pixels.
 const STRONG_BLUR_PX: f32 = 2.0;
+
+/// Width of a module from which on points all over it show no other one.
+const SPREAD_PX: f32 = 5.0;
 
 #[cfg(test)]
 mod tests {

@@ -4,6 +4,14 @@ use crate::homography::{POINTS, Points};
 use sextant_tag_families::{Board, FamilyData};
 use std::ops::Range;
 
+/// Points over a bit.
+pub(super) const SPREAD: usize = 8;
+
+/// Their distances from its centre, alternately, and the angle of the first one: no line along rows, columns or
+/// diagonals hits two.
+const SPREAD_AT: [f32; 2] = [0.32, 0.2];
+const SPREAD_FROM: f32 = 0.2;
+
 /// Most sampled modules, which a byte can count.
 pub(super) const MAX_MODULES: usize = 256;
 
@@ -16,6 +24,8 @@ pub(super) struct ModuleLayout {
     pub(super) narrow_rim: Vec<[Points; 2]>,
     /// Four points around the centre of each bit.
     pub(super) around: [Vec<[Points; 2]>; 4],
+    /// Points all over each bit, of which no narrow line hits many.
+    pub(super) spread: [Vec<[Points; 2]>; SPREAD],
     /// The outermost ring of modules of the border.
     pub(super) border: Ring,
     /// The ring around the border.
@@ -80,6 +90,12 @@ impl ModuleLayout {
             narrow_rim: close_to_border(&places[..bits.start / POINTS], width),
             rim: Rim::new(&modules[bits.clone()], width, thickness),
             places,
+            spread: std::array::from_fn(|i| {
+                let angle = SPREAD_FROM + i as f32 * std::f32::consts::FRAC_PI_4;
+                let (sin, cos) = angle.sin_cos();
+                let away = SPREAD_AT[i % 2];
+                blocks(&modules[bits.clone()], [away * cos, away * sin], width)
+            }),
             around: around.map(|aside| blocks(&modules[bits.clone()], aside, width)),
             beside: bits
                 .clone()

@@ -1,7 +1,7 @@
 //! What is seen of a tag's modules, and what black and white are all over the tag: planes through the greys of its
 //! border and of the ring around it, as in AprilTag 2 (Wang & Olson, IROS 2016).
 
-use super::layout::{MAX_MODULES, ModuleLayout, Rim, RimBit, Ring};
+use super::layout::{MAX_MODULES, ModuleLayout, Rim, RimBit, Ring, SPREAD};
 use crate::Rejection;
 use crate::homography::{Homography, POINTS, Points};
 use crate::kernels::sample;
@@ -151,6 +151,22 @@ impl<'a> Modules<'a> {
         sample(self.view.image, &self.map, places, above);
         self.threshold.take_from(above, places);
         !above[..bits.len()].iter().any(|above| above.is_nan())
+    }
+
+    /// The bits by the mean over each, without what a line or a spot on it makes darkest or brightest: of the points over
+    /// it, the middle half.
+    pub(super) fn spread_bits(&mut self) {
+        let mut greys = [[0.0; MAX_MODULES]; SPREAD];
+        for (greys, places) in greys.iter_mut().zip(&self.layout.spread) {
+            sample(self.view.image, &self.map, places, greys);
+            self.threshold.take_from(greys, places);
+        }
+        for (i, above) in self.above[self.layout.bits.clone()].iter_mut().enumerate() {
+            let mut of_bit = greys.map(|greys| greys[i]);
+            of_bit.sort_unstable_by(f32::total_cmp);
+            let middle = &of_bit[SPREAD / 4..SPREAD - SPREAD / 4];
+            *above = middle.iter().sum::<f32>() / middle.len() as f32;
+        }
     }
 
     /// The observed code word and its margin: the mean distance from the threshold of the weaker colour.
