@@ -2,7 +2,7 @@
 
 use crate::area::Area;
 use crate::bit_plane::BitPlane;
-use crate::board_corners::share_corners;
+use crate::board_corners::{BoardFit, common_reach, extrapolate, share_corners, touch};
 use crate::components::{Component, Components, make_room};
 use crate::kernels::vectorise;
 use crate::negative::Negative;
@@ -53,6 +53,10 @@ pub struct Detector {
     patterns: PatternFitter,
     sightings: Vec<Sighting>,
     detections: Vec<Detection>,
+    /// Of each detection before those that are none are dropped.
+    fits: Vec<BoardFit>,
+    /// Detections whose squares the others of their board have shown.
+    completed: Vec<usize>,
     report: Report,
 }
 
@@ -72,6 +76,8 @@ impl Detector {
             patterns: PatternFitter::default(),
             sightings: Vec::new(),
             detections: Vec::new(),
+            fits: Vec::new(),
+            completed: Vec::new(),
             report: Report::default(),
         })
     }
@@ -108,6 +114,8 @@ impl Detector {
     ) -> &[Detection] {
         make_room(&mut self.sightings, MAX_SIGHTINGS);
         make_room(&mut self.detections, MAX_SIGHTINGS);
+        make_room(&mut self.fits, MAX_SIGHTINGS);
+        make_room(&mut self.completed, MAX_SIGHTINGS);
         self.patterns.make_room(image.width(), image.height());
         self.report = Report {
             noise_sigma: f32::INFINITY,
@@ -255,20 +263,31 @@ impl Detector {
 
     /// Refines the corners of every sighting and sorts the detections.
     fn locate(&mut self, image: &Image<'_>, observer: &mut impl Observer) {
+        self.fits.clear();
         for sighting in &self.sightings {
             let patterns =
                 (self.options.refinement == Refinement::Photometric).then_some(&mut self.patterns);
-            match sighting.refine(image, patterns, self.report.noise_sigma) {
-                Some(detection) => {
-                    observer.refined(&sighting.quad, &detection);
-                    self.detections.push(detection);
-                }
-                None => {
-                    self.report.rejected[Rejection::FaintBorder as usize] += 1;
-                    observer.rejected(Rejection::FaintBorder, &sighting.quad);
-                }
-            }
+            let (tag, fit) = sighting.refine(image, patterns, self.report.noise_sigma);
+            self.detections.push(tag);
+            self.fits.push(fit);
         }
+        self.complete_squares();
+        let fits = mem::take(&mut self.fits);
+        let mut each = self.sightings.iter().zip(&fits);
+        self.detections.retain(|tag| {
+            let Some((sighting, fit)) = each.next() else {
+                return true;
+            };
+            let is_tag = matches!(fit, BoardFit::Found | BoardFit::Square { n_saddles: 1.., .. });
+            if is_tag {
+                observer.refined(&sighting.quad, tag);
+            } else {
+                self.report.rejected[Rejection::FaintBorder as usize] += 1;
+                observer.rejected(Rejection::FaintBorder, &sighting.quad);
+            }
+            is_tag
+        });
+        self.fits = fits;
         share_corners(&mut self.detections);
         self.detections.sort_unstable_by(|a, b| {
             let ([ax, ay], [bx, by]) = (a.centre(), b.centre());
@@ -278,6 +297,34 @@ impl Detector {
                 .then(ax.total_cmp(&bx))
         });
         self.report.detections = self.detections.len() as u32;
+    }
+
+    /// Gives markers of a ChArUco board without saddle points the squares that the others of their board have.
+    fn complete_squares(&mut self) {
+        for i in 0..self.fits.len() {
+            let family = self.detections[i].family;
+            if !matches!(
+                self.fits[i],
+                BoardFit::Marker | BoardFit::Square { n_saddles: 0, .. }
+            ) {
+                continue;
+            }
+            let fits = self.fits.iter().zip(&self.detections);
+            let of_family = fits.filter(|(_, tag)| tag.family == family);
+            if let Some(reach) = common_reach(of_family.map(|(fit, _)| *fit)) {
+                extrapolate(&mut self.detections[i], reach);
+                self.completed.push(i);
+            }
+        }
+        for &i in &self.completed {
+            let square = &self.detections[i];
+            let others = self.detections.iter().enumerate();
+            let mut squares = others.filter(|(j, tag)| *j != i && tag.family == square.family);
+            if squares.any(|(_, tag)| touch(&square.corners, &tag.corners)) {
+                self.fits[i] = BoardFit::Found;
+            }
+        }
+        self.completed.clear();
     }
 
     /// Counts of the last image.

@@ -1,7 +1,7 @@
 //! Decodes the tag in a quad, and turns it into a detection with sub-pixel corners.
 
 use crate::agreement;
-use crate::board_corners;
+use crate::board_corners::{self, BoardFit};
 use crate::edges::{self, Corners};
 use crate::kernels::vectorise;
 use crate::match_quality;
@@ -69,7 +69,7 @@ impl Sighting {
         image: &Image<'_>,
         mut patterns: Option<&mut PatternFitter>,
         noise_sigma: f32,
-    ) -> Option<Detection> {
+    ) -> (Detection, BoardFit) {
         let view = ImageView {
             image,
             border: self.reading.family.data().border,
@@ -101,7 +101,8 @@ impl Sighting {
             corner_cross_covariance: corners.cross_covariance,
             refinement,
         };
-        board_corners::refine(image, &self.reading, &mut tag).then_some(tag)
+        let fit = board_corners::refine(image, &self.reading, &mut tag);
+        (tag, fit)
     }
 
     /// Corners from a quad, by the whole pattern or by the edges.
