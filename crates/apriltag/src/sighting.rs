@@ -1,6 +1,6 @@
 //! Decodes the tag in a quad, and turns it into a detection with sub-pixel corners.
 
-use crate::agreement;
+use crate::agreement::{self, Agreement};
 use crate::board_corners::{self, BoardFit};
 use crate::edges::{self, Corners};
 use crate::kernels::vectorise;
@@ -16,12 +16,20 @@ use sextant_tag_families::Family;
 /// in ten where a line of the border is beside its edge.
 const LEAST_AGREEMENT: f32 = 0.85;
 
+/// Share of the edges around a corner that may be contradicted where nothing is wrong.
+const USUALLY_CONTRADICTED: f32 = 0.1;
+
+/// Distance of a border from straight sides, root mean square, up to which noise, blur and lens explain it: in pixels,
+/// and as a share of the edge.
+const USUAL_AWAY_PX: f32 = 0.8;
+const USUAL_AWAY: f32 = 0.0125;
+
 /// Sub-pixel corners of a sighting.
 struct Located {
     corners: Corners,
     refinement: Refinement,
-    /// Share of the pattern's edges that the picture shows there.
-    agreement: f32,
+    /// How many of the pattern's edges the picture shows there.
+    agreement: Agreement,
 }
 
 /// A decoded tag, with corners accurate to about a pixel in the order of the upright tag.
@@ -76,10 +84,10 @@ impl Sighting {
             min_contrast: 0.0,
         };
         let mut located = self.locate(&view, &self.quad, patterns.as_deref_mut(), noise_sigma);
-        if located.agreement < LEAST_AGREEMENT {
+        if located.agreement.share() < LEAST_AGREEMENT {
             let moved = agreement::improve(image, &self.reading, &located.corners.quad);
             let again = self.locate(&view, &moved, patterns, noise_sigma);
-            if again.agreement > located.agreement {
+            if again.agreement.share() > located.agreement.share() {
                 located = again;
             }
         }
@@ -88,9 +96,7 @@ impl Sighting {
             refinement,
             agreement,
         } = located;
-        if agreement < LEAST_AGREEMENT {
-            corners.widen((1.0 - agreement) * agreement::module_px(&self.reading, &corners.quad));
-        }
+        self.doubt(&view, &mut corners, agreement);
         let mut tag = Detection {
             family: self.reading.family,
             id: self.reading.found.id,
@@ -103,6 +109,26 @@ impl Sighting {
         };
         let fit = board_corners::refine(image, &self.reading, &mut tag);
         (tag, fit)
+    }
+
+    /// Adds what the picture contradicts to the covariance of each corner: edges of the pattern that it does not show
+    /// around there, and a border that is hidden or, as of a bent tag, beside its sides.
+    fn doubt(&self, view: &ImageView<'_>, corners: &mut Corners, agreement: Agreement) {
+        let module_px = agreement::module_px(&self.reading, &corners.quad);
+        let contrast = self.reading.white - self.reading.black;
+        let usual_px = USUAL_AWAY_PX.max(USUAL_AWAY * mean_edge(&corners.quad));
+        let support = edges::corner_support(view, &corners.quad, contrast);
+        let wrong = agreement.wrong_at_corners();
+        let is_wrong = agreement.share() < LEAST_AGREEMENT;
+        for (corner, (support, wrong)) in support.into_iter().zip(wrong).enumerate() {
+            let contradicted = wrong.max(support.hidden);
+            if is_wrong || contradicted > USUALLY_CONTRADICTED {
+                corners.widen(corner, contradicted.max(1.0 - agreement.share()) * module_px);
+            }
+            if support.away_px > usual_px {
+                corners.widen(corner, support.away_px);
+            }
+        }
     }
 
     /// Corners from a quad, by the whole pattern or by the edges.
@@ -128,7 +154,7 @@ impl Sighting {
         Located {
             corners,
             refinement,
-            agreement: agreement.unwrap_or(0.0),
+            agreement,
         }
     }
 }
