@@ -139,7 +139,8 @@ mod tests {
             let data = family.data();
             let index = CodeIndex::new(data, 2);
             for (id, &code) in data.codes.iter().enumerate() {
-                for turns in 0..4 {
+                let is_same_turned = rotate_code(code, data.bits.len(), 2) == code;
+                for turns in 0..if is_same_turned { 2 } else { 4 } {
                     let observed = rotate_code(code, data.bits.len(), (4 - turns) % 4);
                     assert_eq!(
                         index.find(observed),
@@ -202,7 +203,7 @@ mod tests {
             let n = data.codes.iter().filter(is_word).count();
             let known = match family.name().trim_start_matches("ch") {
                 // Made of lines of bits in any order, so that each word is another one in a mirror.
-                "aruco-original" => 1023,
+                "aruco-original" => 1024,
                 "aruco4x4-50" => 4,
                 "aruco4x4-100" => 7,
                 "aruco4x4-250" => 14,

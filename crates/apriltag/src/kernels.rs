@@ -395,11 +395,7 @@ mod tests {
             levels in prop::collection::vec(levels(0_u8..40), 2),
             first in 0_usize..2,
         ) {
-            let mut padded = vec![[0; _]; rows.len()];
-            for (padded, row) in padded.iter_mut().zip(&rows) {
-                padded[..row.len()].copy_from_slice(row);
-            }
-            let padded: PaddedRows<'_> = array::from_fn(|i| &padded[i]);
+            let padded: PaddedRows<'_> = array::from_fn(|i| &rows[i][..]);
             let [dark, bright, black] = [
                 both(#[inline(always)] || words(&padded, &levels, first, is_beyond::<true>)),
                 both(#[inline(always)] || words(&padded, &levels, first, is_beyond::<false>)),

@@ -109,15 +109,10 @@ fn from_deep(bytes: &mut Vec<u8>, channels: usize, value: fn([u8; 2]) -> u16) {
         counts[grey(pixel) as usize] += 1;
     }
     let few = bytes.len() / stride / OUTSTANDING;
-    let end = |values: &mut dyn Iterator<Item = usize>| {
-        let mut seen = 0;
-        let mut beyond_few = |&grey: &usize| {
-            seen += counts[grey] as usize;
-            seen > few
-        };
-        values.find(&mut beyond_few).unwrap_or(0) as u32
-    };
-    let (black, white) = (end(&mut (0..1 << 16)), end(&mut (0..1 << 16).rev()));
+    let (black, white) = (
+        beyond_few(counts.iter(), few),
+        u32::from(u16::MAX) - beyond_few(counts.iter().rev(), few),
+    );
     let range = white.saturating_sub(black).max(1);
     in_place(bytes, stride, |pixel| {
         let above = grey(pixel).clamp(black, black.max(white)) - black;
@@ -127,6 +122,15 @@ fn from_deep(bytes: &mut Vec<u8>, channels: usize, value: fn([u8; 2]) -> u16) {
 
 /// See [`from_deep`].
 const OUTSTANDING: usize = 5_000;
+
+/// Index of the first value with which there are more than a few.
+fn beyond_few<'a>(counts: impl Iterator<Item = &'a u32>, few: usize) -> u32 {
+    let sums = counts.scan(0, |sum, &count| {
+        *sum += count as usize;
+        Some(*sum)
+    });
+    sums.take_while(|&sum| sum <= few).count() as u32
+}
 
 /// 1 becomes white, or what is brighter.
 #[cfg(feature = "pictures")]
