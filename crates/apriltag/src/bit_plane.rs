@@ -87,18 +87,38 @@ impl BitPlane {
         self.words[image.height() * self.words_in_row..].fill(0);
     }
 
+    /// Leaves only words with columns and rows of a rectangle.
+    pub(crate) fn keep(&mut self, columns: &Range<u32>, rows: &Range<u32>) {
+        let words = columns.start as usize / WORD..(columns.end as usize).div_ceil(WORD);
+        let tiles = rows.start as usize / TILE..(rows.end as usize).div_ceil(TILE);
+        for (row, live) in self.live.iter_mut().enumerate() {
+            *live = match tiles.contains(&row) {
+                true => live.start.max(words.start)..live.end.min(words.end),
+                false => 0..0,
+            };
+            if live.start >= live.end {
+                *live = 0..0;
+            }
+        }
+    }
+
     /// Erodes the plane: clears bits with a clear neighbour to the left, right, above or below, and those between two
-    /// diagonal clear ones, since corners that touch within a pixel would stay connected. Pixels outside the image are
-    /// clear.
+    /// diagonal clear ones, since corners that touch within a pixel would stay connected. Pixels outside the words that
+    /// are kept are clear.
     #[inline(always)]
     fn erode(&mut self) {
         self.above.fill(0);
         let n = self.words_in_row;
         let at = |row: &[u64], i: usize| row.get(i).copied().unwrap_or(0);
         for row in 0..self.words.len() / n {
+            let live = self.live[row / TILE].clone();
+            if live.start >= live.end {
+                self.above.fill(0);
+                continue;
+            }
             let (here, below) = self.words[row * n..].split_at_mut(n);
             let mut before = [0; 3];
-            for i in 0..n {
+            for i in live {
                 let words = [self.above[i], here[i], at(below, i)];
                 let after = [at(&self.above, i + 1), at(here, i + 1), at(below, i + 1)];
                 let left = |row: usize| words[row] << 1 | before[row] >> (WORD - 1);

@@ -206,11 +206,12 @@ mod tests {
                 "aruco-original" => 1024,
                 "aruco4x4-50" => 4,
                 "aruco4x4-100" => 7,
+                "aruco-mip-16h3" => 12,
                 "aruco4x4-250" => 14,
                 "aruco4x4-1000" => 92,
                 "aruco5x5-1000" => 3,
                 "aruco6x6-1000" | "tag36h10" => 2,
-                "aruco5x5-250" | "tagStandard41h12" => 1,
+                "aruco5x5-250" | "tagStandard41h12" | "tagCircle49h12" => 1,
                 _ => 0,
             };
             assert_eq!(n, known, "{family}");

@@ -67,8 +67,8 @@ impl Component {
 
     /// Whether it may be a tag and something that touches it: large and with many gaps.
     pub(crate) fn may_be_touched(&self, min_edge_px: f32) -> bool {
-        /// Runs in a pair of rows: two of the border, one between bits, and one of what touches it.
-        const LEAST_RUNS: u32 = 3;
+        /// Runs in a pair of rows: two of the border in most, and some between bits.
+        const LEAST_RUNS: u32 = 2;
         let n_pairs = self.n_pairs();
         self.width().min(2 * n_pairs) as f32 >= 2.0 * min_edge_px
             && self.n_runs >= LEAST_RUNS * n_pairs

@@ -17,6 +17,7 @@ use crate::{
 };
 use sextant_geometry::Lens;
 use std::mem;
+use std::ops::Range;
 
 /// Most tags in an image; the report counts what is dropped.
 const MAX_SIGHTINGS: usize = 1024;
@@ -36,6 +37,11 @@ struct Part<'a> {
     image: &'a Image<'a>,
     area: &'a Area,
     pass: Pass,
+}
+
+/// The smallest range with both.
+fn enclosing(a: &Range<u32>, b: &Range<u32>) -> Range<u32> {
+    a.start.min(b.start)..a.end.max(b.end)
 }
 
 /// Detects tags in images; reuses its memory between images.
@@ -142,10 +148,16 @@ impl Detector {
         if !some_live {
             return;
         }
-        let mut may_touch = false;
+        let mut touched = match self.decoder.are_touched {
+            true => Some([0..part.width() as u32, 0..part.height() as u32]),
+            false => None,
+        };
         for pass in Pass::ALL {
-            if pass == Pass::Eroded && !may_touch {
-                continue;
+            if pass == Pass::Eroded {
+                let Some([columns, rows]) = &touched else {
+                    continue;
+                };
+                self.plane.keep(columns, rows);
             }
             let Some(least_open) = self.decoder.least_open(pass) else {
                 continue;
@@ -166,7 +178,12 @@ impl Detector {
                 let component = self.components.all()[label];
                 if component.may_be_border(min_edge_px, least_open) {
                     let rejected = self.examine(&component, &Part { image, area, pass }, observer);
-                    may_touch |= rejected.is_some() && component.may_be_touched(LEAST_ERODED_PX);
+                    if rejected.is_some() && component.may_be_touched(LEAST_ERODED_PX) {
+                        let [columns, rows] =
+                            touched.get_or_insert_with(|| [component.columns(), component.rows()]);
+                        *columns = enclosing(columns, &component.columns());
+                        *rows = enclosing(rows, &component.rows());
+                    }
                 }
             }
         }

@@ -37,6 +37,10 @@ const MOST: f32 = 0.9;
 const NARROW_PX: f32 = 2.0;
 const BY_PX: f32 = 0.15;
 
+/// Mean residual of a module, as a share of the contrast, beyond which it is not what the pattern says: of real tags one
+/// in a hundred has a module with .25.
+const MOST_RESIDUAL: f32 = 0.35;
+
 /// Share that the pattern must explain for what is seen to be the tag. The fewer pixels there are, also of a tag that is
 /// narrow or of a marker that is cut in half, the more of them must be as the pattern says.
 pub(crate) fn least(quad: &Quad, family: Family) -> f32 {
@@ -45,13 +49,22 @@ pub(crate) fn least(quad: &Quad, family: Family) -> f32 {
     (MOST - BY_PX * (module_px - NARROW_PX)).clamp(LEAST, MOST)
 }
 
-/// Share of the variance of the greys that the blurred pattern explains; 0 where the picture shows its negative, for a
-/// degenerate quad, or beyond the image.
-pub(crate) fn explained(image: &Image<'_>, quad: &Quad, family: Family, id: u32) -> f32 {
+/// What a pattern explains of the picture.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Match {
+    /// Share of the variance of the greys; 0 where the picture shows its negative, for a degenerate quad, or beyond the
+    /// image.
+    pub(crate) explained: f32,
+    /// Whether every module of border and bits is as the pattern says, but for what is hidden in one quarter of the tag.
+    pub(crate) is_whole: bool,
+}
+
+/// How well the blurred pattern of a tag matches the picture.
+pub(crate) fn measure(image: &Image<'_>, quad: &Quad, family: Family, id: u32) -> Match {
     let data = family.data();
     let width = usize::from(data.border_width).min(MOST_WIDTH);
     let Some(map) = Homography::square_to_quad(quad) else {
-        return 0.0;
+        return Match::default();
     };
     let n = IN_MODULE * width + 2;
     let mut at: Row = [2.0; MOST_SAMPLES];
@@ -72,9 +85,48 @@ pub(crate) fn explained(image: &Image<'_>, quad: &Quad, family: Family, id: u32)
     let of_blur = BLURS_PX.map(|blur_px| {
         let [across, down] = module_px.map(|px| shares(&at[..n], width, blur_px / px));
         let pattern = blurred(&black, &across, &down, n);
-        determination(&greys[..n], &pattern[..n], &at[..n])
+        let (explained, solution) = determination(&greys[..n], &pattern[..n], &at[..n])?;
+        let residuals = residuals(&greys, &pattern, &at, &solution);
+        let is_whole = is_whole(&residuals, width);
+        Some(Match {
+            explained,
+            is_whole,
+        })
     });
-    of_blur.into_iter().fold(0.0, f32::max)
+    let best = of_blur.into_iter().flatten();
+    best.max_by(|a, b| a.explained.total_cmp(&b.explained))
+        .unwrap_or_default()
+}
+
+/// What the model leaves at each sample point, as a share of the contrast.
+fn residuals(
+    greys: &[Row; MOST_SAMPLES],
+    pattern: &[Row; MOST_SAMPLES],
+    at: &Row,
+    solution: &Vector4<f32>,
+) -> [Row; MOST_SAMPLES] {
+    let [contrast, mean, right, down] = <[f32; 4]>::from(*solution);
+    std::array::from_fn(|y| {
+        std::array::from_fn(|x| {
+            let light = mean + right * at[x] + down * at[y];
+            (greys[y][x] - light) / contrast - pattern[y][x]
+        })
+    })
+}
+
+/// Whether the modules of which the mean residual is too large all lie in one quarter of the tag.
+fn is_whole(residuals: &[Row; MOST_SAMPLES], width: usize) -> bool {
+    let [mut left, mut right, mut top, mut bottom] = [false; 4];
+    for (x, y) in (0..width).flat_map(|y| (0..width).map(move |x| (x, y))) {
+        let of_module = |at: usize| 1 + IN_MODULE * at..1 + IN_MODULE * (at + 1);
+        let rows = residuals[of_module(y)].iter();
+        let sum: f32 = rows.map(|row| row[of_module(x)].iter().sum::<f32>()).sum();
+        if sum.abs() > MOST_RESIDUAL * (IN_MODULE * IN_MODULE) as f32 {
+            (left, right) = (left || 2 * x < width, right || 2 * x + 1 >= width);
+            (top, bottom) = (top || 2 * y < width, bottom || 2 * y + 1 >= width);
+        }
+    }
+    !(left && right || top && bottom)
 }
 
 /// Rows of modules, border and rim: 1 where black.
@@ -137,9 +189,9 @@ fn blurred(
     pattern
 }
 
-/// The coefficient of determination of greys = contrast pattern + plane, by least squares; 0 for a contrast that is not
-/// positive. Points outside the image don't count.
-fn determination(greys: &[Row], pattern: &[Row], at: &[f32]) -> f32 {
+/// The coefficient of determination of greys = contrast pattern + plane, by least squares, and the solution: contrast,
+/// mean and slopes. `None` for a contrast that is not positive. Points outside the image don't count.
+fn determination(greys: &[Row], pattern: &[Row], at: &[f32]) -> Option<(f32, Vector4<f32>)> {
     let (mut matrix, mut vector, mut squares) = (Matrix4::zeros(), Vector4::zeros(), 0.0);
     for ((greys, pattern), &v) in greys.iter().zip(pattern).zip(at) {
         for ((&grey, &white), &u) in greys.iter().zip(pattern).zip(at) {
@@ -151,18 +203,11 @@ fn determination(greys: &[Row], pattern: &[Row], at: &[f32]) -> f32 {
             }
         }
     }
-    let plane = matrix.fixed_view::<3, 3>(1, 1).into_owned();
+    let plane = matrix.fixed_view::<3, 3>(1, 1).into_owned().cholesky()?;
     let on_plane = vector.fixed_rows::<3>(1).into_owned();
-    let (Some(all), Some(plane)) = (matrix.cholesky(), plane.cholesky()) else {
-        return 0.0;
-    };
-    let solution = all.solve(&vector);
+    let solution = matrix.cholesky()?.solve(&vector);
     let unexplained = (squares - vector.dot(&solution)).max(0.0);
     let without_pattern = squares - on_plane.dot(&plane.solve(&on_plane));
     let share = 1.0 - unexplained / without_pattern;
-    if solution[0] > 0.0 && share.is_finite() {
-        share
-    } else {
-        0.0
-    }
+    (solution[0] > 0.0 && share.is_finite()).then_some((share, solution))
 }

@@ -5,8 +5,8 @@
 mod layout;
 mod modules;
 
-use crate::code_index::{CodeIndex, Match};
-use crate::match_quality;
+use crate::code_index::{self, CodeIndex};
+use crate::match_quality::{self, Match};
 use crate::quad::Quad;
 use crate::view::ImageView;
 use crate::{Options, Pass, Rejection};
@@ -33,7 +33,7 @@ pub(crate) struct Reader {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reading {
     pub(crate) family: Family,
-    pub(crate) found: Match,
+    pub(crate) found: code_index::Match,
     pub(crate) margin: f32,
     /// Mean grey of the border and of the ring around it.
     pub(crate) black: f32,
@@ -107,9 +107,11 @@ impl Reader {
         // Letters and texture show a code word of few bits now and then, so that the word alone is no evidence.
         let mut upright = *quad;
         upright.rotate_left(reading.found.turns as usize);
-        let explained =
-            match_quality::explained(view.image, &upright, self.family, reading.found.id);
-        let is_evident = explained >= match_quality::least(&upright, self.family)
+        let Match {
+            explained,
+            is_whole,
+        } = match_quality::measure(view.image, &upright, self.family, reading.found.id);
+        let is_evident = is_whole && explained >= match_quality::least(&upright, self.family)
             || explained >= EXPLAINED_IF_WHOLE
                 && modules.rings_are_whole()
                 && modules.n_in_doubt() <= self.most_in_doubt;

@@ -10,7 +10,7 @@ use crate::quad::{Point, Quad, distance, mean_edge, middle};
 use crate::reading::{ReadFailure, Reader, Reading};
 use crate::view::ImageView;
 use crate::{Detection, Image, Options, Pass, Refinement, Rejection};
-use sextant_tag_families::Family;
+use sextant_tag_families::{Board, Family};
 
 /// Share of the pattern's edges that agree with the picture, below which corners are doubted: usually all do, and seven
 /// in ten where a line of the border is beside its edge.
@@ -18,6 +18,9 @@ const LEAST_AGREEMENT: f32 = 0.85;
 
 /// Share of the edges around a corner that may be contradicted where nothing is wrong.
 const USUALLY_CONTRADICTED: f32 = 0.1;
+
+/// Variance of corners, in square pixels, of a fit that leaves nothing to be doubted.
+const SURE_VARIANCE: f32 = 0.02;
 
 /// Distance of a border from straight sides, root mean square, up to which noise, blur and lens explain it: in pixels,
 /// and as a share of the edge.
@@ -66,8 +69,8 @@ impl Sighting {
             .locate(&view, &self.quad, patterns, noise_sigma)
             .corners
             .quad;
-        let explained = match_quality::explained(image, &self.quad, family, found.id);
-        explained >= match_quality::least(&self.quad, family)
+        let of_pattern = match_quality::measure(image, &self.quad, family, found.id);
+        of_pattern.is_whole && of_pattern.explained >= match_quality::least(&self.quad, family)
     }
 
     /// The detection with corners from the whole pattern where these are more accurate than those from edges, or from
@@ -117,7 +120,11 @@ impl Sighting {
         let module_px = agreement::module_px(&self.reading, &corners.quad);
         let contrast = self.reading.white - self.reading.black;
         let usual_px = USUAL_AWAY_PX.max(USUAL_AWAY * mean_edge(&corners.quad));
-        let support = edges::corner_support(view, &corners.quad, contrast);
+        // A bent or hidden border leaves a fit that is less sure than this.
+        let support = match corners.mean_variance() > SURE_VARIANCE {
+            true => edges::corner_support(view, &corners.quad, contrast),
+            false => Default::default(),
+        };
         let wrong = agreement.wrong_at_corners();
         let is_wrong = agreement.share() < LEAST_AGREEMENT;
         for (corner, (support, wrong)) in support.into_iter().zip(wrong).enumerate() {
@@ -163,6 +170,8 @@ impl Sighting {
 #[derive(Debug)]
 pub(crate) struct Decoder {
     readers: Vec<Reader>,
+    /// Whether black squares touch the tags of a family.
+    pub(crate) are_touched: bool,
 }
 
 impl Decoder {
@@ -170,6 +179,10 @@ impl Decoder {
         let reader = |&family: &Family| Reader::new(family, options);
         Self {
             readers: options.families.iter().map(reader).collect(),
+            are_touched: options
+                .families
+                .iter()
+                .any(|family| family.data().board == Some(Board::Aprilgrid)),
         }
     }
 
