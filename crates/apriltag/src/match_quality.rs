@@ -33,21 +33,16 @@ type Row = [f32; MOST_SAMPLES];
 /// [`NARROW_PX`]; and what each further pixel makes up for. Of texture in which words are found .6 is usual, and up to
 /// .8 with modules of two pixels.
 const LEAST: f32 = 0.75;
-const MOST: f32 = 0.9;
+const MOST: f32 = 0.95;
 const NARROW_PX: f32 = 2.0;
-const BY_PX: f32 = 0.15;
+const BY_PX: f32 = 0.2;
+
+/// Blur that most images have, as a standard deviation in pixels: with more, a pixel tells less.
+const USUAL_BLUR_PX: f32 = 0.9;
 
 /// Mean residual of a module, as a share of the contrast, beyond which it is not what the pattern says: of real tags one
 /// in a hundred has a module with .25.
 const MOST_RESIDUAL: f32 = 0.35;
-
-/// Share that the pattern must explain for what is seen to be the tag. The fewer pixels there are, also of a tag that is
-/// narrow or of a marker that is cut in half, the more of them must be as the pattern says.
-pub(crate) fn least(quad: &Quad, family: Family) -> f32 {
-    let [across, down] = widths(quad);
-    let module_px = across.min(down) / f32::from(family.data().border_width);
-    (MOST - BY_PX * (module_px - NARROW_PX)).clamp(LEAST, MOST)
-}
 
 /// What a pattern explains of the picture.
 #[derive(Clone, Copy, Debug, Default)]
@@ -55,8 +50,10 @@ pub(crate) struct Match {
     /// Share of the variance of the greys; 0 where the picture shows its negative, for a degenerate quad, or beyond the
     /// image.
     pub(crate) explained: f32,
-    /// Whether every module of border and bits is as the pattern says, but for what is hidden in one quarter of the tag.
-    pub(crate) is_whole: bool,
+    /// Whether that is enough for what is seen to be the tag, and every module of border and bits is as the pattern
+    /// says, but for what is hidden in one quarter of the tag. The fewer pixels there are, also of a tag that is narrow
+    /// or of a marker that is cut in half, the more of them must be as the pattern says.
+    pub(crate) is_evident: bool,
 }
 
 /// How well the blurred pattern of a tag matches the picture.
@@ -87,10 +84,11 @@ pub(crate) fn measure(image: &Image<'_>, quad: &Quad, family: Family, id: u32) -
         let pattern = blurred(&black, &across, &down, n);
         let (explained, solution) = determination(&greys[..n], &pattern[..n], &at[..n])?;
         let residuals = residuals(&greys, &pattern, &at, &solution);
-        let is_whole = is_whole(&residuals, width);
+        let sharp_px = module_px[0].min(module_px[1]) * (USUAL_BLUR_PX / blur_px).min(1.0);
+        let least = (MOST - BY_PX * (sharp_px - NARROW_PX)).clamp(LEAST, MOST);
         Some(Match {
             explained,
-            is_whole,
+            is_evident: explained >= least && is_whole(&residuals, width),
         })
     });
     let best = of_blur.into_iter().flatten();

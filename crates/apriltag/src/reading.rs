@@ -109,9 +109,9 @@ impl Reader {
         upright.rotate_left(reading.found.turns as usize);
         let Match {
             explained,
-            is_whole,
+            is_evident,
         } = match_quality::measure(view.image, &upright, self.family, reading.found.id);
-        let is_evident = is_whole && explained >= match_quality::least(&upright, self.family)
+        let is_evident = is_evident
             || explained >= EXPLAINED_IF_WHOLE
                 && modules.rings_are_whole()
                 && modules.n_in_doubt() <= self.most_in_doubt;

@@ -69,8 +69,7 @@ impl Sighting {
             .locate(&view, &self.quad, patterns, noise_sigma)
             .corners
             .quad;
-        let of_pattern = match_quality::measure(image, &self.quad, family, found.id);
-        of_pattern.is_whole && of_pattern.explained >= match_quality::least(&self.quad, family)
+        match_quality::measure(image, &self.quad, family, found.id).is_evident
     }
 
     /// The detection with corners from the whole pattern where these are more accurate than those from edges, or from
