@@ -475,7 +475,11 @@ impl CommandConfig {
 
 fn check_resolution([width, height]: [u32; 2]) -> Result<(), Complaint> {
     Image::check_size(width as usize, height as usize).map_err(|error| {
-        Complaint::new("source.resolution", error.to_string(), "choose another resolution")
+        Complaint::new(
+            "source.resolution",
+            error.to_string(),
+            "choose another resolution",
+        )
     })
 }
 

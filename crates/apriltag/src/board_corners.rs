@@ -83,7 +83,9 @@ pub(crate) fn common_reach(fits: impl Iterator<Item = BoardFit> + Clone) -> Opti
         let near = move |other: &f32| (other - reach).abs() < MOST_APART * reach;
         reaches.clone().filter(near)
     };
-    let most = reaches.clone().max_by_key(|reach| agreeing(*reach).count())?;
+    let most = reaches
+        .clone()
+        .max_by_key(|reach| agreeing(*reach).count())?;
     let (n, sum) = agreeing(most).fold((0, 0.0), |(n, sum), reach| (n + 1, sum + reach));
     Some(sum / n as f32)
 }

@@ -163,7 +163,9 @@ impl Detector {
                 continue;
             };
             let min_edge_px = match pass {
-                Pass::Eroded => self.options.min_edge_px.max(LEAST_ERODED_PX),
+                Pass::Eroded if !self.decoder.are_touched => {
+                    self.options.min_edge_px.max(LEAST_ERODED_PX)
+                }
                 _ => self.options.min_edge_px,
             };
             observer.pass_began(pass);
@@ -295,7 +297,10 @@ impl Detector {
             let Some((sighting, fit)) = each.next() else {
                 return true;
             };
-            let is_tag = matches!(fit, BoardFit::Found | BoardFit::Square { n_saddles: 1.., .. });
+            let is_tag = matches!(
+                fit,
+                BoardFit::Found | BoardFit::Square { n_saddles: 1.., .. }
+            );
             if is_tag {
                 observer.refined(&sighting.quad, tag);
             } else {

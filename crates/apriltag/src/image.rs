@@ -170,7 +170,12 @@ mod tests {
 
     #[test]
     fn pictures_of_100_megapixels_have_any_shape() {
-        for [long, short] in [[11_648, 8_736], [4_032, 3_024], [32_768, 4_096], [20_000, 16]] {
+        for [long, short] in [
+            [11_648, 8_736],
+            [4_032, 3_024],
+            [32_768, 4_096],
+            [20_000, 16],
+        ] {
             assert_eq!(Image::check_size(long, short), Ok(()));
             assert_eq!(Image::check_size(short, long), Ok(()));
         }

@@ -40,6 +40,9 @@ const BY_PX: f32 = 0.2;
 /// Blur that most images have, as a standard deviation in pixels: with more, a pixel tells less.
 const USUAL_BLUR_PX: f32 = 0.9;
 
+/// Largest blur as a share of a module with which a word is evidence: modules of another number pass for these with more.
+const MOST_BLUR: f32 = 0.33;
+
 /// Mean residual of a module, as a share of the contrast, beyond which it is not what the pattern says: of real tags one
 /// in a hundred has a module with .25.
 const MOST_RESIDUAL: f32 = 0.35;
@@ -84,16 +87,20 @@ pub(crate) fn measure(image: &Image<'_>, quad: &Quad, family: Family, id: u32) -
         let pattern = blurred(&black, &across, &down, n);
         let (explained, solution) = determination(&greys[..n], &pattern[..n], &at[..n])?;
         let residuals = residuals(&greys, &pattern, &at, &solution);
-        let sharp_px = module_px[0].min(module_px[1]) * (USUAL_BLUR_PX / blur_px).min(1.0);
+        let narrow_px = module_px[0].min(module_px[1]);
+        let sharp_px = narrow_px * (USUAL_BLUR_PX / blur_px).min(1.0);
         let least = (MOST - BY_PX * (sharp_px - NARROW_PX)).clamp(LEAST, MOST);
+        let is_sharp = blur_px <= MOST_BLUR * narrow_px;
         Some(Match {
             explained,
-            is_evident: explained >= least && is_whole(&residuals, width),
+            is_evident: is_sharp && explained >= least && is_whole(&residuals, width),
         })
     });
-    let best = of_blur.into_iter().flatten();
-    best.max_by(|a, b| a.explained.total_cmp(&b.explained))
-        .unwrap_or_default()
+    let each = of_blur.into_iter().flatten();
+    each.fold(Match::default(), |best, of_blur| Match {
+        explained: best.explained.max(of_blur.explained),
+        is_evident: best.is_evident || of_blur.is_evident,
+    })
 }
 
 /// What the model leaves at each sample point, as a share of the contrast.

@@ -79,8 +79,7 @@ impl Reader {
             return Ok((modules, right));
         }
         // Then the border is dark, or nothing is lighter than it a module away.
-        let may_have_narrow_rim =
-            right[0] >= LEAST_RIGHT || contrast.abs() < view.min_contrast;
+        let may_have_narrow_rim = right[0] >= LEAST_RIGHT || contrast.abs() < view.min_contrast;
         Err(ReadFailure {
             may_have_narrow_rim,
             ..ReadFailure::new(Rejection::FaintBorder, rings_agree && is_nearly_clear)
@@ -91,9 +90,9 @@ impl Reader {
     pub(crate) fn read(&self, view: &ImageView<'_>, quad: &Quad) -> Result<Reading, ReadFailure> {
         let (mut modules, right) = match self.see(view, quad, RimWidth::Module) {
             Ok(seen) => seen,
-            Err(failure) if failure.may_have_narrow_rim => {
-                self.see(view, quad, RimWidth::Narrow).map_err(|_| failure)?
-            }
+            Err(failure) if failure.may_have_narrow_rim => self
+                .see(view, quad, RimWidth::Narrow)
+                .map_err(|_| failure)?,
             Err(failure) => return Err(failure),
         };
         if !modules.sample_bits() {
@@ -111,11 +110,14 @@ impl Reader {
             explained,
             is_evident,
         } = match_quality::measure(view.image, &upright, self.family, reading.found.id);
-        let is_evident = is_evident
+        let n_in_doubt = modules.n_in_doubt();
+        let is_evident = is_evident && n_in_doubt <= self.most_in_doubt + DOUBT_IF_EXPLAINED
             || explained >= EXPLAINED_IF_WHOLE
-                && modules.rings_are_whole()
-                && modules.n_in_doubt() <= self.most_in_doubt;
-        if !is_evident && explained < EXPLAINED_IN_DOUBT {
+                && n_in_doubt <= self.most_in_doubt
+                && modules.rings_are_whole();
+        let may_be_evident = explained >= EXPLAINED_IN_DOUBT
+            && n_in_doubt <= self.most_in_doubt + DOUBT_IF_EXPLAINED;
+        if !is_evident && !may_be_evident {
             return Err(ReadFailure::new(Rejection::NoCode, true));
         }
         Ok(Reading {
@@ -207,6 +209,10 @@ impl ReadFailure {
 /// explain enough with better corners.
 const EXPLAINED_IF_WHOLE: f32 = 0.7;
 const EXPLAINED_IN_DOUBT: f32 = 0.5;
+
+/// How many more modules may be in doubt if the pattern explains enough: in blurred tags with modules of another number,
+/// whose words are those of a family now and then, more are.
+const DOUBT_IF_EXPLAINED: usize = 1;
 
 /// One in this many data modules may be ambiguous: blur and corners off by a pixel cause some in a real tag.
 const LEAST_PLAIN: usize = 5;

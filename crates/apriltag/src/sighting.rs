@@ -129,7 +129,10 @@ impl Sighting {
         for (corner, (support, wrong)) in support.into_iter().zip(wrong).enumerate() {
             let contradicted = wrong.max(support.hidden);
             if is_wrong || contradicted > USUALLY_CONTRADICTED {
-                corners.widen(corner, contradicted.max(1.0 - agreement.share()) * module_px);
+                corners.widen(
+                    corner,
+                    contradicted.max(1.0 - agreement.share()) * module_px,
+                );
             }
             if support.away_px > usual_px {
                 corners.widen(corner, support.away_px);

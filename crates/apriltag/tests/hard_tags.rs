@@ -64,7 +64,13 @@ fn tags_of_any_family_are_separated_from_squares_at_their_corners() {
             let tag = Tag {
                 touched: true,
                 margin: 4.0,
-                ..Tag::turned(family, 40 * id, random.between(45.0, 110.0), 30.0, &mut random)
+                ..Tag::turned(
+                    family,
+                    40 * id,
+                    random.between(45.0, 110.0),
+                    30.0,
+                    &mut random,
+                )
             };
             let found = detect(&draw(&tag, 0.7), SIZE, &[family]);
             assert_eq!(ids(&found), [tag.id], "{family}");

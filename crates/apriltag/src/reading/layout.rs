@@ -194,9 +194,8 @@ fn thickness(data: &FamilyData) -> i16 {
 fn close_to_border(places: &[[Points; 2]], width: i16) -> Vec<[Points; 2]> {
     let most = 1.0 + 0.5 / f32::from(width);
     let moved = |at: &f32| at.clamp(-most, most);
-    let block = |block: &[Points; 2]| {
-        [0, 1].map(|axis| std::array::from_fn(|i| moved(&block[axis][i])))
-    };
+    let block =
+        |block: &[Points; 2]| [0, 1].map(|axis| std::array::from_fn(|i| moved(&block[axis][i])));
     places.iter().map(block).collect()
 }
 
