@@ -65,6 +65,12 @@ impl CodeIndex {
         rotate_code(code, self.n_bits, (4 - found.turns) % 4)
     }
 
+    /// Whether a word is the same upside down, as a white bar is: of these there are more in any picture.
+    pub(crate) fn is_symmetric(&self, found: &Match) -> bool {
+        let code = self.codes[found.id as usize];
+        rotate_code(code, self.n_bits, 2) == code
+    }
+
     /// Range of the ids with this value of a quarter.
     fn place(&self, code: u64, part: usize) -> usize {
         let value = code >> (part * self.part_bits) & ((1 << self.part_bits) - 1);

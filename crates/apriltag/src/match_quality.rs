@@ -45,7 +45,7 @@ const MOST_BLUR: f32 = 0.33;
 
 /// Mean residual of a module, as a share of the contrast, beyond which it is not what the pattern says: of real tags one
 /// in a hundred has a module with .25.
-const MOST_RESIDUAL: f32 = 0.35;
+const MOST_RESIDUAL: f32 = 0.28;
 
 /// What a pattern explains of the picture.
 #[derive(Clone, Copy, Debug, Default)]

@@ -111,12 +111,17 @@ impl Reader {
             is_evident,
         } = match_quality::measure(view.image, &upright, self.family, reading.found.id);
         let n_in_doubt = modules.n_in_doubt();
-        let is_evident = is_evident && n_in_doubt <= self.most_in_doubt + DOUBT_IF_EXPLAINED
-            || explained >= EXPLAINED_IF_WHOLE
+        let spare = match self.index.is_symmetric(&reading.found) {
+            true => 0,
+            false => DOUBT_IF_EXPLAINED,
+        };
+        let is_evident = is_evident && n_in_doubt <= self.most_in_doubt + spare
+            || spare > 0
+                && explained >= EXPLAINED_IF_WHOLE
                 && n_in_doubt <= self.most_in_doubt
                 && modules.rings_are_whole();
-        let may_be_evident = explained >= EXPLAINED_IN_DOUBT
-            && n_in_doubt <= self.most_in_doubt + DOUBT_IF_EXPLAINED;
+        let may_be_evident =
+            explained >= EXPLAINED_IN_DOUBT && n_in_doubt <= self.most_in_doubt + spare;
         if !is_evident && !may_be_evident {
             return Err(ReadFailure::new(Rejection::NoCode, true));
         }

@@ -213,7 +213,8 @@ impl Pixels {
             let rows = [&above[left - 1..], &here[left - 1..], &below[left - 1..]];
             mark_steep(rows, least, 1 << k, steep.as_flattened_mut());
         }
-        let mut first = (left - self.origin[0] | (y - self.origin[1]) << ROW) as PackedPixel;
+        let [x, row] = [left - self.origin[0], y - self.origin[1]];
+        let mut first = (x | row << ROW) as PackedPixel;
         let tiles = &mut self.tiles[self.n_tiles..][..columns];
         let mut n = 0;
         for &steep in &steep[..columns] {
