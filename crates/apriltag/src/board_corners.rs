@@ -31,8 +31,8 @@ const ONE_PX: f32 = 1.0;
 pub(crate) enum BoardFit {
     /// They are its own, or saddle points.
     Found,
-    /// A marker of a ChArUco board with saddle points at corners of its white square, or at least with a white square of
-    /// which that would be the size; its half edge in half edges of the marker.
+    /// A marker of a ChArUco board in a white square, with as many saddle points at its corners; half the edge of the
+    /// square in half edges of the marker.
     Square { reach: f32, n_saddles: usize },
     /// A marker of a ChArUco board without a white square around it.
     Marker,

@@ -1,15 +1,14 @@
 //! How much of what the picture shows over a tag its decoded pattern explains.
 //!
 //! Input: an image, an upright quad and the tag read there. Output: the coefficient of determination of a linear model
-//! of the greys, from 0 to 1: the pattern, blurred, times a contrast, on a plane of light. A word of few bits turns up in
-//! texture by chance; border, bits and rim, each over its whole area, don't. Only a narrow rim around the border is
+//! of the greys, from 0 to 1: the pattern, blurred, times a contrast, on a plane of light. A word of few bits turns up
+//! in texture by chance; border, bits and rim, each over its whole area, don't. Only a narrow rim around the border is
 //! looked at, since something dark may lie close beyond it.
 
 use crate::Image;
 use crate::homography::{Homography, POINTS};
-use crate::kernels::sample;
+use crate::kernels::{sample, vectorise};
 use crate::quad::{Quad, widths};
-use nalgebra::{Matrix4, Vector4};
 use sextant_tag_families::{Family, white_modules};
 
 /// Sample points along a module.
@@ -24,8 +23,8 @@ const MOST_MODULES: usize = MOST_WIDTH + 2;
 /// Most sample points along the border and its rim, in whole blocks.
 const MOST_SAMPLES: usize = (IN_MODULE * MOST_WIDTH + 2).next_multiple_of(POINTS);
 
-/// Standard deviations of the blur that are tried, in pixels.
-const BLURS_PX: [f32; 3] = [0.5, 0.9, 1.5];
+/// Standard deviations of the blur that are tried, in pixels, the most usual one first.
+const BLURS_PX: [f32; 3] = [0.9, 0.5, 1.5];
 
 type Row = [f32; MOST_SAMPLES];
 
@@ -40,11 +39,12 @@ const BY_PX: f32 = 0.2;
 /// Blur that most images have, as a standard deviation in pixels: with more, a pixel tells less.
 const USUAL_BLUR_PX: f32 = 0.9;
 
-/// Largest blur as a share of a module with which a word is evidence: modules of another number pass for these with more.
+/// Largest blur as a share of a module with which a word is evidence: modules of another number pass for these with
+/// more.
 const MOST_BLUR: f32 = 0.33;
 
-/// Mean residual of a module, as a share of the contrast, beyond which it is not what the pattern says: of real tags one
-/// in a hundred has a module with .25.
+/// Mean residual of a module, as a share of the contrast, beyond which it is not what the pattern says: of real tags
+/// one in a hundred has a module with .25.
 const MOST_RESIDUAL: f32 = 0.28;
 
 /// What a pattern explains of the picture.
@@ -61,65 +61,86 @@ pub(crate) struct Match {
 
 /// How well the blurred pattern of a tag matches the picture.
 pub(crate) fn measure(image: &Image<'_>, quad: &Quad, family: Family, id: u32) -> Match {
-    let data = family.data();
-    let width = usize::from(data.border_width).min(MOST_WIDTH);
-    let Some(map) = Homography::square_to_quad(quad) else {
-        return Match::default();
-    };
+    let width = usize::from(family.data().border_width).min(MOST_WIDTH);
     let n = IN_MODULE * width + 2;
-    let mut at: Row = [2.0; MOST_SAMPLES];
+    let mut at: Row = [0.0; MOST_SAMPLES];
     for (i, at) in at[..n].iter_mut().enumerate() {
         *at = ((2 * i + 1) as f32 - n as f32) / (IN_MODULE * width) as f32;
     }
-    let mut greys = [[f32::NAN; MOST_SAMPLES]; MOST_SAMPLES];
-    for (row, greys) in greys[..n].iter_mut().enumerate() {
-        let places = at.as_chunks().0.iter().map(|&u| [u, [at[row]; POINTS]]);
-        let mut blocks = [[[0.0; POINTS]; 2]; MOST_SAMPLES / POINTS];
-        for (block, place) in blocks.iter_mut().zip(places) {
-            *block = place;
-        }
-        sample(image, &map, &blocks[..n.div_ceil(POINTS)], greys);
-    }
+    let Some(greys) = greys(image, quad, &at, n) else {
+        return Match::default();
+    };
     let black = black_modules(family, id, width);
     let module_px = widths(quad).map(|px| px / width as f32);
-    let of_blur = BLURS_PX.map(|blur_px| {
-        let [across, down] = module_px.map(|px| shares(&at[..n], width, blur_px / px));
-        let pattern = blurred(&black, &across, &down, n);
-        let (explained, solution) = determination(&greys[..n], &pattern[..n], &at[..n])?;
-        let residuals = residuals(&greys, &pattern, &at, &solution);
-        let narrow_px = module_px[0].min(module_px[1]);
-        let sharp_px = narrow_px * (USUAL_BLUR_PX / blur_px).min(1.0);
-        let least = (MOST - BY_PX * (sharp_px - NARROW_PX)).clamp(LEAST, MOST);
-        let is_sharp = blur_px <= MOST_BLUR * narrow_px;
-        Some(Match {
-            explained,
-            is_evident: is_sharp && explained >= least && is_whole(&residuals, width),
-        })
-    });
-    let each = of_blur.into_iter().flatten();
-    each.fold(Match::default(), |best, of_blur| Match {
-        explained: best.explained.max(of_blur.explained),
-        is_evident: best.is_evident || of_blur.is_evident,
-    })
+    let mut best = Match::default();
+    for blur_px in BLURS_PX {
+        let of_blur = vectorise!({
+            let [across, down] = module_px.map(|px| shares(&at[..n], width, blur_px / px));
+            let pattern = blurred(&black, &across, &down, n);
+            let fit = Fit::between(&greys, &pattern, &at, n);
+            let residuals = residuals(&greys, &pattern, &at, &fit);
+            let narrow_px = module_px[0].min(module_px[1]);
+            let sharp_px = narrow_px * (USUAL_BLUR_PX / blur_px).min(1.0);
+            let least = (MOST - BY_PX * (sharp_px - NARROW_PX)).clamp(LEAST, MOST);
+            let is_sharp = blur_px <= MOST_BLUR * narrow_px;
+            let explained = fit.explained;
+            Match {
+                explained,
+                is_evident: is_sharp && explained >= least && is_whole(&residuals, width),
+            }
+        });
+        best.explained = best.explained.max(of_blur.explained);
+        best.is_evident |= of_blur.is_evident;
+        if best.is_evident {
+            break;
+        }
+    }
+    best
+}
+
+/// Greys at the sample points; the mean grey at those outside the image. `None` for a degenerate quad.
+fn greys(image: &Image<'_>, quad: &Quad, at: &Row, n: usize) -> Option<[Row; MOST_SAMPLES]> {
+    let map = Homography::square_to_quad(quad)?;
+    let mut greys = [[0.0; MOST_SAMPLES]; MOST_SAMPLES];
+    let (mut sum, mut n_inside) = (0.0, 0.0);
+    for (greys, &v) in greys[..n].iter_mut().zip(at) {
+        let mut places = [[[v; POINTS]; 2]; MOST_SAMPLES / POINTS];
+        for (place, &u) in places.iter_mut().zip(at.as_chunks().0) {
+            place[0] = u;
+        }
+        sample(image, &map, &places[..n.div_ceil(POINTS)], greys);
+        greys[n..].fill(0.0);
+        for grey in greys[..n].iter().filter(|grey| !grey.is_nan()) {
+            (sum, n_inside) = (sum + grey, n_inside + 1.0);
+        }
+    }
+    let mean = sum / n_inside;
+    for grey in greys[..n].iter_mut().flat_map(|row| &mut row[..n]) {
+        *grey = if grey.is_nan() { mean } else { *grey };
+    }
+    f32::is_finite(mean).then_some(greys)
 }
 
 /// What the model leaves at each sample point, as a share of the contrast.
+#[inline(always)]
 fn residuals(
     greys: &[Row; MOST_SAMPLES],
     pattern: &[Row; MOST_SAMPLES],
     at: &Row,
-    solution: &Vector4<f32>,
+    fit: &Fit,
 ) -> [Row; MOST_SAMPLES] {
-    let [contrast, mean, right, down] = <[f32; 4]>::from(*solution);
+    let [mean, right, down] = fit.light;
+    let per_grey = 1.0 / fit.contrast;
     std::array::from_fn(|y| {
         std::array::from_fn(|x| {
             let light = mean + right * at[x] + down * at[y];
-            (greys[y][x] - light) / contrast - pattern[y][x]
+            (greys[y][x] - light) * per_grey - pattern[y][x]
         })
     })
 }
 
 /// Whether the modules of which the mean residual is too large all lie in one quarter of the tag.
+#[inline(always)]
 fn is_whole(residuals: &[Row; MOST_SAMPLES], width: usize) -> bool {
     let [mut left, mut right, mut top, mut bottom] = [false; 4];
     for (x, y) in (0..width).flat_map(|y| (0..width).map(move |x| (x, y))) {
@@ -150,6 +171,7 @@ fn black_modules(family: Family, id: u32, width: usize) -> [[f32; MOST_MODULES];
 }
 
 /// For each module along an axis, how much of it blur brings to each sample point; the blur is in modules.
+#[inline(always)]
 fn shares(at: &[f32], width: usize, blur: f32) -> [Row; MOST_MODULES] {
     let mut shares = [[0.0; MOST_SAMPLES]; MOST_MODULES];
     let edge = |at: f32, module: usize| {
@@ -166,18 +188,23 @@ fn shares(at: &[f32], width: usize, blur: f32) -> [Row; MOST_MODULES] {
 
 /// The integral of a normal distribution, by a logistic function (Bowling et al., J. Industrial Engineering and
 /// Management 2, 2009).
+#[inline(always)]
 fn step(x: f32) -> f32 {
     1.0 / (1.0 + (-x * (1.5976 + 0.070_56 * x * x)).exp())
 }
 
 /// The pattern at the sample points: 1 is white.
+#[inline(always)]
 fn blurred(
     black: &[[f32; MOST_MODULES]; MOST_MODULES],
     across: &[Row; MOST_MODULES],
     down: &[Row; MOST_MODULES],
     n: usize,
 ) -> [Row; MOST_SAMPLES] {
-    let mut pattern = [[1.0; MOST_SAMPLES]; MOST_SAMPLES];
+    let mut pattern = [[0.0; MOST_SAMPLES]; MOST_SAMPLES];
+    for row in &mut pattern[..n] {
+        row[..n].fill(1.0);
+    }
     for (modules, down) in black.iter().zip(down) {
         let mut row: Row = [0.0; MOST_SAMPLES];
         for (module, across) in modules.iter().zip(across) {
@@ -194,25 +221,68 @@ fn blurred(
     pattern
 }
 
-/// The coefficient of determination of greys = contrast pattern + plane, by least squares, and the solution: contrast,
-/// mean and slopes. `None` for a contrast that is not positive. Points outside the image don't count.
-fn determination(greys: &[Row], pattern: &[Row], at: &[f32]) -> Option<(f32, Vector4<f32>)> {
-    let (mut matrix, mut vector, mut squares) = (Matrix4::zeros(), Vector4::zeros(), 0.0);
-    for ((greys, pattern), &v) in greys.iter().zip(pattern).zip(at) {
-        for ((&grey, &white), &u) in greys.iter().zip(pattern).zip(at) {
-            if !grey.is_nan() {
-                let terms = Vector4::new(white, 1.0, u, v);
-                matrix.syger(1.0, &terms, &terms, 1.0);
-                vector.axpy(grey, &terms, 1.0);
-                squares += grey * grey;
+/// greys = contrast pattern + light, a plane, by least squares.
+struct Fit {
+    contrast: f32,
+    /// Its mean and slopes.
+    light: [f32; 3],
+    /// Coefficient of determination; 0 for a contrast that is not positive.
+    explained: f32,
+}
+
+impl Fit {
+    /// On the grid of sample points 1, u and v are orthogonal.
+    #[inline(always)]
+    fn between(
+        greys: &[Row; MOST_SAMPLES],
+        pattern: &[Row; MOST_SAMPLES],
+        at: &Row,
+        n: usize,
+    ) -> Self {
+        let n_points = (n * n) as f32;
+        let squares = n as f32 * at.iter().map(|at| at * at).sum::<f32>();
+        let plane = |of: &[Row; MOST_SAMPLES]| {
+            let (mut sums, mut along, mut down) = ([0.0; POINTS], [0.0; POINTS], 0.0);
+            for (row, v) in of[..n].iter().zip(at) {
+                let mut of_row = [0.0; POINTS];
+                let blocks = row.as_chunks::<POINTS>().0.iter();
+                for (values, u) in blocks.zip(at.as_chunks::<POINTS>().0) {
+                    for i in 0..POINTS {
+                        of_row[i] += values[i];
+                        along[i] += values[i] * u[i];
+                    }
+                }
+                sums = std::array::from_fn(|i| sums[i] + of_row[i]);
+                down += v * of_row.iter().sum::<f32>();
             }
+            let [sum, along] = [sums, along].map(|lanes| lanes.iter().sum::<f32>());
+            [sum / n_points, along / squares, down / squares]
+        };
+        let (of_grey, of_pattern) = (plane(greys), plane(pattern));
+        let rest = |a: &[Row; MOST_SAMPLES], b: &[Row; MOST_SAMPLES], planes: [&[f32; 3]; 2]| {
+            let mut sums = [0.0; POINTS];
+            for (a, b) in a[..n].iter().zip(b) {
+                let blocks = a.as_chunks::<POINTS>().0.iter();
+                for (a, b) in blocks.zip(b.as_chunks::<POINTS>().0) {
+                    sums = std::array::from_fn(|i| sums[i] + a[i] * b[i]);
+                }
+            }
+            let [[a, a_u, a_v], [b, b_u, b_v]] = planes.map(|plane| *plane);
+            sums.iter().sum::<f32>() - n_points * a * b - squares * (a_u * b_u + a_v * b_v)
+        };
+        let covariance = rest(greys, pattern, [&of_grey, &of_pattern]);
+        let of_greys = rest(greys, greys, [&of_grey; 2]);
+        let of_patterns = rest(pattern, pattern, [&of_pattern; 2]);
+        let contrast = covariance / of_patterns;
+        let explained = covariance * contrast / of_greys;
+        Self {
+            contrast,
+            light: std::array::from_fn(|i| of_grey[i] - contrast * of_pattern[i]),
+            explained: if contrast > 0.0 && explained.is_finite() {
+                explained
+            } else {
+                0.0
+            },
         }
     }
-    let plane = matrix.fixed_view::<3, 3>(1, 1).into_owned().cholesky()?;
-    let on_plane = vector.fixed_rows::<3>(1).into_owned();
-    let solution = matrix.cholesky()?.solve(&vector);
-    let unexplained = (squares - vector.dot(&solution)).max(0.0);
-    let without_pattern = squares - on_plane.dot(&plane.solve(&on_plane));
-    let share = 1.0 - unexplained / without_pattern;
-    (solution[0] > 0.0 && share.is_finite()).then_some((share, solution))
 }

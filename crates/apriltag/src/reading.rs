@@ -145,11 +145,14 @@ impl Reader {
             let found = (word != usual).then(|| self.index.find(word))??;
             (found.hamming <= 1).then_some((found, margin))
         };
-        let is_clear = clarity > LEAST_CLARITY * modules.contrast() && modules.are_small();
-        let no_code = ReadFailure::new(Rejection::NoCode, rings_are_right && is_clear);
+        let is_clear = clarity > LEAST_CLARITY * modules.contrast();
+        let no_code = ReadFailure::new(
+            Rejection::NoCode,
+            rings_are_right && is_clear && modules.are_small(),
+        );
         let found = found.or_else(|| again(modules.word(STRONG_BLUR_PX)));
         let found = found.or_else(|| {
-            let spread = rings_are_right && modules.narrowest_px() >= SPREAD_PX;
+            let spread = rings_are_right && is_clear && modules.narrowest_px() >= SPREAD_PX;
             spread.then(|| modules.spread_bits())?;
             again(modules.word(USUAL_BLUR_PX))
         });
@@ -215,8 +218,8 @@ impl ReadFailure {
 const EXPLAINED_IF_WHOLE: f32 = 0.7;
 const EXPLAINED_IN_DOUBT: f32 = 0.5;
 
-/// How many more modules may be in doubt if the pattern explains enough: in blurred tags with modules of another number,
-/// whose words are those of a family now and then, more are.
+/// How many more modules may be in doubt if the pattern explains enough: in blurred tags with modules of another
+/// number, whose words are those of a family now and then, more are.
 const DOUBT_IF_EXPLAINED: usize = 1;
 
 /// One in this many data modules may be ambiguous: blur and corners off by a pixel cause some in a real tag.

@@ -34,8 +34,8 @@ pub struct ColourImage {
 ///
 /// Colour becomes grey (luma after ITU-R BT.601). What is transparent becomes white, as paper behind the picture would.
 /// Of a picture with more than 8 bits the range that is in it is kept: its darkest pixels become 0 and its brightest
-/// 255, but for a few that stand out. A camera's 12 bits in a file of 16 are therefore not dark, nor is the narrow range
-/// of a thermal camera flat.
+/// 255, but for a few that stand out. A camera's 12 bits in a file of 16 are therefore not dark, nor is the narrow
+/// range of a thermal camera flat.
 ///
 /// # Errors
 /// A file that is missing, no picture of a kind that is read, truncated, damaged, or of more than 384 MB once it is

@@ -66,8 +66,8 @@ static TAG_STANDARD_52H13: Table<48714, 52> = parse_packed(
     include_bytes!("../data/tagStandard52h13.txt"),
     include_bytes!("../data/tagStandard52h13.bin"),
 );
-/// Most of a browser's download would be the words of the largest families: they are left out there, and the families have
-/// no codes.
+/// Most of a browser's download would be the words of the largest families: they are left out there, and the families
+/// have no codes.
 #[cfg(target_family = "wasm")]
 static TAG_CUSTOM_48H12: Table<0, 0> = Table::EMPTY;
 #[cfg(target_family = "wasm")]
@@ -201,8 +201,8 @@ impl fmt::Display for Family {
 #[error(
     "unknown tag family `{0}`; known are tag36h11, tag36h11b2 (Kalibr's AprilGrid), tag25h9, tag16h5, tag36h10, \
     tagStandard41h12, tagStandard52h13, tagCustom48h12, tagCircle21h7, tagCircle49h12, \
-    the ArUco dictionaries aruco{{4x4,5x5,6x6,7x7}}-{{50,100,250,1000}}, aruco-original, aruco-mip-16h3, aruco-mip-25h7 and \
-    aruco-mip-36h12, and ChArUco boards with their markers, charuco4x4-50 and so on; chessboard, of plain ones"
+    the ArUco dictionaries aruco{{4x4,5x5,6x6,7x7}}-{{50,100,250,1000}}, aruco-original, aruco-mip-16h3, \
+    aruco-mip-25h7 and aruco-mip-36h12, and ChArUco boards with their markers, charuco4x4-50 and so on; chessboard, of plain ones"
 )]
 pub struct UnknownFamily(pub String);
 

@@ -153,8 +153,8 @@ impl<'a> Modules<'a> {
         !above[..bits.len()].iter().any(|above| above.is_nan())
     }
 
-    /// The bits by the mean over each, without what a line or a spot on it makes darkest or brightest: of the points over
-    /// it, the middle half.
+    /// The bits by the mean over each, without what a line or a spot on it makes darkest or brightest: of the points
+    /// over it, the middle half.
     pub(super) fn spread_bits(&mut self) {
         let mut greys = [[0.0; MAX_MODULES]; SPREAD];
         for (greys, places) in greys.iter_mut().zip(&self.layout.spread) {
