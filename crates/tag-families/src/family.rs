@@ -202,7 +202,8 @@ impl fmt::Display for Family {
     "unknown tag family `{0}`; known are tag36h11, tag36h11b2 (Kalibr's AprilGrid), tag25h9, tag16h5, tag36h10, \
     tagStandard41h12, tagStandard52h13, tagCustom48h12, tagCircle21h7, tagCircle49h12, \
     the ArUco dictionaries aruco{{4x4,5x5,6x6,7x7}}-{{50,100,250,1000}}, aruco-original, aruco-mip-16h3, \
-    aruco-mip-25h7 and aruco-mip-36h12, and ChArUco boards with their markers, charuco4x4-50 and so on; chessboard, of plain ones"
+    aruco-mip-25h7 and aruco-mip-36h12, and ChArUco boards with their markers, charuco4x4-50 and so on; \
+    chessboard, of plain ones"
 )]
 pub struct UnknownFamily(pub String);
 
