@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use sextant_apriltag::{Family, Options};
+use sextant_apriltag::{Family, Image, Options};
 use sextant_iceoryx_images::IceoryxOptions;
 use sextant_proto::{Keys, NodeId, NodeKind, SiteId};
 use sextant_site_files::{Complaint, FileError, parse_toml, read_text};
@@ -474,8 +474,13 @@ impl CommandConfig {
 }
 
 fn check_resolution([width, height]: [u32; 2]) -> Result<(), Complaint> {
-    within("source.resolution", f64::from(width), 16.0, 4096.0)?;
-    within("source.resolution", f64::from(height), 16.0, 3072.0)
+    Image::check_size(width as usize, height as usize).map_err(|error| {
+        Complaint::new(
+            "source.resolution",
+            error.to_string(),
+            "choose another resolution",
+        )
+    })
 }
 
 fn within(key: &str, value: f64, least: f64, most: f64) -> Result<(), Complaint> {

@@ -18,6 +18,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::Context;
+use sextant_apriltag::{Image, ImageError};
 use sextant_iceoryx_images::{ClockSource, IceoryxOptions, companion_file};
 use sextant_process::{Exit, Failure, Shutdown, WithExit};
 use sextant_proto::CameraControls;
@@ -205,8 +206,8 @@ fn reopening(
     ))
 }
 
-/// The sizes that detector and messages take, as `u16`.
-pub(crate) fn checked_resolution(width: usize, height: usize) -> Option<[u16; 2]> {
-    let fits = (16..=4096).contains(&width) && (16..=3072).contains(&height);
-    fits.then_some([width as u16, height as u16])
+/// A resolution as messages have it, or why the detector does not take images of this size.
+pub(crate) fn checked_resolution(width: usize, height: usize) -> Result<[u16; 2], ImageError> {
+    Image::check_size(width, height)?;
+    Ok([width as u16, height as u16])
 }

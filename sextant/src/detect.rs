@@ -11,7 +11,7 @@ use crate::output::{Format, print_line};
 use anyhow::{Context, bail};
 use clap::{ArgGroup, Args};
 use families::{Sought, families};
-use otherwise::NothingFound;
+pub(crate) use otherwise::NothingFound;
 use sextant_apriltag::{Detector, Options, Tracker};
 use sextant_explain::Explanation;
 use sextant_process::{Exit, Failure, WithExit};

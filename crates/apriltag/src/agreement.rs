@@ -25,11 +25,34 @@ const AWAY_SHARE: f32 = 0.4;
 /// wrong steps as right ones.
 const LEAST_STEP: f32 = 0.1;
 
-/// Share of the edges between modules of different colours at which the picture shows a step; those outside the image
-/// do not count. `None` for a degenerate quad, or if the image shows no edge.
-pub(crate) fn measure(image: &Image<'_>, reading: &Reading, quad: &Quad) -> Option<f32> {
+/// Shares of the edges between modules of different colours at which the picture shows a step, in the quarters of the
+/// tag at its corners; those outside the image do not count. Zero for a degenerate quad, or if the image shows no edge.
+pub(crate) fn measure(image: &Image<'_>, reading: &Reading, quad: &Quad) -> Agreement {
     let away = (AWAY_PX / module_px(reading, quad)).min(AWAY_SHARE);
-    share_of_steps(image, reading, quad, away)
+    count_steps(image, reading, quad, away)
+}
+
+/// How many edges agree.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Agreement {
+    right: [u32; 4],
+    seen: [u32; 4],
+}
+
+impl Agreement {
+    /// Share of all edges.
+    pub(crate) fn share(&self) -> f32 {
+        let [right, seen] = [self.right, self.seen].map(|counts| counts.iter().sum::<u32>());
+        right as f32 / seen.max(1) as f32
+    }
+
+    /// Share of the edges that do not, in the quarter at each corner; none where no edge is seen.
+    pub(crate) fn wrong_at_corners(&self) -> [f32; 4] {
+        std::array::from_fn(|corner| {
+            let (right, seen) = (self.right[corner], self.seen[corner]);
+            (seen - right) as f32 / seen.max(1) as f32
+        })
+    }
 }
 
 /// Width of a module across its narrower side, in pixels.
@@ -43,7 +66,7 @@ pub(crate) fn module_px(reading: &Reading, quad: &Quad) -> f32 {
 pub(crate) fn improve(image: &Image<'_>, reading: &Reading, quad: &Quad) -> Quad {
     const STEPS_IN_MODULES: [f32; 3] = [0.6, 0.3, 0.15];
     const MOST_MOVES: usize = 8;
-    let value = |quad: &Quad| share_of_steps(image, reading, quad, AWAY_SHARE).unwrap_or(0.0);
+    let value = |quad: &Quad| count_steps(image, reading, quad, AWAY_SHARE).share();
     let (mut best, mut best_value) = (*quad, value(quad));
     for step in STEPS_IN_MODULES {
         for _ in 0..MOST_MOVES {
@@ -83,8 +106,10 @@ fn moves(quad: &Quad, share: f32) -> impl Iterator<Item = Quad> {
 }
 
 /// As [`measure`], with both sides of an edge sampled this share of a module away from it.
-fn share_of_steps(image: &Image<'_>, reading: &Reading, quad: &Quad, away: f32) -> Option<f32> {
-    let map = Homography::square_to_quad(quad)?;
+fn count_steps(image: &Image<'_>, reading: &Reading, quad: &Quad, away: f32) -> Agreement {
+    let Some(map) = Homography::square_to_quad(quad) else {
+        return Agreement::default();
+    };
     let data = reading.family.data();
     let (total, border) = (usize::from(data.total_width), f32::from(data.border_width));
     let least = LEAST_STEP * (reading.white - reading.black);
@@ -119,7 +144,7 @@ fn share_of_steps(image: &Image<'_>, reading: &Reading, quad: &Quad, away: f32) 
         }
     }
     tally.count(image, &map, least);
-    (tally.seen > 0).then(|| tally.right as f32 / tally.seen as f32)
+    tally.agreement
 }
 
 /// Places to be sampled, in pairs, and the pairs sampled so far.
@@ -127,8 +152,7 @@ fn share_of_steps(image: &Image<'_>, reading: &Reading, quad: &Quad, away: f32) 
 struct Tally {
     places: [Points; 2],
     n: usize,
-    right: u32,
-    seen: u32,
+    agreement: Agreement,
 }
 
 impl Tally {
@@ -141,10 +165,12 @@ impl Tally {
     fn count(&mut self, image: &Image<'_>, map: &Homography, least: f32) {
         let mut greys = [0.0; POINTS];
         sample(image, map, &[self.places], &mut greys);
-        for [white, black] in greys[..self.n].as_chunks().0 {
+        for (pair, [white, black]) in greys[..self.n].as_chunks().0.iter().enumerate() {
             let step = white - black;
-            self.seen += u32::from(!step.is_nan());
-            self.right += u32::from(step >= least);
+            let [is_right, is_low] = self.places.map(|at| at[2 * pair] + at[2 * pair + 1] > 0.0);
+            let corner = [[0, 1], [3, 2]][usize::from(is_low)][usize::from(is_right)];
+            self.agreement.seen[corner] += u32::from(!step.is_nan());
+            self.agreement.right[corner] += u32::from(step >= least);
         }
         self.n = 0;
     }
@@ -186,6 +212,7 @@ mod tests {
             margin: 80.0,
             black: 30.0,
             white: 220.0,
+            is_evident: true,
         };
         (pixels, reading)
     }
@@ -202,7 +229,7 @@ mod tests {
     fn all_edges_agree_with_the_true_corners() {
         let (pixels, reading) = tag();
         let image = Image::new(&pixels, SIZE, SIZE, SIZE).unwrap();
-        assert_eq!(measure(&image, &reading, &square()), Some(1.0));
+        assert_eq!(measure(&image, &reading, &square()).share(), 1.0);
     }
 
     #[test]
@@ -216,7 +243,7 @@ mod tests {
                 let inwards = if side == 0 || side == 3 { 1.0 } else { -1.0 };
                 quad[side][axis] += inwards * first_px;
                 quad[(side + 1) % 4][axis] += inwards * second_px;
-                let share = measure(&image, &reading, &quad).unwrap();
+                let share = measure(&image, &reading, &quad).share();
                 assert!(share < 0.85, "side {side}: {share}");
                 let moved = improve(&image, &reading, &quad);
                 let mut corners = moved.into_iter().zip(square());

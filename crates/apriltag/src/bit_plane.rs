@@ -1,7 +1,7 @@
 //! The binary image: one bit per pixel, set where the pixel has the colour of a border.
 
 use crate::kernels::{
-    LINE_REACH, PaddedRow, PaddedRows, TILE, WORD, is_beyond, is_black_or_line, threshold,
+    LINE_REACH, PaddedRows, TILE, WORD, is_beyond, is_black_or_line, padded_length, threshold,
 };
 use crate::tiles::Tiles;
 use crate::{Image, Pass};
@@ -17,8 +17,9 @@ pub(crate) struct BitPlane {
     above: Vec<u64>,
     /// Range of words in each row of tiles that may have bits.
     live: Vec<Range<usize>>,
-    /// Ring buffer of image rows.
-    rows: Vec<PaddedRow>,
+    /// Ring buffer of padded image rows, and the length of one.
+    rows: Vec<u8>,
+    row_length: usize,
 }
 
 /// Two rows of words, the second below the first, and the range of words that may have bits.
@@ -37,19 +38,22 @@ impl BitPlane {
         self.live.resize(height.div_ceil(TILE), 0..0);
         self.words
             .resize(self.words_in_row * height.next_multiple_of(TILE), 0);
-        self.rows.resize(ROWS, [0; _]);
+        self.row_length = padded_length(width);
+        self.rows
+            .resize(self.rows.len().max(ROWS * self.row_length), 0);
     }
 
-    /// Sets the bits of the pixels that have the border's colour.
+    /// Sets the bits of the pixels that have the border's colour. [`Pass::Eroded`] takes those of the pass before.
     #[inline(always)]
     pub(crate) fn threshold(&mut self, image: &Image<'_>, tiles: &Tiles, pass: Pass) {
         let beyond = match pass {
-            Pass::Black | Pass::Middle | Pass::Eroded => u8::MAX,
+            Pass::Eroded => return self.erode(),
+            Pass::Black | Pass::Middle => u8::MAX,
             Pass::White => 0,
         };
-        for row in &mut self.rows {
+        for row in self.rows.chunks_exact_mut(self.row_length) {
             row[..LINE_REACH].fill(beyond);
-            row[LINE_REACH + image.width()..][..WORD].fill(beyond);
+            row[LINE_REACH + image.width()..].fill(beyond);
         }
         let mut taken = 0;
         let rows_of_tiles = self.words.chunks_exact_mut(TILE * self.words_in_row);
@@ -62,36 +66,59 @@ impl BitPlane {
                 continue;
             }
             let ys = row * TILE..(row + 1) * TILE + 2 * LINE_REACH;
-            take_rows(image, taken.max(ys.start)..ys.end, &mut self.rows);
+            take_rows(
+                image,
+                taken.max(ys.start)..ys.end,
+                self.row_length,
+                &mut self.rows,
+            );
             taken = ys.end;
-            let rows: PaddedRows<'_> = array::from_fn(|i| &self.rows[(ys.start + i) % ROWS]);
+            let rows: PaddedRows<'_> = array::from_fn(|i| {
+                let place = (ys.start + i) % ROWS * self.row_length;
+                &self.rows[place..place + self.row_length]
+            });
             let (levels, first) = (&levels[here.clone()], here.start);
             match pass {
                 Pass::Black => threshold(&rows, levels, first, words, is_black_or_line),
-                Pass::Middle | Pass::Eroded => {
-                    threshold(&rows, levels, first, words, is_beyond::<true>);
-                }
                 Pass::White => threshold(&rows, levels, first, words, is_beyond::<false>),
+                _ => threshold(&rows, levels, first, words, is_beyond::<true>),
             }
         }
         self.words[image.height() * self.words_in_row..].fill(0);
-        if pass == Pass::Eroded {
-            self.erode();
+    }
+
+    /// Leaves only words with columns and rows of a rectangle.
+    pub(crate) fn keep(&mut self, columns: &Range<u32>, rows: &Range<u32>) {
+        let words = columns.start as usize / WORD..(columns.end as usize).div_ceil(WORD);
+        let tiles = rows.start as usize / TILE..(rows.end as usize).div_ceil(TILE);
+        for (row, live) in self.live.iter_mut().enumerate() {
+            *live = match tiles.contains(&row) {
+                true => live.start.max(words.start)..live.end.min(words.end),
+                false => 0..0,
+            };
+            if live.start >= live.end {
+                *live = 0..0;
+            }
         }
     }
 
     /// Erodes the plane: clears bits with a clear neighbour to the left, right, above or below, and those between two
-    /// diagonal clear ones, since corners that touch within a pixel would stay connected. Pixels outside the image are
-    /// clear.
+    /// diagonal clear ones, since corners that touch within a pixel would stay connected. Pixels outside the words that
+    /// are kept are clear.
     #[inline(always)]
     fn erode(&mut self) {
         self.above.fill(0);
         let n = self.words_in_row;
         let at = |row: &[u64], i: usize| row.get(i).copied().unwrap_or(0);
         for row in 0..self.words.len() / n {
+            let live = self.live[row / TILE].clone();
+            if live.start >= live.end {
+                self.above.fill(0);
+                continue;
+            }
             let (here, below) = self.words[row * n..].split_at_mut(n);
             let mut before = [0; 3];
-            for i in 0..n {
+            for i in live {
                 let words = [self.above[i], here[i], at(below, i)];
                 let after = [at(&self.above, i + 1), at(here, i + 1), at(below, i + 1)];
                 let left = |row: usize| words[row] << 1 | before[row] >> (WORD - 1);
@@ -133,10 +160,11 @@ impl BitPlane {
 const ROWS: usize = 16;
 
 /// Loads rows, counted from the reach of a line above the image; outside the image the nearest rows are repeated.
-fn take_rows(image: &Image<'_>, rows: Range<usize>, taken: &mut [PaddedRow]) {
+fn take_rows(image: &Image<'_>, rows: Range<usize>, row_length: usize, taken: &mut [u8]) {
     for row in rows {
         let y = row.saturating_sub(LINE_REACH).min(image.height() - 1);
-        taken[row % ROWS][LINE_REACH..][..image.width()].copy_from_slice(image.row(y));
+        let padded = &mut taken[row % ROWS * row_length..][..row_length];
+        padded[LINE_REACH..][..image.width()].copy_from_slice(image.row(y));
     }
 }
 

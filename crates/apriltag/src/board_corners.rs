@@ -26,22 +26,77 @@ const GAPS: [f32; 5] = [0.01, 0.02, 0.03, 0.042, 0.055];
 /// Corners of different squares closer than this are the same corner, in pixels.
 const ONE_PX: f32 = 1.0;
 
-/// Replaces the corners of a tag by those that its family defines; returns whether it is a tag of that family.
-pub(crate) fn refine(image: &Image<'_>, reading: &Reading, tag: &mut Detection) -> bool {
+/// How the corners of a tag became those that its family defines.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum BoardFit {
+    /// They are its own, or saddle points.
+    Found,
+    /// A marker of a ChArUco board in a white square, with as many saddle points at its corners; half the edge of the
+    /// square in half edges of the marker.
+    Square { reach: f32, n_saddles: usize },
+    /// A marker of a ChArUco board without a white square around it.
+    Marker,
+    /// It is no tag of the family.
+    None,
+}
+
+/// Replaces the corners of a tag by those that its family defines, as far as the picture shows them.
+pub(crate) fn refine(image: &Image<'_>, reading: &Reading, tag: &mut Detection) -> BoardFit {
     match tag.family.data().board {
         // Squares of a plain chessboard have no code, so that no detection is one.
-        None | Some(Board::Chessboard) => true,
+        None | Some(Board::Chessboard) => BoardFit::Found,
         Some(Board::Aprilgrid) => {
             let module = 2.0 / f32::from(tag.family.data().border_width);
             // A border of two modules lies within a corner, a square of two and more beyond it. What hides a corner
             // spoils the edges' fit, too, which wrong bits tell.
-            take_saddles(image, reading, tag, 1.0, 1.6 * module) == 4 || tag.hamming == 0
+            match take_saddles(image, reading, tag, 1.0, 1.6 * module) {
+                0..4 if tag.hamming > 0 => BoardFit::None,
+                _ => BoardFit::Found,
+            }
         }
-        Some(Board::Charuco) => {
-            let reach = square_around(image, reading, &tag.corners);
-            reach.is_some_and(|reach| take_saddles(image, reading, tag, reach, reach - 1.0) > 0)
-        }
+        Some(Board::Charuco) => match square_around(image, reading, &tag.corners) {
+            Some(reach) => BoardFit::Square {
+                reach,
+                n_saddles: take_saddles(image, reading, tag, reach, reach - 1.0),
+            },
+            None => BoardFit::Marker,
+        },
     }
+}
+
+/// Makes the corners of a marker without saddle points those of its white square, from the marker alone.
+pub(crate) fn extrapolate(tag: &mut Detection, reach: f32) {
+    if let Some(map) = Homography::square_to_quad(&tag.corners) {
+        let expected = corners_at(&map, reach);
+        move_corners(tag, &expected, &[None; 4], reach);
+    }
+}
+
+/// Half the edge of the squares of a board, in half edges of a marker, as most of those around its markers have it.
+pub(crate) fn common_reach(fits: impl Iterator<Item = BoardFit> + Clone) -> Option<f32> {
+    const MOST_APART: f32 = 0.05;
+    let reaches = fits.filter_map(|fit| match fit {
+        BoardFit::Square { reach, .. } => Some(reach),
+        _ => None,
+    });
+    let agreeing = |reach: f32| {
+        let near = move |other: &f32| (other - reach).abs() < MOST_APART * reach;
+        reaches.clone().filter(near)
+    };
+    let most = reaches
+        .clone()
+        .max_by_key(|reach| agreeing(*reach).count())?;
+    let (n, sum) = agreeing(most).fold((0, 0.0), |(n, sum), reach| (n + 1, sum + reach));
+    Some(sum / n as f32)
+}
+
+/// Whether two squares touch with opposite corners, as white ones of a board do. White ends around other markers, too,
+/// but these squares would overlap.
+pub(crate) fn touch(a: &Quad, b: &Quad) -> bool {
+    const APART_PX: f32 = 1.5;
+    const APART_SHARE: f32 = 0.05;
+    let apart = APART_PX.max(APART_SHARE * mean_edge(a));
+    (0..4).any(|corner| distance(a[corner], b[(corner + 2) % 4]) < apart)
 }
 
 /// Half the edge of the white square around a marker, in half edges of the marker: where white ends on most sides.
@@ -108,14 +163,8 @@ fn take_saddles(
     let radius_px = (clear * width.min(height) / 2.0).clamp(least, most);
     let step = reading.white - reading.black;
     let is_white = reach > 1.0;
-    let expected = [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(|corner| {
-        let [u, v] = corner.map(|sign: i8| reach * f32::from(sign));
-        (
-            map.apply(u, v),
-            [map.apply(0.9 * u, v), map.apply(u, 0.9 * v)],
-        )
-    });
-    let guesses = expected.map(|(place, along): (Point, [Point; 2])| Guess {
+    let expected = corners_at(&map, reach);
+    let guesses = expected.map(|(place, along)| Guess {
         place,
         edges: along.map(|[x, y]| [x - place[0], y - place[1]]),
         step: if is_white { step } else { -step },
@@ -130,9 +179,30 @@ fn take_saddles(
         }
     }
     let n = saddles.iter().flatten().count();
-    if n == 0 {
-        return 0;
+    if n > 0 {
+        move_corners(tag, &expected, &saddles, reach);
     }
+    n
+}
+
+/// Corners of a square with this half edge, in half edges of the tag, and a point beside each along either side.
+fn corners_at(map: &Homography, reach: f32) -> [(Point, [Point; 2]); 4] {
+    [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(|corner| {
+        let [u, v] = corner.map(|sign: i8| reach * f32::from(sign));
+        (
+            map.apply(u, v),
+            [map.apply(0.9 * u, v), map.apply(u, 0.9 * v)],
+        )
+    })
+}
+
+/// Moves the corners of a tag to saddle points, and without these to where they are expected.
+fn move_corners(
+    tag: &mut Detection,
+    expected: &[(Point, [Point; 2]); 4],
+    saddles: &[Option<Saddle>; 4],
+    reach: f32,
+) {
     let unseen = (UNSEEN_PX + UNSEEN_SHARE * mean_edge(&tag.corners)).powi(2);
     for (corner, saddle) in saddles.iter().enumerate() {
         let covariance = &mut tag.corner_covariance[corner];
@@ -145,7 +215,6 @@ fn take_saddles(
         };
     }
     tag.corner_cross_covariance = Default::default();
-    n
 }
 
 /// The saddle point where black squares do not touch: that of the gap which explains the image best.

@@ -65,6 +65,15 @@ impl Component {
             && self.n_runs as f32 > (1.0 + least_open) * n_pairs as f32
     }
 
+    /// Whether it may be a tag and something that touches it: large and with many gaps.
+    pub(crate) fn may_be_touched(&self, min_edge_px: f32) -> bool {
+        /// Twice the runs in a pair of rows: two of the border in most, one of a square at a corner in some.
+        const LEAST_RUNS: u32 = 3;
+        let n_pairs = self.n_pairs();
+        self.width().min(2 * n_pairs) as f32 >= 2.0 * min_edge_px
+            && 2 * self.n_runs >= LEAST_RUNS * n_pairs
+    }
+
     /// Corners of the box, clockwise from the top left.
     pub(crate) fn corners(&self) -> Quad {
         let (columns, rows) = (self.columns(), self.rows());

@@ -2,7 +2,7 @@
 
 use crate::area::Area;
 use crate::bit_plane::BitPlane;
-use crate::board_corners::share_corners;
+use crate::board_corners::{BoardFit, common_reach, extrapolate, share_corners, touch};
 use crate::components::{Component, Components, make_room};
 use crate::kernels::vectorise;
 use crate::negative::Negative;
@@ -17,6 +17,7 @@ use crate::{
 };
 use sextant_geometry::Lens;
 use std::mem;
+use std::ops::Range;
 
 /// Most tags in an image; the report counts what is dropped.
 const MAX_SIGHTINGS: usize = 1024;
@@ -28,11 +29,19 @@ const DIM_IN_SIGMA: f32 = 8.0;
 /// Mean distance of the edge of a border from the centres of its outermost pixels, in pixels.
 const OVERHANG_PX: f32 = 0.4;
 
+/// Shortest edge of a tag of which erosion leaves a border: with modules of three pixels.
+const LEAST_ERODED_PX: f32 = 16.0;
+
 /// An area of an image that is searched in one pass.
 struct Part<'a> {
     image: &'a Image<'a>,
     area: &'a Area,
     pass: Pass,
+}
+
+/// The smallest range with both.
+fn enclosing(a: &Range<u32>, b: &Range<u32>) -> Range<u32> {
+    a.start.min(b.start)..a.end.max(b.end)
 }
 
 /// Detects tags in images; reuses its memory between images.
@@ -50,6 +59,10 @@ pub struct Detector {
     patterns: PatternFitter,
     sightings: Vec<Sighting>,
     detections: Vec<Detection>,
+    /// Of each detection before those that are none are dropped.
+    fits: Vec<BoardFit>,
+    /// Detections whose squares the others of their board have shown.
+    completed: Vec<usize>,
     report: Report,
 }
 
@@ -69,6 +82,8 @@ impl Detector {
             patterns: PatternFitter::default(),
             sightings: Vec::new(),
             detections: Vec::new(),
+            fits: Vec::new(),
+            completed: Vec::new(),
             report: Report::default(),
         })
     }
@@ -105,6 +120,8 @@ impl Detector {
     ) -> &[Detection] {
         make_room(&mut self.sightings, MAX_SIGHTINGS);
         make_room(&mut self.detections, MAX_SIGHTINGS);
+        make_room(&mut self.fits, MAX_SIGHTINGS);
+        make_room(&mut self.completed, MAX_SIGHTINGS);
         self.patterns.make_room(image.width(), image.height());
         self.report = Report {
             noise_sigma: f32::INFINITY,
@@ -131,9 +148,25 @@ impl Detector {
         if !some_live {
             return;
         }
+        let mut touched = match self.decoder.are_touched {
+            true => Some([0..part.width() as u32, 0..part.height() as u32]),
+            false => None,
+        };
         for pass in Pass::ALL {
+            if pass == Pass::Eroded {
+                let Some([columns, rows]) = &touched else {
+                    continue;
+                };
+                self.plane.keep(columns, rows);
+            }
             let Some(least_open) = self.decoder.least_open(pass) else {
                 continue;
+            };
+            let min_edge_px = match pass {
+                Pass::Eroded if !self.decoder.are_touched => {
+                    self.options.min_edge_px.max(LEAST_ERODED_PX)
+                }
+                _ => self.options.min_edge_px,
             };
             observer.pass_began(pass);
             vectorise!(self.plane.threshold(&part, &self.tiles, pass));
@@ -145,8 +178,14 @@ impl Detector {
             self.report.runs += self.components.n_runs() as u32;
             for label in 0..self.components.all().len() {
                 let component = self.components.all()[label];
-                if component.may_be_border(self.options.min_edge_px, least_open) {
-                    self.examine(&component, &Part { image, area, pass }, observer);
+                if component.may_be_border(min_edge_px, least_open) {
+                    let rejected = self.examine(&component, &Part { image, area, pass }, observer);
+                    if rejected.is_some() && component.may_be_touched(LEAST_ERODED_PX) {
+                        let [columns, rows] =
+                            touched.get_or_insert_with(|| [component.columns(), component.rows()]);
+                        *columns = enclosing(columns, &component.columns());
+                        *rows = enclosing(rows, &component.rows());
+                    }
                 }
             }
         }
@@ -185,20 +224,21 @@ impl Detector {
         }
     }
 
-    /// Reads the tag whose border may be this component, unless it lies within a tag that was already read.
+    /// Reads the tag whose border may be this component, unless it lies within a tag that was already read. Returns
+    /// why it is none.
     fn examine(
         &mut self,
         component: &Component,
         &Part { image, area, pass }: &Part<'_>,
         observer: &mut impl Observer,
-    ) {
+    ) -> Option<Rejection> {
         if area.cuts(component, image) {
-            return;
+            return None;
         }
         let bounds = area.quad_to_image(component.corners());
         let middle = middle(&bounds);
         if self.sightings.iter().any(|tag| tag.covers(middle)) {
-            return;
+            return None;
         }
         self.report.candidates += 1;
         let outline = Outline {
@@ -218,7 +258,17 @@ impl Detector {
             border: pass.border(),
             min_contrast: f32::from(self.min_contrast()),
         };
-        match quad.and_then(|quad| self.decoder.sight(pass, &view, &quad)) {
+        let sighted = quad.and_then(|quad| {
+            let mut sighting = self.decoder.sight(pass, &view, &quad)?;
+            let patterns =
+                (self.options.refinement == Refinement::Photometric).then_some(&mut self.patterns);
+            match sighting.confirm(image, patterns, self.report.noise_sigma) {
+                true => Ok(sighting),
+                false => Err(Rejection::NoCode),
+            }
+        });
+        let rejection = sighted.err();
+        match sighted {
             Ok(sighting) if self.sightings.len() < MAX_SIGHTINGS => self.sightings.push(sighting),
             Ok(_) => self.report.dropped += 1,
             Err(reason) => {
@@ -227,24 +277,39 @@ impl Detector {
             }
         }
         observer.stage_ended(Stage::Decode);
+        rejection
     }
 
     /// Refines the corners of every sighting and sorts the detections.
     fn locate(&mut self, image: &Image<'_>, observer: &mut impl Observer) {
+        self.fits.clear();
         for sighting in &self.sightings {
             let patterns =
                 (self.options.refinement == Refinement::Photometric).then_some(&mut self.patterns);
-            match sighting.refine(image, patterns, self.report.noise_sigma) {
-                Some(detection) => {
-                    observer.refined(&sighting.quad, &detection);
-                    self.detections.push(detection);
-                }
-                None => {
-                    self.report.rejected[Rejection::FaintBorder as usize] += 1;
-                    observer.rejected(Rejection::FaintBorder, &sighting.quad);
-                }
-            }
+            let (tag, fit) = sighting.refine(image, patterns, self.report.noise_sigma);
+            self.detections.push(tag);
+            self.fits.push(fit);
         }
+        self.complete_squares();
+        let fits = mem::take(&mut self.fits);
+        let mut each = self.sightings.iter().zip(&fits);
+        self.detections.retain(|tag| {
+            let Some((sighting, fit)) = each.next() else {
+                return true;
+            };
+            let is_tag = matches!(
+                fit,
+                BoardFit::Found | BoardFit::Square { n_saddles: 1.., .. }
+            );
+            if is_tag {
+                observer.refined(&sighting.quad, tag);
+            } else {
+                self.report.rejected[Rejection::FaintBorder as usize] += 1;
+                observer.rejected(Rejection::FaintBorder, &sighting.quad);
+            }
+            is_tag
+        });
+        self.fits = fits;
         share_corners(&mut self.detections);
         self.detections.sort_unstable_by(|a, b| {
             let ([ax, ay], [bx, by]) = (a.centre(), b.centre());
@@ -254,6 +319,34 @@ impl Detector {
                 .then(ax.total_cmp(&bx))
         });
         self.report.detections = self.detections.len() as u32;
+    }
+
+    /// Gives markers of a ChArUco board without saddle points the squares that the others of their board have.
+    fn complete_squares(&mut self) {
+        for i in 0..self.fits.len() {
+            let family = self.detections[i].family;
+            if !matches!(
+                self.fits[i],
+                BoardFit::Marker | BoardFit::Square { n_saddles: 0, .. }
+            ) {
+                continue;
+            }
+            let fits = self.fits.iter().zip(&self.detections);
+            let of_family = fits.filter(|(_, tag)| tag.family == family);
+            if let Some(reach) = common_reach(of_family.map(|(fit, _)| *fit)) {
+                extrapolate(&mut self.detections[i], reach);
+                self.completed.push(i);
+            }
+        }
+        for &i in &self.completed {
+            let square = &self.detections[i];
+            let others = self.detections.iter().enumerate();
+            let mut squares = others.filter(|(j, tag)| *j != i && tag.family == square.family);
+            if squares.any(|(_, tag)| touch(&square.corners, &tag.corners)) {
+                self.fits[i] = BoardFit::Found;
+            }
+        }
+        self.completed.clear();
     }
 
     /// Counts of the last image.

@@ -33,12 +33,11 @@ impl Corners {
         traces.sum::<f32>() / 8.0
     }
 
-    /// Adds an independent error of each corner with this standard deviation along each axis, in pixels.
-    pub(crate) fn widen(&mut self, sigma_px: f32) {
-        for [xx, _, yy] in &mut self.covariance {
-            *xx += sigma_px * sigma_px;
-            *yy += sigma_px * sigma_px;
-        }
+    /// Adds an independent error of a corner with this standard deviation along each axis, in pixels.
+    pub(crate) fn widen(&mut self, corner: usize, sigma_px: f32) {
+        let [xx, _, yy] = &mut self.covariance[corner];
+        *xx += sigma_px * sigma_px;
+        *yy += sigma_px * sigma_px;
     }
 }
 
@@ -56,6 +55,48 @@ pub(crate) fn fit_coarsely(view: &ImageView<'_>, quad: &Quad) -> Corners {
 /// Refines a quad that is accurate to a fraction of a pixel, as well as lines allow.
 pub(crate) fn fit_finely(view: &ImageView<'_>, quad: &Quad) -> Option<Corners> {
     fit(view, quad, &Profiles::fine(quad))
+}
+
+/// What the border shows of the two sides at a corner, between it and their middles.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct CornerSupport {
+    /// Share of the places at which there is no edge of the border's contrast.
+    pub(crate) hidden: f32,
+    /// How far the edge is from the side elsewhere, root mean square, in pixels.
+    pub(crate) away_px: f32,
+}
+
+/// How well the edges of a border support each of its corners; `contrast` is its step in grey levels.
+pub(crate) fn corner_support(
+    view: &ImageView<'_>,
+    quad: &Quad,
+    contrast: f32,
+) -> [CornerSupport; 4] {
+    /// Least rise of an edge as a share of the contrast.
+    const LEAST_RISE: f32 = 0.3;
+    const HALF: usize = POINTS / 2;
+    let profiles = Profiles::coarse(quad);
+    let mut sums = [[0.0; 2]; 4];
+    for i in 0..4 {
+        let (a, b) = (quad[i], quad[(i + 1) % 4]);
+        let Some(Line { normal, .. }) = Line::through(a, b) else {
+            continue;
+        };
+        let mut crossings = [[Crossing::default(); POINTS]; MAX_GROUPS];
+        let crossings = profiles.find_crossings(view, a, b, normal, &mut crossings);
+        for (at, crossing) in crossings.iter().enumerate() {
+            let [n, squares] = &mut sums[(i + at / HALF) % 4];
+            // The rise is a sum of differences over two steps.
+            if crossing.weight >= 2.0 * LEAST_RISE * contrast {
+                *n += 1.0;
+                *squares += crossing.beyond * crossing.beyond;
+            }
+        }
+    }
+    sums.map(|[n, squares]| CornerSupport {
+        hidden: 1.0 - n / POINTS as f32,
+        away_px: (squares / f32::max(n, 1.0)).sqrt(),
+    })
 }
 
 /// Fits a line to each side.

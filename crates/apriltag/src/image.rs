@@ -16,8 +16,11 @@ pub struct Image<'a> {
 /// Invalid image dimensions or buffers.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ImageError {
-    /// Width or height out of range.
-    #[error("an image of {width}x{height} pixels is outside 16x16 to 4096x3072")]
+    /// Width, height or the number of pixels out of range.
+    #[error(
+        "an image of {width}x{height} pixels is outside {} to {} pixels a side and {} megapixels in all",
+        Image::MIN_SIZE, Image::MAX_SIZE, Image::MAX_PIXELS / 1_000_000
+    )]
     Size {
         /// Pixels in a row.
         width: usize,
@@ -45,10 +48,10 @@ pub enum ImageError {
 impl<'a> Image<'a> {
     /// Least width and height.
     pub const MIN_SIZE: usize = 16;
-    /// Greatest width.
-    pub const MAX_WIDTH: usize = 4096;
-    /// Greatest height.
-    pub const MAX_HEIGHT: usize = 3072;
+    /// Greatest width and height.
+    pub const MAX_SIZE: usize = 1 << 15;
+    /// Most pixels: cameras of 100 megapixels have a few more than that.
+    pub const MAX_PIXELS: usize = 1 << 27;
     /// Largest distance of rows in bytes: pixel indices have 32 bits.
     pub const MAX_STRIDE: usize = 1 << 20;
 
@@ -59,10 +62,7 @@ impl<'a> Image<'a> {
         height: usize,
         stride: usize,
     ) -> Result<Self, ImageError> {
-        let in_range = |n, max| (Self::MIN_SIZE..=max).contains(&n);
-        if !in_range(width, Self::MAX_WIDTH) || !in_range(height, Self::MAX_HEIGHT) {
-            return Err(ImageError::Size { width, height });
-        }
+        Self::check_size(width, height)?;
         if !(width..=Self::MAX_STRIDE).contains(&stride) {
             return Err(ImageError::Stride { stride, width });
         }
@@ -76,6 +76,16 @@ impl<'a> Image<'a> {
             height,
             stride,
         })
+    }
+
+    /// Whether images of this many columns and rows can be searched, in either orientation.
+    pub const fn check_size(width: usize, height: usize) -> Result<(), ImageError> {
+        let too_small = width < Self::MIN_SIZE || height < Self::MIN_SIZE;
+        let too_long = width > Self::MAX_SIZE || height > Self::MAX_SIZE;
+        if too_small || too_long || width * height > Self::MAX_PIXELS {
+            return Err(ImageError::Size { width, height });
+        }
+        Ok(())
     }
 
     /// Pixels in a row.
@@ -156,5 +166,23 @@ mod tests {
             }
         );
         assert!(Image::new(&bytes, 16, 16, usize::MAX).is_err());
+    }
+
+    #[test]
+    fn pictures_of_100_megapixels_have_any_shape() {
+        for [long, short] in [
+            [11_648, 8_736],
+            [4_032, 3_024],
+            [32_768, 4_096],
+            [20_000, 16],
+        ] {
+            assert_eq!(Image::check_size(long, short), Ok(()));
+            assert_eq!(Image::check_size(short, long), Ok(()));
+        }
+        for [width, height] in [[32_769, 16], [16, 32_769], [16_384, 8_193], [15, 100]] {
+            let error = Image::check_size(width, height).unwrap_err().to_string();
+            let expected = format!("{width}x{height} pixels is outside 16 to 32768 pixels a side");
+            assert!(error.contains(&expected), "{error}");
+        }
     }
 }

@@ -26,6 +26,7 @@ mod homography;
 mod hull;
 mod image;
 mod kernels;
+mod match_quality;
 mod negative;
 mod options;
 mod photometric;

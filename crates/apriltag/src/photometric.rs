@@ -98,7 +98,7 @@ impl PatternFitter {
             outline = outline.map(|place| undistortion.pixel(place).unwrap_or(place));
         }
         let edges_px = pattern.edges_px(state.size_px);
-        self.pixels.choose(image, &outline, levels, edges_px);
+        self.pixels.choose(image, &outline, levels, edges_px)?;
         if let Some(undistortion) = &undistortion {
             self.pixels.straighten(undistortion);
         }

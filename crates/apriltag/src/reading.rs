@@ -5,13 +5,14 @@
 mod layout;
 mod modules;
 
-use crate::code_index::{CodeIndex, Match};
+use crate::code_index::{self, CodeIndex};
+use crate::match_quality::{self, Match};
 use crate::quad::Quad;
 use crate::view::ImageView;
 use crate::{Options, Pass, Rejection};
 use layout::ModuleLayout;
-use modules::{Modules, USUAL_BLUR_PX};
-use sextant_tag_families::{Board, BorderColour, Family, FamilyData};
+use modules::{Modules, RimWidth, USUAL_BLUR_PX};
+use sextant_tag_families::{BorderColour, Family, FamilyData};
 use std::collections::BTreeSet;
 
 /// A family with its index.
@@ -19,8 +20,6 @@ use std::collections::BTreeSet;
 pub(crate) struct Reader {
     pub(crate) family: Family,
     border: BorderColour,
-    /// Whether black squares touch the borders of the tags.
-    is_touched: bool,
     layout: ModuleLayout,
     /// Least share of the rows within its border that contain white.
     pub(crate) least_open: f32,
@@ -34,11 +33,13 @@ pub(crate) struct Reader {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reading {
     pub(crate) family: Family,
-    pub(crate) found: Match,
+    pub(crate) found: code_index::Match,
     pub(crate) margin: f32,
     /// Mean grey of the border and of the ring around it.
     pub(crate) black: f32,
     pub(crate) white: f32,
+    /// Whether the word is enough evidence, or all of the tag is as its pattern says.
+    pub(crate) is_evident: bool,
 }
 
 impl Reader {
@@ -48,7 +49,6 @@ impl Reader {
         Self {
             family,
             border: data.border,
-            is_touched: data.board == Some(Board::Aprilgrid),
             layout: ModuleLayout::new(data),
             least_open: least_open(data),
             most_in_doubt: (data.bits.len() / LEAST_PLAIN).min(index.bits_to_spare),
@@ -59,61 +59,110 @@ impl Reader {
 
     /// Whether a pass can find tags of the family.
     pub(crate) fn takes_part_in(&self, pass: Pass) -> bool {
-        self.border == pass.border() && (pass != Pass::Eroded || self.is_touched)
+        self.border == pass.border()
+    }
+
+    /// Border and ring, and their shares of right modules, if both have their colours.
+    #[inline(always)]
+    fn see<'a>(
+        &'a self,
+        view: &'a ImageView<'a>,
+        quad: &Quad,
+        rim: RimWidth,
+    ) -> Result<(Modules<'a>, [f32; 2]), ReadFailure> {
+        let modules = Modules::new(view, &self.layout, quad, rim)
+            .map_err(|reason| ReadFailure::new(reason, false))?;
+        let (contrast, right) = (modules.contrast(), modules.right_in_rings());
+        let rings_agree = right.into_iter().all(|share| share >= LEAST_RIGHT);
+        let is_nearly_clear = contrast > NEARLY * view.min_contrast;
+        if rings_agree && contrast >= view.min_contrast {
+            return Ok((modules, right));
+        }
+        // Then the border is dark, or nothing is lighter than it a module away.
+        let may_have_narrow_rim = right[0] >= LEAST_RIGHT || contrast.abs() < view.min_contrast;
+        Err(ReadFailure {
+            may_have_narrow_rim,
+            ..ReadFailure::new(Rejection::FaintBorder, rings_agree && is_nearly_clear)
+        })
     }
 
     #[inline(always)]
     pub(crate) fn read(&self, view: &ImageView<'_>, quad: &Quad) -> Result<Reading, ReadFailure> {
-        let mut modules =
-            Modules::new(view, &self.layout, quad).map_err(|reason| failure(reason, false))?;
-        let (contrast, right) = (modules.contrast(), modules.right_in_rings());
-        let rings_agree = right.into_iter().all(|share| share >= LEAST_RIGHT);
-        let is_nearly_clear = contrast > NEARLY * view.min_contrast;
-        if !rings_agree || contrast < view.min_contrast {
-            return Err(failure(
-                Rejection::FaintBorder,
-                rings_agree && is_nearly_clear,
-            ));
-        }
+        let (mut modules, right) = match self.see(view, quad, RimWidth::Module) {
+            Ok(seen) => seen,
+            Err(failure) if failure.may_have_narrow_rim => self
+                .see(view, quad, RimWidth::Narrow)
+                .map_err(|_| failure)?,
+            Err(failure) => return Err(failure),
+        };
         if !modules.sample_bits() {
-            return Err(failure(Rejection::NoCode, true));
+            return Err(ReadFailure::new(Rejection::NoCode, true));
         }
         let rings_are_right = (right[0] + right[1]) / 2.0 >= MOSTLY_RIGHT;
-        let reading = self.recognise(&modules, rings_are_right)?;
-        // Letters and texture show a code word of few bits now and then, so that the word alone is no evidence: border,
-        // ring and bits must be all that a tag's are. The frame has three times as many modules as the word.
-        if self.index.is_weak
-            && !(modules.rings_are_whole() && modules.n_in_doubt() <= self.most_in_doubt)
-        {
-            return Err(failure(Rejection::NoCode, true));
+        let reading = self.recognise(&mut modules, rings_are_right)?;
+        if !self.index.is_weak {
+            return Ok(reading);
         }
-        Ok(reading)
+        // Letters and texture show a code word of few bits now and then, so that the word alone is no evidence.
+        let mut upright = *quad;
+        upright.rotate_left(reading.found.turns as usize);
+        let Match {
+            explained,
+            is_evident,
+        } = match_quality::measure(view.image, &upright, self.family, reading.found.id);
+        let n_in_doubt = modules.n_in_doubt();
+        let spare = match self.index.is_symmetric(&reading.found) {
+            true => 0,
+            false => DOUBT_IF_EXPLAINED,
+        };
+        let is_evident = is_evident && n_in_doubt <= self.most_in_doubt + spare
+            || spare > 0
+                && explained >= EXPLAINED_IF_WHOLE
+                && n_in_doubt <= self.most_in_doubt
+                && modules.rings_are_whole();
+        let may_be_evident =
+            explained >= EXPLAINED_IN_DOUBT && n_in_doubt <= self.most_in_doubt + spare;
+        if !is_evident && !may_be_evident {
+            return Err(ReadFailure::new(Rejection::NoCode, true));
+        }
+        Ok(Reading {
+            is_evident,
+            ..reading
+        })
     }
 
-    /// The code word, assuming usual blur or, if that fails, strong blur.
+    /// The code word, assuming usual blur or, if that fails, strong blur, or something drawn over the tag.
     #[inline(always)]
     fn recognise(
         &self,
-        modules: &Modules<'_>,
+        modules: &mut Modules<'_>,
         rings_are_right: bool,
     ) -> Result<Reading, ReadFailure> {
         let (usual, clarity) = modules.word(USUAL_BLUR_PX);
         let found = self.index.find(usual).map(|found| (found, clarity));
         // Fewer wrong bits: every further attempt is a further chance for what is no tag.
-        let or_blurred = || {
-            let (strong, margin) = modules.word(STRONG_BLUR_PX);
-            let found = (strong != usual).then(|| self.index.find(strong))??;
+        let again = |(word, margin): (u64, f32)| {
+            let found = (word != usual).then(|| self.index.find(word))??;
             (found.hamming <= 1).then_some((found, margin))
         };
-        let is_clear = clarity > LEAST_CLARITY * modules.contrast() && modules.are_small();
-        let no_code = failure(Rejection::NoCode, rings_are_right && is_clear);
-        let (found, margin) = found.or_else(or_blurred).ok_or(no_code)?;
+        let is_clear = clarity > LEAST_CLARITY * modules.contrast();
+        let no_code = ReadFailure::new(
+            Rejection::NoCode,
+            rings_are_right && is_clear && modules.are_small(),
+        );
+        let found = found.or_else(|| again(modules.word(STRONG_BLUR_PX)));
+        let found = found.or_else(|| {
+            let spread = rings_are_right && is_clear && modules.narrowest_px() >= SPREAD_PX;
+            spread.then(|| modules.spread_bits())?;
+            again(modules.word(USUAL_BLUR_PX))
+        });
+        let (found, margin) = found.ok_or(no_code)?;
         if margin < self.min_margin {
-            return Err(failure(Rejection::SmallMargin, true));
+            return Err(ReadFailure::new(Rejection::SmallMargin, true));
         }
         let word = self.index.as_seen(&found);
         if self.border == BorderColour::Black && !modules.white_ends_at_the_border(word) {
-            return Err(failure(Rejection::NoCode, true));
+            return Err(ReadFailure::new(Rejection::NoCode, true));
         }
         let [black, white] = modules.black_and_white();
         Ok(Reading {
@@ -122,6 +171,7 @@ impl Reader {
             margin,
             black,
             white,
+            is_evident: true,
         })
     }
 }
@@ -149,11 +199,28 @@ fn least_open(data: &FamilyData) -> f32 {
 pub(crate) struct ReadFailure {
     pub(crate) reason: Rejection,
     pub(crate) can_retry: bool,
+    /// Whether the ring may be narrower than a module.
+    may_have_narrow_rim: bool,
 }
 
-fn failure(reason: Rejection, can_retry: bool) -> ReadFailure {
-    ReadFailure { reason, can_retry }
+impl ReadFailure {
+    pub(crate) fn new(reason: Rejection, can_retry: bool) -> Self {
+        Self {
+            reason,
+            can_retry,
+            may_have_narrow_rim: false,
+        }
+    }
 }
+
+/// Share of the variance that a pattern explains at least, where border, ring and bits leave no doubt; and where it may
+/// explain enough with better corners.
+const EXPLAINED_IF_WHOLE: f32 = 0.7;
+const EXPLAINED_IN_DOUBT: f32 = 0.5;
+
+/// How many more modules may be in doubt if the pattern explains enough: in blurred tags with modules of another
+/// number, whose words are those of a family now and then, more are.
+const DOUBT_IF_EXPLAINED: usize = 1;
 
 /// One in this many data modules may be ambiguous: blur and corners off by a pixel cause some in a real tag.
 const LEAST_PLAIN: usize = 5;
@@ -173,6 +240,9 @@ const LEAST_CLARITY: f32 = 0.25;
 
 /// Strong blur, from defocus or camera shake, as a standard deviation in pixels.
 const STRONG_BLUR_PX: f32 = 2.0;
+
+/// Width of a module from which on points all over it show no other one.
+const SPREAD_PX: f32 = 5.0;
 
 #[cfg(test)]
 mod tests {

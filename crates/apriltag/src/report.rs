@@ -37,12 +37,12 @@ impl Stage {
 /// The classifications of border pixels, each a pass over the image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pass {
-    /// Black borders that black squares touch, on an AprilGrid: pixels darker than the middle level whose neighbours
-    /// are too, which separates a tag from the squares at its corners.
-    Eroded,
     /// Black borders: pixels darker than the middle between the darkest and the brightest level nearby. Texture,
     /// undershoot of sharpening and blur leave them on that side of the middle.
     Middle,
+    /// Black borders that touch something black at their corners, as on an AprilGrid, if there is something that may be
+    /// such: pixels darker than the middle level whose neighbours are too.
+    Eroded,
     /// Black borders that the middle level joins with something else: pixels close to the darkest level nearby, which
     /// separates a tag in shadow from bright surroundings, and dark lines.
     Black,
@@ -52,7 +52,7 @@ pub enum Pass {
 
 impl Pass {
     /// Every pass in order.
-    pub const ALL: [Self; 4] = [Self::Eroded, Self::Middle, Self::Black, Self::White];
+    pub const ALL: [Self; 4] = [Self::Middle, Self::Eroded, Self::Black, Self::White];
 
     /// Colour of the borders of this pass.
     pub fn border(self) -> BorderColour {

@@ -1,26 +1,38 @@
 //! Decodes the tag in a quad, and turns it into a detection with sub-pixel corners.
 
-use crate::agreement;
-use crate::board_corners;
+use crate::agreement::{self, Agreement};
+use crate::board_corners::{self, BoardFit};
 use crate::edges::{self, Corners};
 use crate::kernels::vectorise;
+use crate::match_quality;
 use crate::photometric::PatternFitter;
 use crate::quad::{Point, Quad, distance, mean_edge, middle};
 use crate::reading::{ReadFailure, Reader, Reading};
 use crate::view::ImageView;
 use crate::{Detection, Image, Options, Pass, Refinement, Rejection};
-use sextant_tag_families::Family;
+use sextant_tag_families::{Board, Family};
 
 /// Share of the pattern's edges that agree with the picture, below which corners are doubted: usually all do, and seven
 /// in ten where a line of the border is beside its edge.
 const LEAST_AGREEMENT: f32 = 0.85;
 
+/// Share of the edges around a corner that may be contradicted where nothing is wrong.
+const USUALLY_CONTRADICTED: f32 = 0.1;
+
+/// Variance of corners, in square pixels, of a fit that leaves nothing to be doubted.
+const SURE_VARIANCE: f32 = 0.02;
+
+/// Distance of a border from straight sides, root mean square, up to which noise, blur and lens explain it: in pixels,
+/// and as a share of the edge.
+const USUAL_AWAY_PX: f32 = 0.8;
+const USUAL_AWAY: f32 = 0.0125;
+
 /// Sub-pixel corners of a sighting.
 struct Located {
     corners: Corners,
     refinement: Refinement,
-    /// Share of the pattern's edges that the picture shows there.
-    agreement: f32,
+    /// How many of the pattern's edges the picture shows there.
+    agreement: Agreement,
 }
 
 /// A decoded tag, with corners accurate to about a pixel in the order of the upright tag.
@@ -36,6 +48,30 @@ impl Sighting {
         distance(middle(&self.quad), point) < mean_edge(&self.quad) / 2.0
     }
 
+    /// Whether the picture is what the pattern says: for tags of few bits, with better corners if it was not with those
+    /// of the quad. These become the quad.
+    pub(crate) fn confirm(
+        &mut self,
+        image: &Image<'_>,
+        patterns: Option<&mut PatternFitter>,
+        noise_sigma: f32,
+    ) -> bool {
+        let Reading { family, found, .. } = self.reading;
+        if self.reading.is_evident {
+            return true;
+        }
+        let view = ImageView {
+            image,
+            border: family.data().border,
+            min_contrast: 0.0,
+        };
+        self.quad = self
+            .locate(&view, &self.quad, patterns, noise_sigma)
+            .corners
+            .quad;
+        match_quality::measure(image, &self.quad, family, found.id).is_evident
+    }
+
     /// The detection with corners from the whole pattern where these are more accurate than those from edges, or from
     /// the saddle points of a calibration board.
     pub(crate) fn refine(
@@ -43,17 +79,17 @@ impl Sighting {
         image: &Image<'_>,
         mut patterns: Option<&mut PatternFitter>,
         noise_sigma: f32,
-    ) -> Option<Detection> {
+    ) -> (Detection, BoardFit) {
         let view = ImageView {
             image,
             border: self.reading.family.data().border,
             min_contrast: 0.0,
         };
         let mut located = self.locate(&view, &self.quad, patterns.as_deref_mut(), noise_sigma);
-        if located.agreement < LEAST_AGREEMENT {
+        if located.agreement.share() < LEAST_AGREEMENT {
             let moved = agreement::improve(image, &self.reading, &located.corners.quad);
             let again = self.locate(&view, &moved, patterns, noise_sigma);
-            if again.agreement > located.agreement {
+            if again.agreement.share() > located.agreement.share() {
                 located = again;
             }
         }
@@ -62,9 +98,7 @@ impl Sighting {
             refinement,
             agreement,
         } = located;
-        if agreement < LEAST_AGREEMENT {
-            corners.widen((1.0 - agreement) * agreement::module_px(&self.reading, &corners.quad));
-        }
+        self.doubt(&view, &mut corners, agreement);
         let mut tag = Detection {
             family: self.reading.family,
             id: self.reading.found.id,
@@ -75,7 +109,35 @@ impl Sighting {
             corner_cross_covariance: corners.cross_covariance,
             refinement,
         };
-        board_corners::refine(image, &self.reading, &mut tag).then_some(tag)
+        let fit = board_corners::refine(image, &self.reading, &mut tag);
+        (tag, fit)
+    }
+
+    /// Adds what the picture contradicts to the covariance of each corner: edges of the pattern that it does not show
+    /// around there, and a border that is hidden or, as of a bent tag, beside its sides.
+    fn doubt(&self, view: &ImageView<'_>, corners: &mut Corners, agreement: Agreement) {
+        let module_px = agreement::module_px(&self.reading, &corners.quad);
+        let contrast = self.reading.white - self.reading.black;
+        let usual_px = USUAL_AWAY_PX.max(USUAL_AWAY * mean_edge(&corners.quad));
+        // A bent or hidden border leaves a fit that is less sure than this.
+        let support = match corners.mean_variance() > SURE_VARIANCE {
+            true => edges::corner_support(view, &corners.quad, contrast),
+            false => Default::default(),
+        };
+        let wrong = agreement.wrong_at_corners();
+        let is_wrong = agreement.share() < LEAST_AGREEMENT;
+        for (corner, (support, wrong)) in support.into_iter().zip(wrong).enumerate() {
+            let contradicted = wrong.max(support.hidden);
+            if is_wrong || contradicted > USUALLY_CONTRADICTED {
+                corners.widen(
+                    corner,
+                    contradicted.max(1.0 - agreement.share()) * module_px,
+                );
+            }
+            if support.away_px > usual_px {
+                corners.widen(corner, support.away_px);
+            }
+        }
     }
 
     /// Corners from a quad, by the whole pattern or by the edges.
@@ -101,7 +163,7 @@ impl Sighting {
         Located {
             corners,
             refinement,
-            agreement: agreement.unwrap_or(0.0),
+            agreement,
         }
     }
 }
@@ -110,6 +172,8 @@ impl Sighting {
 #[derive(Debug)]
 pub(crate) struct Decoder {
     readers: Vec<Reader>,
+    /// Whether black squares touch the tags of a family.
+    pub(crate) are_touched: bool,
 }
 
 impl Decoder {
@@ -117,6 +181,10 @@ impl Decoder {
         let reader = |&family: &Family| Reader::new(family, options);
         Self {
             readers: options.families.iter().map(reader).collect(),
+            are_touched: options
+                .families
+                .iter()
+                .any(|family| family.data().board == Some(Board::Aprilgrid)),
         }
     }
 
@@ -142,7 +210,8 @@ impl Decoder {
         quad: &Quad,
     ) -> Result<Sighting, Rejection> {
         let wrong = |read: &Result<Sighting, _>| match read {
-            Ok(sighting) => sighting.reading.found.hamming,
+            Ok(Sighting { reading, .. }) if reading.is_evident => reading.found.hamming,
+            Ok(_) => u32::MAX - 1,
             Err(_) => u32::MAX,
         };
         let mut read = self.read(pass, view, quad);
@@ -165,10 +234,7 @@ impl Decoder {
 
     /// The result of the first family that decodes; otherwise, a retry is worthwhile if it is for any family.
     fn read(&self, pass: Pass, view: &ImageView<'_>, quad: &Quad) -> Result<Sighting, ReadFailure> {
-        let mut failure = ReadFailure {
-            reason: Rejection::NoCode,
-            can_retry: false,
-        };
+        let (mut reason, mut can_retry) = (Rejection::NoCode, false);
         for reader in self.readers(pass) {
             let read = vectorise!(reader.read(view, quad));
             match read {
@@ -177,12 +243,12 @@ impl Decoder {
                     quad.rotate_left(reading.found.turns as usize);
                     return Ok(Sighting { reading, quad });
                 }
-                Err(ReadFailure { reason, can_retry }) => {
-                    failure.reason = reason;
-                    failure.can_retry |= can_retry;
+                Err(failure) => {
+                    reason = failure.reason;
+                    can_retry |= failure.can_retry;
                 }
             }
         }
-        Err(failure)
+        Err(ReadFailure::new(reason, can_retry))
     }
 }

@@ -8,6 +8,7 @@
 use crate::Image;
 use crate::kernels::{Levels, TILE, TILES_IN_WORD, TilesOfWord, WORD, vectorise};
 use std::array;
+use std::mem;
 use std::ops::Range;
 
 #[derive(Debug, Default)]
@@ -21,10 +22,12 @@ pub(crate) struct Tiles {
     levels: Vec<Levels>,
     /// For each row, the range of words that contain live tiles.
     live_words: Vec<Range<usize>>,
+    /// Minima and maxima of three tiles above each other, with neutral ones at both ends.
+    columns_of_three: [Vec<u8>; 2],
 }
 
 /// Extremum of three tiles above each other, for each of a row, with one more at either end.
-type Column = [u8; Image::MAX_WIDTH / TILE + TILES_IN_WORD + 2];
+type Column = [u8];
 
 impl Tiles {
     /// Allocates memory for an image of this size.
@@ -36,6 +39,10 @@ impl Tiles {
         renew(&mut self.brightest, n_words, [0; _]);
         self.levels.resize(n_words, Levels::default());
         self.live_words.resize(self.rows, 0..0);
+        let length = self.words_in_row * TILES_IN_WORD + 2;
+        for (column, neutral) in self.columns_of_three.iter_mut().zip([u8::MAX, 0]) {
+            renew(column, length, neutral);
+        }
     }
 
     /// Range of a row's words among all.
@@ -106,17 +113,18 @@ impl Tiles {
     /// A low threshold lies a quarter of the tile's own range above its minimum, unless that range is much less than
     /// the contrast around it, and above the noise of black.
     pub(crate) fn set_levels(&mut self, gate: u8) -> bool {
-        let mut columns = [[u8::MAX; _], [0; _]];
+        let mut columns = mem::take(&mut self.columns_of_three);
         vectorise!({
             for row in 0..self.rows {
                 self.set_row(row, gate, &mut columns);
             }
         });
+        self.columns_of_three = columns;
         self.live_words.iter().any(|words| !words.is_empty())
     }
 
     #[inline(always)]
-    fn set_row(&mut self, row: usize, gate: u8, columns: &mut [Column; 2]) {
+    fn set_row(&mut self, row: usize, gate: u8, columns: &mut [Vec<u8>; 2]) {
         let (words, beyond_noise) = (self.row(row), gate / 4 * 3);
         let [dark_column, bright_column] = columns;
         self.spread_down(u8::min, &self.darkest, row, dark_column);

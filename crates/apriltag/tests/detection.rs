@@ -10,6 +10,7 @@ mod chessboard;
 mod drawing;
 mod drawn_tags;
 mod families_apart;
+mod hard_tags;
 mod photometric_fit;
 mod sharp_pictures;
 mod tracking;

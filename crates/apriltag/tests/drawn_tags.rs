@@ -418,8 +418,13 @@ fn noise_and_plain_images_hold_no_tags() {
 }
 
 #[test]
-fn the_largest_image_is_taken() {
-    let (width, height) = (Image::MAX_WIDTH, Image::MAX_HEIGHT);
+fn large_images_of_any_shape_are_taken() {
+    for (width, height) in [(3_024, 4_032), (11_648, 8_736), (Image::MAX_SIZE, 800)] {
+        takes_an_image_of(width, height);
+    }
+}
+
+fn takes_an_image_of(width: usize, height: usize) {
     let mut pixels = vec![128; width * height];
     let small = camera();
     let drawn = draw(&Tag::new(8));

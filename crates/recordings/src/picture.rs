@@ -32,12 +32,13 @@ pub struct ColourImage {
 /// Reads a picture as 8-bit grey. What it is, its content says, not its name: PNG of any kind and, with the feature
 /// `pictures`, JPEG, PNM, WebP, TIFF and BMP, turned as EXIF or TIFF say.
 ///
-/// Colour becomes grey (luma after ITU-R BT.601), transparency is ignored. Of a picture with more than 8 bits the range
-/// that is in it is kept: with a pixel brighter than 255, every value is divided by the brightest / 255, and black
-/// stays 0. A camera's 12 bits in a file of 16 are therefore not dark.
+/// Colour becomes grey (luma after ITU-R BT.601). What is transparent becomes white, as paper behind the picture would.
+/// Of a picture with more than 8 bits the range that is in it is kept: its darkest pixels become 0 and its brightest
+/// 255, but for a few that stand out. A camera's 12 bits in a file of 16 are therefore not dark, nor is the narrow
+/// range of a thermal camera flat.
 ///
 /// # Errors
-/// A file that is missing, no picture of a kind that is read, truncated, damaged, or of more than 256 MB once it is
+/// A file that is missing, no picture of a kind that is read, truncated, damaged, or of more than 384 MB once it is
 /// decoded (100 MB of a progressive JPEG or a WebP).
 pub fn read_picture(path: &Path) -> Result<GreyImage, RecordingError> {
     let file = File::open(path).map_err(RecordingError::unreadable(path, CHECK))?;
@@ -232,12 +233,12 @@ mod tests {
     }
 
     #[test]
-    fn palettes_become_grey_and_transparency_is_ignored() {
+    fn palettes_become_grey_and_transparency_white() {
         let palette = written(ColorType::Indexed, BitDepth::One, &[0x80, 0x40]);
-        assert_eq!(read(&palette).unwrap(), [9, 76, 76, 9]);
+        assert_eq!(read(&palette).unwrap(), [9, 255, 255, 9]);
         let alpha = [7, 0, 8, 255, 9, 128, 10, 1];
         let alpha = written(ColorType::GrayscaleAlpha, BitDepth::Eight, &alpha);
-        assert_eq!(read(&alpha).unwrap(), [7, 8, 9, 10]);
+        assert_eq!(read(&alpha).unwrap(), [255, 8, 132, 254]);
     }
 
     #[test]

@@ -106,8 +106,13 @@ pub struct NothingSought;
 /// Finds tags in images; one a thread.
 pub struct TagFinder<'a> {
     detector: Option<Detector>,
+    /// For images without tags otherwise.
+    inverted: Option<Detector>,
     chessboard: Option<&'a ChessboardSearch>,
 }
+
+/// Least inverted tags of a board: one alone may be anything.
+const LEAST_INVERTED: usize = 2;
 
 impl<'a> TagFinder<'a> {
     /// Finds the tags of the options' families, and a chessboard.
@@ -118,7 +123,21 @@ impl<'a> TagFinder<'a> {
             .retain(|family| *family != Family::Chessboard);
         Self {
             detector: Detector::new(options).ok(),
+            inverted: None,
             chessboard,
+        }
+    }
+
+    /// Also finds a board of tags that are printed inverted, in images without any other tag.
+    #[must_use]
+    pub fn or_inverted(self, options: &Options) -> Self {
+        let inverted = Options {
+            inverted: !options.inverted,
+            ..options.clone()
+        };
+        Self {
+            inverted: Self::new(&inverted, None).detector,
+            ..self
         }
     }
 
@@ -132,6 +151,12 @@ impl<'a> TagFinder<'a> {
             (None, Some(_)) => Vec::new(),
             (None, None) => return Err(NothingSought),
         };
+        if let (true, Some(inverted)) = (found.is_empty(), &mut self.inverted) {
+            let tags = inverted.detect(image);
+            if tags.len() >= LEAST_INVERTED {
+                found.extend_from_slice(tags);
+            }
+        }
         found.extend(
             self.chessboard
                 .into_iter()

@@ -66,14 +66,25 @@ static TAG_STANDARD_52H13: Table<48714, 52> = parse_packed(
     include_bytes!("../data/tagStandard52h13.txt"),
     include_bytes!("../data/tagStandard52h13.bin"),
 );
-/// Two thirds of a browser's download would be the words of these two: they are left out there, and the families have
-/// no codes.
+/// Most of a browser's download would be the words of the largest families: they are left out there, and the families
+/// have no codes.
 #[cfg(target_family = "wasm")]
 static TAG_CUSTOM_48H12: Table<0, 0> = Table::EMPTY;
 #[cfg(target_family = "wasm")]
 static TAG_STANDARD_52H13: Table<0, 0> = Table::EMPTY;
 
-static ARUCO_ORIGINAL: Table<1023, 25> = parse(include_bytes!("../data/arucoOriginal.txt"));
+#[cfg(not(target_family = "wasm"))]
+static TAG_CIRCLE_49H12: Table<65535, 49> = parse_packed(
+    include_bytes!("../data/tagCircle49h12.txt"),
+    include_bytes!("../data/tagCircle49h12.bin"),
+);
+#[cfg(target_family = "wasm")]
+static TAG_CIRCLE_49H12: Table<0, 0> = Table::EMPTY;
+static TAG_CIRCLE_21H7: Table<38, 21> = parse(include_bytes!("../data/tagCircle21h7.txt"));
+
+static ARUCO_MIP_16H3: Table<250, 16> = parse(include_bytes!("../data/arucoMip16h3.txt"));
+static ARUCO_MIP_25H7: Table<100, 25> = parse(include_bytes!("../data/arucoMip25h7.txt"));
+static ARUCO_ORIGINAL: Table<1024, 25> = parse(include_bytes!("../data/arucoOriginal.txt"));
 static ARUCO_MIP_36H12: Table<250, 36> = parse(include_bytes!("../data/arucoMip36h12.txt"));
 static ARUCO_4X4: Table<1000, 16> = parse(include_bytes!("../data/aruco4x4.txt"));
 static ARUCO_5X5: Table<1000, 25> = parse(include_bytes!("../data/aruco5x5.txt"));
@@ -155,8 +166,8 @@ families! {
     Charuco7x7With250, "charuco7x7-250", ARUCO_7X7.first(250, 17).on_charuco();
     /// White squares of a ChArUco board with markers of `DICT_7X7_1000`.
     Charuco7x7With1000, "charuco7x7-1000", ARUCO_7X7.first(1000, 14).on_charuco();
-    /// The first ArUco dictionary, as OpenCV's `DICT_ARUCO_ORIGINAL`, without its tag 1023, which looks the same upside
-    /// down. Its words differ in as little as one bit, so that none is corrected.
+    /// The first ArUco dictionary, as OpenCV's `DICT_ARUCO_ORIGINAL`. Its words differ in as little as one bit, so that
+    /// none is corrected; its tag 1023 looks the same upside down, so that its first corner is either of two.
     ArucoOriginal, "aruco-original", ARUCO_ORIGINAL.data();
     /// ArUco dictionary of 250 tags of 6x6 bits, as OpenCV's `DICT_ARUCO_MIP_36h12`.
     ArucoMip36h12, "aruco-mip-36h12", ARUCO_MIP_36H12.data();
@@ -169,6 +180,14 @@ families! {
     /// Squares of a plain chessboard between its inner corners. They have no codes: only a search for the whole board
     /// finds them.
     Chessboard, "chessboard", CHESSBOARD;
+    /// AprilTag Circle 21h7: 38 round tags, data outside the border.
+    TagCircle21h7, "tagCircle21h7", TAG_CIRCLE_21H7.data();
+    /// AprilTag Circle 49h12: 65535 round tags, data outside the border.
+    TagCircle49h12, "tagCircle49h12", TAG_CIRCLE_49H12.data();
+    /// Dictionary of 250 tags of 4x4 bits of the ArUco library, `ARUCO_MIP_16h3`.
+    ArucoMip16h3, "aruco-mip-16h3", ARUCO_MIP_16H3.data();
+    /// Dictionary of 100 tags of 5x5 bits of the ArUco library, `ARUCO_MIP_25h7`.
+    ArucoMip25h7, "aruco-mip-25h7", ARUCO_MIP_25H7.data();
 }
 
 impl fmt::Display for Family {
@@ -181,9 +200,10 @@ impl fmt::Display for Family {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "unknown tag family `{0}`; known are tag36h11, tag36h11b2 (Kalibr's AprilGrid), tag25h9, tag16h5, tag36h10, \
-    tagStandard41h12, tagStandard52h13, tagCustom48h12, \
-    the ArUco dictionaries aruco{{4x4,5x5,6x6,7x7}}-{{50,100,250,1000}}, aruco-original and \
-    aruco-mip-36h12, and ChArUco boards with their markers, charuco4x4-50 and so on; chessboard, of plain ones"
+    tagStandard41h12, tagStandard52h13, tagCustom48h12, tagCircle21h7, tagCircle49h12, \
+    the ArUco dictionaries aruco{{4x4,5x5,6x6,7x7}}-{{50,100,250,1000}}, aruco-original, aruco-mip-16h3, \
+    aruco-mip-25h7 and aruco-mip-36h12, and ChArUco boards with their markers, charuco4x4-50 and so on; \
+    chessboard, of plain ones"
 )]
 pub struct UnknownFamily(pub String);
 
@@ -233,13 +253,14 @@ mod tests {
         assert_eq!(ends(Family::TagCustom48h12), custom);
         let (_, last, n) = ends(Family::TagStandard52h13);
         assert_eq!((last, n), (Some(0xc_dc7a_163a_cc66), 48714));
+        assert_eq!(ends(Family::TagCircle49h12).2, 65535);
     }
 
     #[test]
-    fn no_word_of_the_first_aruco_dictionary_is_the_same_upside_down() {
+    fn the_last_word_of_the_first_aruco_dictionary_is_the_same_upside_down() {
         let data = Family::ArucoOriginal.data();
         let same = |code: &u64| rotate_code(*code, data.bits.len(), 2) == *code;
-        assert!(!data.codes.iter().any(same));
+        assert_eq!(data.codes.iter().position(same), Some(1023));
     }
 
     #[test]

@@ -41,24 +41,30 @@ pub fn white_modules(family: Family, id: u32) -> impl Iterator<Item = (usize, us
             (first, first + last - i),
         ]
     });
+    let end = data.border_width as i8 - 1 + margin;
+    let beyond = (-margin..=end).flat_map(move |y| (-margin..=end).map(move |x| (x, y)));
+    let inwards = move |at: i8| at.min(end - margin - at);
+    let beyond = beyond
+        .filter(move |&(x, y)| inwards(x).min(inwards(y)) < -1 && !data.bits.contains(&(x, y)));
     let bits = data.bits.iter().rev().enumerate();
     let set = bits
         .filter(move |(i, _)| code.is_some_and(|code| code >> i & 1 == 1))
         .map(|(_, &bit)| bit);
-    ring.filter(move |_| code.is_some())
+    ring.chain(beyond)
+        .filter(move |_| code.is_some())
         .chain(set)
         .map(move |(x, y)| on_print(x, y))
 }
 
 /// The square's ring and the ring around it have opposite colours, but for squares that touch the corners of an
-/// AprilGrid's tag; what carries no data elsewhere is black.
+/// AprilGrid's tag. What carries no data elsewhere is black inside and paper outside, beyond a round tag.
 fn ring_is_white(data: &FamilyData, x: i8, y: i8) -> bool {
     let inwards = |at: i8| at.min(data.border_width as i8 - 1 - at);
     let ring = inwards(x).min(inwards(y));
     let is_corner = inwards(x) == inwards(y);
     match data.border {
         BorderColour::Black => ring == -1 && !(is_corner && corners_are_black(data)),
-        BorderColour::White => ring == 0,
+        BorderColour::White => ring == 0 || ring < -1,
     }
 }
 
@@ -148,7 +154,7 @@ mod tests {
 
     #[test]
     fn four_quarter_turns_are_none() {
-        for n_bits in [16, 25, 36, 41, 48, 49, 52] {
+        for n_bits in [16, 21, 25, 36, 41, 48, 49, 52] {
             let code = 0xf_1234_5678_9abc & ((1 << n_bits) - 1);
             let turned = (0..4).fold(code, |code, _| rotate_code(code, n_bits, 1));
             assert_eq!(turned, code);

@@ -85,13 +85,8 @@ impl ProgramImages {
             }
         }
         let [width, height] = images.reader.size().unwrap_or_default();
-        images.resolution = checked_resolution(width, height).ok_or_else(|| {
-            let message = format!(
-                "{} writes images of {width}x{height}; let it write 16x16 to 4096x3072",
-                words[0]
-            );
-            SourceError::new(Exit::Input, message)
-        })?;
+        images.resolution = checked_resolution(width, height)
+            .map_err(|error| SourceError::new(Exit::Input, format!("{}: {error}", words[0])))?;
         Ok(images)
     }
 

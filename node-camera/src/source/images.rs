@@ -67,14 +67,8 @@ impl Player {
             bail!("{}: camera {camera} has no picture", folder.display());
         };
         let picture = read_picture(first)?;
-        let Some(resolution) = checked_resolution(picture.width, picture.height) else {
-            bail!(
-                "{}: {}x{} pixels; use 16x16 to 4096x3072",
-                first.display(),
-                picture.width,
-                picture.height
-            );
-        };
+        let resolution = checked_resolution(picture.width, picture.height)
+            .with_context(|| first.display().to_string())?;
         let firsts = dataset.cameras().iter();
         let firsts = firsts.filter_map(|camera| Some(camera.rows.first()?.capture_ns));
         let earliest_ns = firsts.min().unwrap_or(0);
@@ -110,7 +104,7 @@ impl Player {
         };
         let picture =
             read_picture(file).map_err(|cause| SourceError::new(Exit::Input, cause.to_string()))?;
-        if checked_resolution(picture.width, picture.height) != Some(self.resolution)
+        if checked_resolution(picture.width, picture.height) != Ok(self.resolution)
             || picture.pixels.len() != pixels.len()
         {
             let [width, height] = self.resolution;

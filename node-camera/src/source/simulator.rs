@@ -127,12 +127,8 @@ impl SimulatedCamera {
             resolution: [width, height],
             ..
         } = *renderer.camera();
-        let Some(resolution) = checked_resolution(width as usize, height as usize) else {
-            bail!(
-                "{}: camera {camera} has {width}x{height} pixels; use 16x16 to 4096x3072",
-                file.display()
-            );
-        };
+        let resolution = checked_resolution(width as usize, height as usize)
+            .with_context(|| format!("{}: camera {camera}", file.display()))?;
         let schedule = renderer.camera().schedule();
         let due_ns = schedule.next_at_or_after(now_ns().saturating_add(schedule.period_ns()));
         Ok(Self {

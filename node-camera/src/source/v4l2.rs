@@ -141,7 +141,7 @@ impl<D: Device> V4l2Camera<D> {
         } = Setup::choose(&device, config)?;
         let geometry = geometry(&format, coding);
         let resolution = checked_resolution(geometry.width, geometry.height)
-            .ok_or_else(|| unusable(path, &identity, "a resolution outside 16x16 to 4096x3072"))?;
+            .map_err(|error| unusable(path, &identity, &error.to_string()))?;
         let rate_hz = Control {
             wanted: None,
             value: set_rate(&device, api, config),

@@ -33,7 +33,7 @@ pub fn families(sought: &[Sought]) -> Vec<Family> {
 }
 
 /// Fewest bits of a family that `all` includes: shorter words are found in texture and in the tags of other families.
-const FEWEST_BITS: usize = 25;
+const FEWEST_BITS: usize = 21;
 
 /// Every family with codes but those whose tags another one has too, and ChArUco boards, whose markers are ArUco tags.
 pub fn every_family() -> impl Iterator<Item = Family> {
@@ -79,6 +79,9 @@ mod tests {
             "tag36h10",
             "tagCustom48h12",
             "tagStandard52h13",
+            "tagCircle21h7",
+            "tagCircle49h12",
+            "aruco-mip-25h7",
         ];
         assert_eq!(names, expected);
     }

@@ -1,7 +1,7 @@
 //! What would have been found, where nothing was: the tags of other families, inverted or mirrored ones.
 
 use super::families::every_family;
-use sextant_apriltag::{Alternative, Options};
+use sextant_apriltag::{Alternative, BoardShape, Options, find_chessboard};
 use sextant_recordings::read_picture;
 use sextant_replay::image_of;
 use std::path::{Path, PathBuf};
@@ -25,9 +25,45 @@ impl NothingFound {
         }
     }
 
+    /// A sentence on the board that the pictures show instead of the one in the board file.
+    pub fn other_board(&self, options: &Options) -> Option<String> {
+        let (path, found) = match self.alternative(options) {
+            Some((path, found)) => (path, format!("{found}; give the file of that board")),
+            None => self.chessboard()?,
+        };
+        Some(format!(
+            "no image shows a tag of the board file, but {} shows {found}",
+            path.display()
+        ))
+    }
+
+    /// The first picture with a plain chessboard, and its size in words.
+    fn chessboard(&self) -> Option<(&Path, String)> {
+        let least = BoardShape {
+            columns: 3,
+            rows: 3,
+        };
+        self.pictures.iter().filter(|_| !self.some_found).find_map(|path| {
+            let picture = read_picture(path).ok()?;
+            let view = find_chessboard(&image_of(&picture).ok()?, least)?;
+            let [columns, rows] = view.size;
+            let found = format!(
+                "a plain chessboard of {columns} x {rows} inner corners or more; give a file that says so"
+            );
+            Some((path.as_path(), found))
+        })
+    }
+
     /// A sentence with the remedy, from the first picture with other tags; `None` where tags were found, or would not
     /// be otherwise either.
     pub fn hint(&self, options: &Options) -> Option<String> {
+        let (path, found) = self.alternative(options)?;
+        let remedy = remedy(&found, options);
+        Some(format!("{} shows {found}: {remedy}", path.display()))
+    }
+
+    /// The first picture with other tags, and these.
+    fn alternative(&self, options: &Options) -> Option<(&Path, Alternative)> {
         if self.some_found {
             return None;
         }
@@ -37,8 +73,7 @@ impl NothingFound {
         self.pictures.iter().find_map(|path| {
             let picture = read_picture(path).ok()?;
             let found = Alternative::find(&image_of(&picture).ok()?, options, &others)?;
-            let remedy = remedy(&found, options);
-            Some(format!("{} shows {found}: {remedy}", path.display()))
+            Some((path.as_path(), found))
         })
     }
 }

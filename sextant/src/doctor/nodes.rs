@@ -111,7 +111,11 @@ fn phones(page: PhonePage) -> Vec<Finding> {
 }
 
 /// Families that browsers leave out, for their tens of thousands of codes (clients/web/README.md).
-const NOT_IN_BROWSERS: [Family; 2] = [Family::TagCustom48h12, Family::TagStandard52h13];
+const NOT_IN_BROWSERS: [Family; 3] = [
+    Family::TagCustom48h12,
+    Family::TagStandard52h13,
+    Family::TagCircle49h12,
+];
 
 /// What phones do not see of tags of these families.
 pub fn unread_by_phones(families: &BTreeSet<Family>) -> impl Iterator<Item = Finding> {

@@ -1,11 +1,12 @@
 //! The images of a recording, as every calibration takes them in.
 
 use super::ImageSelection;
+use crate::detect::NothingFound;
 use crate::progress;
 use anyhow::bail;
 use sextant_apriltag::Options;
 use sextant_process::{Exit, Failure, WithExit};
-use sextant_recordings::{Dataset, Row};
+use sextant_recordings::{Dataset, Frame, Row};
 use sextant_replay::in_order;
 use sextant_replay::{ChessboardSearch, TagFinder};
 use sextant_replay::{ObservationError, observation};
@@ -49,16 +50,24 @@ pub fn each_image(
     let rows = dataset.rows_by_arrival();
     let rows = rows.into_iter().filter(|row| wanted(&row.camera));
     let rows: Vec<&Row> = rows.collect();
+    let mut nothing = NothingFound::default();
     in_order(
         usize::from(threads),
         progress::over(rows.into_iter(), "images"),
-        || TagFinder::new(&options, looking.chessboard.as_ref()),
-        |finder, row: &Row| observation(finder, row, rig),
-        |seen: Result<ImageObservation, ObservationError>| {
-            take(&seen.exit_with(Exit::Input)?);
+        || TagFinder::new(&options, looking.chessboard.as_ref()).or_inverted(&options),
+        |finder, row: &Row| (row, observation(finder, row, rig)),
+        |(row, seen): (&Row, Result<ImageObservation, ObservationError>)| {
+            let seen = seen.exit_with(Exit::Input)?;
+            if let Frame::Picture(path) = &row.frame {
+                nothing.add(path, seen.tags.len());
+            }
+            take(&seen);
             anyhow::Ok(())
         },
     )?;
+    if let Some(other) = nothing.other_board(&options) {
+        eprintln!("warning: {other}");
+    }
     for remark in looking
         .chessboard
         .iter()

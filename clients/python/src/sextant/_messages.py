@@ -134,6 +134,10 @@ class Family(Word):
     TAGCUSTOM48H12 = "tagCustom48h12"
     TAGSTANDARD52H13 = "tagStandard52h13"
     CHESSBOARD = "chessboard"
+    TAGCIRCLE21H7 = "tagCircle21h7"
+    TAGCIRCLE49H12 = "tagCircle49h12"
+    ARUCO_MIP_16H3 = "aruco-mip-16h3"
+    ARUCO_MIP_25H7 = "aruco-mip-25h7"
 
 
 @dataclass(frozen=True)

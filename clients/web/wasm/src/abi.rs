@@ -24,7 +24,7 @@ pub const TAG_FIGURES: usize = 24;
 pub const POSE_FIGURES: usize = 8;
 
 /// The largest image with four bytes a pixel.
-const MAX_PIXEL_BYTES: usize = 4 * Image::MAX_WIDTH * Image::MAX_HEIGHT;
+const MAX_PIXEL_BYTES: usize = 4 * Image::MAX_PIXELS;
 const MAX_TEXT_BYTES: usize = 4096;
 
 #[derive(Default)]

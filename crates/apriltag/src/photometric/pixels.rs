@@ -29,11 +29,14 @@ pub(super) struct Group {
     pub(super) grey: [f32; GROUP],
 }
 
-/// A pixel packed into an integer: column in the lowest bits, row from bit [`ROW`], grey value from bit [`GREY`].
+/// A pixel packed into an integer: column from that of the first tile in the lowest bits, row likewise from bit
+/// [`ROW`], grey value from bit [`GREY`].
 type PackedPixel = u32;
-const ROW: u32 = Image::MAX_WIDTH.ilog2();
+const ROW: u32 = 12;
 const GREY: u32 = 2 * ROW;
-const _: () = assert!(Image::MAX_HEIGHT <= 1 << ROW && Image::MAX_WIDTH <= 1 << ROW);
+
+/// Extent of a tag in pixels up to which its pixels can be packed.
+const MOST_EXTENT_PX: f32 = ((1 << ROW) - 2 * TILE) as f32;
 
 /// Offset of each pixel of a tile from its first one, column by column.
 const ASIDE: [PackedPixel; AREA] = {
@@ -57,6 +60,8 @@ struct Tile {
 #[derive(Debug)]
 pub(super) struct Pixels {
     groups: Vec<Group>,
+    /// Column and row from which packed ones count.
+    origin: [usize; 2],
     /// The selected pixels.
     packed: Box<[PackedPixel; MOST + AREA]>,
     /// As many as the largest image so far can have.
@@ -73,10 +78,11 @@ impl Default for Pixels {
     fn default() -> Self {
         Self {
             groups: Vec::with_capacity(MAX_GROUPS),
+            origin: [0; 2],
             packed: Box::new([0; MOST + AREA]),
             tiles: Vec::new(),
             n_tiles: 0,
-            steep: vec![[0; TILE]; Image::MAX_WIDTH / TILE],
+            steep: Vec::new(),
         }
     }
 }
@@ -87,6 +93,8 @@ impl Pixels {
         let most = width.div_ceil(TILE) * height.div_ceil(TILE);
         self.tiles
             .resize(self.tiles.len().max(most), Tile::default());
+        let columns = self.steep.len().max(width.div_ceil(TILE));
+        self.steep.resize(columns, [0; TILE]);
     }
 
     pub(super) fn groups(&self) -> &[Group] {
@@ -94,7 +102,7 @@ impl Pixels {
     }
 
     /// Selects the pixels of a tag with this outline, contrast and total length of edges. In a sharp image, more pixels
-    /// than that length are steep.
+    /// than that length are steep. `None` for a tag that is too large.
     #[inline(always)]
     pub(super) fn choose(
         &mut self,
@@ -102,7 +110,9 @@ impl Pixels {
         outline: &Quad,
         contrast: f32,
         edges_px: f32,
-    ) {
+    ) -> Option<()> {
+        self.origin = origin(image, outline)?;
+        let from = self.origin.map(|at| at as f32);
         let mut n_steep = 0;
         for steep in STEEP {
             if n_steep as f32 <= edges_px {
@@ -121,12 +131,13 @@ impl Pixels {
             };
             for i in 0..GROUP {
                 let bits = |from: u32, n: u32| (packed[i] >> from & ((1 << n) - 1)) as i32 as f32;
-                group.x[i] = bits(0, ROW);
-                group.y[i] = bits(ROW, ROW);
+                group.x[i] = from[0] + bits(0, ROW);
+                group.y[i] = from[1] + bits(ROW, ROW);
                 group.grey[i] = bits(GREY, u8::BITS);
             }
             self.groups.push(group);
         }
+        Some(())
     }
 
     /// Lists the pixels of the marked tiles, or of a subset of these. Returns how many pixels are listed.
@@ -143,8 +154,8 @@ impl Pixels {
                 continue;
             }
             due -= 1.0;
-            let (x, y) = (first % (1 << ROW), first >> ROW);
-            let pixels = &pixels[y as usize * stride + x as usize..];
+            let [x, y] = [first % (1 << ROW), first >> ROW].map(|at| at as usize);
+            let pixels = &pixels[(self.origin[1] + y) * stride + self.origin[0] + x..];
             let mut steep = steep | SAMPLE;
             while steep != 0 {
                 let at = steep.trailing_zeros() as usize % AREA;
@@ -171,7 +182,7 @@ impl Pixels {
         self.n_tiles = 0;
         for y in (top..=bottom.min(end)).step_by(TILE) {
             // Columns at which tiles begin.
-            let (mut left, mut right) = (1.0_f32, first as f32);
+            let (mut left, mut right) = (self.origin[0] as f32, first as f32);
             for Line { normal, offset } in sides.iter().flatten() {
                 let beyond = offset + NEARLY_PX - normal[1] * (y as f32 + MIDDLE);
                 let bound = beyond / normal[0] - MIDDLE;
@@ -202,7 +213,8 @@ impl Pixels {
             let rows = [&above[left - 1..], &here[left - 1..], &below[left - 1..]];
             mark_steep(rows, least, 1 << k, steep.as_flattened_mut());
         }
-        let mut first = (left | y << ROW) as PackedPixel;
+        let [x, row] = [left - self.origin[0], y - self.origin[1]];
+        let mut first = (x | row << ROW) as PackedPixel;
         let tiles = &mut self.tiles[self.n_tiles..][..columns];
         let mut n = 0;
         for &steep in &steep[..columns] {
@@ -224,6 +236,22 @@ impl Pixels {
             }
         }
     }
+}
+
+/// A column and row from which the pixels within an outline, or nearly so, can be packed; `None` if it extends too far.
+fn origin(image: &Image<'_>, outline: &Quad) -> Option<[usize; 2]> {
+    let ends = [image.width(), image.height()].map(|size| (size - 1) as f32);
+    let mut origin = [1; 2];
+    for (axis, end) in ends.into_iter().enumerate() {
+        let at = outline.map(|corner| corner[axis].clamp(0.0, end));
+        let first = at.into_iter().fold(end, f32::min);
+        let last = at.into_iter().fold(0.0, f32::max);
+        if last - first > MOST_EXTENT_PX {
+            return None;
+        }
+        origin[axis] = (first as usize).saturating_sub(TILE).max(1);
+    }
+    Some(origin)
 }
 
 /// A bit for each pixel of a tile, column by column.

@@ -4,6 +4,14 @@ use crate::homography::{POINTS, Points};
 use sextant_tag_families::{Board, FamilyData};
 use std::ops::Range;
 
+/// Points over a bit.
+pub(super) const SPREAD: usize = 8;
+
+/// Their distances from its centre, alternately, and the angle of the first one: no line along rows, columns or
+/// diagonals hits two.
+const SPREAD_AT: [f32; 2] = [0.32, 0.2];
+const SPREAD_FROM: f32 = 0.2;
+
 /// Most sampled modules, which a byte can count.
 pub(super) const MAX_MODULES: usize = 256;
 
@@ -12,8 +20,12 @@ pub(super) struct ModuleLayout {
     /// Centres of the modules on the square -1..1 of the border. Border and ring are padded to whole blocks, and so are
     /// the bits; padding is ignored.
     pub(super) places: Vec<[Points; 2]>,
+    /// Border and ring, the latter close to the border.
+    pub(super) narrow_rim: Vec<[Points; 2]>,
     /// Four points around the centre of each bit.
     pub(super) around: [Vec<[Points; 2]>; 4],
+    /// Points all over each bit, of which no narrow line hits many.
+    pub(super) spread: [Vec<[Points; 2]>; SPREAD],
     /// The outermost ring of modules of the border.
     pub(super) border: Ring,
     /// The ring around the border.
@@ -72,10 +84,18 @@ impl ModuleLayout {
         modules.resize(ring.modules.end.next_multiple_of(POINTS), [0, 0]);
         let bits = modules.len()..modules.len() + data.bits.len();
         modules.extend(data.bits.iter().map(|&(x, y)| [i16::from(x), i16::from(y)]));
+        let places = blocks(&modules, [0.0; 2], width);
         let around = [[-0.2, -0.2], [0.2, -0.2], [-0.2, 0.2], [0.2, 0.2]];
         Self {
+            narrow_rim: close_to_border(&places[..bits.start / POINTS], width),
             rim: Rim::new(&modules[bits.clone()], width, thickness),
-            places: blocks(&modules, [0.0; 2], width),
+            places,
+            spread: std::array::from_fn(|i| {
+                let angle = SPREAD_FROM + i as f32 * std::f32::consts::FRAC_PI_4;
+                let (sin, cos) = angle.sin_cos();
+                let away = SPREAD_AT[i % 2];
+                blocks(&modules[bits.clone()], [away * cos, away * sin], width)
+            }),
             around: around.map(|aside| blocks(&modules[bits.clone()], aside, width)),
             beside: bits
                 .clone()
@@ -168,6 +188,15 @@ fn thickness(data: &FamilyData) -> i16 {
     let within = |x: i8| x > 0 && x < data.border_width as i8 - 1;
     let bits = data.bits.iter().filter(|(x, y)| within(*x) && within(*y));
     i16::from(bits.map(|(x, y)| *x.min(y)).min().unwrap_or(1))
+}
+
+/// Places of border and ring with those beyond the border moved to a quarter of a module from it.
+fn close_to_border(places: &[[Points; 2]], width: i16) -> Vec<[Points; 2]> {
+    let most = 1.0 + 0.5 / f32::from(width);
+    let moved = |at: &f32| at.clamp(-most, most);
+    let block =
+        |block: &[Points; 2]| [0, 1].map(|axis| std::array::from_fn(|i| moved(&block[axis][i])));
+    places.iter().map(block).collect()
 }
 
 /// Centre of a column or row of modules on the square -1..1.

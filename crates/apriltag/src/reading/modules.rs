@@ -1,7 +1,7 @@
 //! What is seen of a tag's modules, and what black and white are all over the tag: planes through the greys of its
 //! border and of the ring around it, as in AprilTag 2 (Wang & Olson, IROS 2016).
 
-use super::layout::{MAX_MODULES, ModuleLayout, Rim, RimBit, Ring};
+use super::layout::{MAX_MODULES, ModuleLayout, Rim, RimBit, Ring, SPREAD};
 use crate::Rejection;
 use crate::homography::{Homography, POINTS, Points};
 use crate::kernels::sample;
@@ -17,6 +17,15 @@ pub(super) const USUAL_BLUR_PX: f32 = 0.75;
 
 /// Width of a module from which on corners a pixel off leave its middle within it, and blur leaves it its grey.
 const ROOMY_PX: f32 = 4.0;
+
+/// How wide the ring around a border is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum RimWidth {
+    /// A module, as the family has it.
+    Module,
+    /// Half a module or less: something else is close.
+    Narrow,
+}
 
 /// The modules of a family as they lie within a quad.
 pub(super) struct Modules<'a> {
@@ -41,15 +50,15 @@ impl<'a> Modules<'a> {
         view: &'a ImageView<'a>,
         layout: &'a ModuleLayout,
         quad: &Quad,
+        rim: RimWidth,
     ) -> Result<Self, Rejection> {
         let map = Homography::square_to_quad(quad).ok_or(Rejection::Shape)?;
         let mut above = [0.0; MAX_MODULES];
-        sample(
-            view.image,
-            &map,
-            &layout.places[..layout.ring_blocks()],
-            &mut above,
-        );
+        let places = match rim {
+            RimWidth::Module => &layout.places[..layout.ring_blocks()],
+            RimWidth::Narrow => &layout.narrow_rim,
+        };
+        sample(view.image, &map, places, &mut above);
         let plane = |ring: &Ring| {
             let plane = GreyPlane::fit(&above[ring.modules.clone()], ring);
             plane.ok_or(Rejection::FaintBorder)
@@ -123,9 +132,14 @@ impl<'a> Modules<'a> {
         !(left && right || top && bottom)
     }
 
+    /// Width of a module across its narrower side, in pixels.
+    pub(super) fn narrowest_px(&self) -> f32 {
+        self.size_px[0].min(self.size_px[1])
+    }
+
     /// Whether corners a pixel off can spoil what is read.
     pub(super) fn are_small(&self) -> bool {
-        self.size_px[0].min(self.size_px[1]) < ROOMY_PX
+        self.narrowest_px() < ROOMY_PX
     }
 
     /// The middles of the modules that carry bits. Says whether all lie in the image.
@@ -137,6 +151,22 @@ impl<'a> Modules<'a> {
         sample(self.view.image, &self.map, places, above);
         self.threshold.take_from(above, places);
         !above[..bits.len()].iter().any(|above| above.is_nan())
+    }
+
+    /// The bits by the mean over each, without what a line or a spot on it makes darkest or brightest: of the points
+    /// over it, the middle half.
+    pub(super) fn spread_bits(&mut self) {
+        let mut greys = [[0.0; MAX_MODULES]; SPREAD];
+        for (greys, places) in greys.iter_mut().zip(&self.layout.spread) {
+            sample(self.view.image, &self.map, places, greys);
+            self.threshold.take_from(greys, places);
+        }
+        for (i, above) in self.above[self.layout.bits.clone()].iter_mut().enumerate() {
+            let mut of_bit = greys.map(|greys| greys[i]);
+            of_bit.sort_unstable_by(f32::total_cmp);
+            let middle = &of_bit[SPREAD / 4..SPREAD - SPREAD / 4];
+            *above = middle.iter().sum::<f32>() / middle.len() as f32;
+        }
     }
 
     /// The observed code word and its margin: the mean distance from the threshold of the weaker colour.
@@ -196,7 +226,7 @@ impl<'a> Modules<'a> {
             return true;
         }
         let white = own.max(self.seen_above_black(code, of_other));
-        let is_least = self.size_px[0].min(self.size_px[1]) < LEAST_PX;
+        let is_least = self.narrowest_px() < LEAST_PX;
         match rim.shows_white {
             true => between >= LEAST_WHITE[usize::from(is_least)] * white,
             false => between <= MOST_BLACK * white,

@@ -48,8 +48,15 @@ mod tests {
 
     #[test]
     fn the_bands_reach_into_one_another_from_top_to_bottom() {
-        let pixels = vec![0; 4096 * 3072];
-        for (width, height) in [(16, 128), (17, 129), (640, 480), (752, 479), (4096, 3072)] {
+        let pixels = vec![0; 32_768 * 4096];
+        for (width, height) in [
+            (16, 128),
+            (17, 129),
+            (640, 480),
+            (752, 479),
+            (3072, 4096),
+            (32_768, 4096),
+        ] {
             let image = Image::new(&pixels, width, height, width).unwrap();
             let mut scan = Scan::default();
             let mut bottom = height / SHARED;

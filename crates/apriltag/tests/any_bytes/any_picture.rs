@@ -78,7 +78,7 @@ fn options(bytes: &mut Bytes<'_>) -> Options {
 /// size that there is.
 fn picture(families: &[Family], bytes: &mut Bytes<'_>) -> Picture {
     let (widest, highest) = match bytes.byte() {
-        0 => (Image::MAX_WIDTH, Image::MAX_HEIGHT),
+        0 => (4096, 4096),
         1..16 => (800, 600),
         _ => (200, 200),
     };

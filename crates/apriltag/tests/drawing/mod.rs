@@ -33,6 +33,8 @@ pub struct Tag {
     pub share: f64,
     /// White between the squares of a ChArUco board on either side of an edge, as a share of it.
     pub gap: f64,
+    /// Whether black squares touch the tag's corners, as they do on an AprilGrid.
+    pub touched: bool,
 }
 
 /// What the detector finds in a square picture with these families.
@@ -78,6 +80,7 @@ impl Tag {
             margin: 1.0,
             share: 0.3,
             gap: 0.0,
+            touched: false,
         }
     }
 
@@ -150,7 +153,12 @@ impl Tag {
                 });
                 is_beside && is_inside && (square[0] + square[1]) % 2 != 0
             }
-            Some(Board::Chessboard) | None => false,
+            Some(Board::Chessboard) | None => {
+                self.touched
+                    && beyond
+                        .iter()
+                        .all(|beyond| (0.0..self.share).contains(beyond))
+            }
         }
     }
 }

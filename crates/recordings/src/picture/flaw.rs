@@ -1,7 +1,7 @@
 //! Why a picture cannot be used.
 
-/// More memory than any picture that a camera here takes; a malicious one asks for more.
-pub(super) const MAX_BYTES: usize = 256 << 20;
+/// The largest picture that a detector takes, with three colours; a malicious one asks for more.
+pub(super) const MAX_BYTES: usize = 3 << 27;
 
 /// What is wrong, and what to do.
 #[derive(Debug)]

@@ -37,7 +37,8 @@ pub(super) struct Samples {
 }
 
 impl Samples {
-    /// In the memory of the samples. Alpha is ignored; more than 8 bits are scaled by the brightest pixel.
+    /// In the memory of the samples. What is transparent becomes white; more than 8 bits are scaled to the range that
+    /// is in them.
     pub(super) fn into_grey(mut self) -> GreyImage {
         let bytes = &mut self.bytes;
         let channels = self.channels.max(1);
@@ -69,28 +70,66 @@ fn in_place(bytes: &mut Vec<u8>, stride: usize, grey: impl Fn(&[u8]) -> u8) {
 }
 
 fn from_bytes(bytes: &mut Vec<u8>, channels: usize) {
-    in_place(bytes, channels, |pixel| match *pixel {
-        [red, green, blue, ..] => luma([red, green, blue].map(u32::from)) as u8,
-        [grey, ..] => grey,
-        [] => 0,
+    in_place(bytes, channels, |pixel| {
+        let values = pixel.iter().map(|&value| u32::from(value));
+        on_white(values, 255) as u8
     });
 }
 
-/// Black stays at 0. A picture of no more than 8 bits stays as it is; of any other the brightest pixel becomes white.
+/// Grey of a pixel of one to four channels, before paper of this value.
+fn on_white(mut channels: impl ExactSizeIterator<Item = u32>, white: u32) -> u32 {
+    let n = channels.len();
+    let mut next = || channels.next().unwrap_or(0);
+    let grey = match n {
+        1 | 2 => next(),
+        _ => luma([next(), next(), next()]),
+    };
+    match n {
+        // Of sixteen bits the products exceed those of an integer of 32.
+        2 | 4 => {
+            let [grey, alpha, white] = [grey, next(), white].map(u64::from);
+            ((grey * alpha + white * (white - alpha) + white / 2) / white) as u32
+        }
+        _ => grey,
+    }
+}
+
+/// The darkest pixels become black and the brightest white, but for one in [`OUTSTANDING`] each, which may be defects.
 fn from_deep(bytes: &mut Vec<u8>, channels: usize, value: fn([u8; 2]) -> u16) {
     let grey = |pixel: &[u8]| {
-        let channel = |at: usize| u32::from(value([pixel[2 * at], pixel[2 * at + 1]]));
-        match channels {
-            1 | 2 => channel(0),
-            _ => luma([channel(0), channel(1), channel(2)]),
-        }
+        let channels = pixel.as_chunks().0.iter();
+        on_white(
+            channels.map(|bytes| u32::from(value(*bytes))),
+            u16::MAX.into(),
+        )
     };
     let stride = 2 * channels;
-    let brightest = bytes.chunks_exact(stride).map(grey).max().unwrap_or(0);
-    let white = brightest.max(255);
+    let mut counts = vec![0_u32; 1 << 16];
+    for pixel in bytes.chunks_exact(stride) {
+        counts[grey(pixel) as usize] += 1;
+    }
+    let few = bytes.len() / stride / OUTSTANDING;
+    let (black, white) = (
+        beyond_few(counts.iter(), few),
+        u32::from(u16::MAX) - beyond_few(counts.iter().rev(), few),
+    );
+    let range = white.saturating_sub(black).max(1);
     in_place(bytes, stride, |pixel| {
-        ((grey(pixel) * 255 + white / 2) / white) as u8
+        let above = grey(pixel).clamp(black, black.max(white)) - black;
+        ((above * 255 + range / 2) / range) as u8
     });
+}
+
+/// See [`from_deep`].
+const OUTSTANDING: usize = 5_000;
+
+/// Index of the first value with which there are more than a few.
+fn beyond_few<'a>(counts: impl Iterator<Item = &'a u32>, few: usize) -> u32 {
+    let sums = counts.scan(0, |sum, &count| {
+        *sum += count as usize;
+        Some(*sum)
+    });
+    sums.take_while(|&sum| sum <= few).count() as u32
 }
 
 /// 1 becomes white, or what is brighter.
@@ -138,24 +177,39 @@ mod tests {
     }
 
     #[test]
-    fn alpha_is_ignored() {
-        assert_eq!(grey(2, Depth::Eight, vec![9, 0, 8, 255]), [9, 8]);
+    fn what_is_transparent_is_white() {
+        assert_eq!(grey(2, Depth::Eight, vec![9, 0, 8, 255]), [255, 8]);
         let colours = vec![255, 0, 0, 0, 0, 0, 255, 255];
-        assert_eq!(grey(4, Depth::Eight, colours), [76, 29]);
+        assert_eq!(grey(4, Depth::Eight, colours), [255, 29]);
     }
 
     #[test]
-    fn deep_pictures_are_scaled_by_their_brightest_pixel() {
+    fn deep_pictures_are_scaled_to_their_range() {
         let deep = |values: &[u16]| values.iter().flat_map(|v| v.to_be_bytes()).collect();
         let big = Depth::SixteenBigEndian;
         assert_eq!(grey(1, big, deep(&[0, 4095])), [0, 255]);
-        assert_eq!(grey(1, big, deep(&[4094, 2047])), [255, 128]);
-        assert_eq!(grey(1, big, deep(&[7, 255])), [7, 255]);
-        assert_eq!(grey(2, big, deep(&[1000, 9, 500, 65535])), [255, 128]);
+        assert_eq!(grey(1, big, deep(&[29_315, 29_310])), [255, 0]);
+        assert_eq!(grey(1, big, deep(&[1000, 1000])), [0, 0]);
+        assert_eq!(grey(2, big, deep(&[1000, 0, 500, 65535])), [255, 0]);
         assert_eq!(
             grey(3, big, deep(&[65535, 0, 0, 65535, 65535, 65535])),
-            [76, 255]
+            [0, 255]
         );
+    }
+
+    #[test]
+    fn a_hot_pixel_leaves_the_others_their_range() {
+        let mut values = vec![30_000_u16; 10_000];
+        values[..5_000].fill(29_000);
+        values[77] = u16::MAX;
+        let samples = Samples {
+            size: [100, 100],
+            channels: 1,
+            depth: Depth::SixteenBigEndian,
+            bytes: values.iter().flat_map(|v| v.to_be_bytes()).collect(),
+        };
+        let pixels = samples.into_grey().pixels;
+        assert_eq!((pixels[0], pixels[77], pixels[9_000]), (0, 255, 255));
     }
 
     #[cfg(feature = "pictures")]

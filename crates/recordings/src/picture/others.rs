@@ -247,8 +247,8 @@ mod tests {
     fn pnm_as_text_and_of_twelve_bits_is_read() {
         let text = read(b"P2\n# a comment\n2 1\n255\n7 200\n").unwrap();
         assert_eq!(text.pixels, [7, 200]);
-        let deep = read(b"P5 2 1 4095\n\x0f\xff\x07\xff").unwrap();
-        assert_eq!(deep.pixels, [255, 127]);
+        let deep = read(b"P5 3 1 4095\n\x0f\xff\x07\xff\0\0").unwrap();
+        assert_eq!(deep.pixels, [255, 127, 0]);
     }
 
     #[test]
@@ -283,7 +283,7 @@ mod tests {
     #[test]
     fn a_picture_that_asks_for_much_memory_is_refused() {
         let message = complaint(b"P6 60000 60000 255\n");
-        assert!(message.contains("more than 256 MB"), "{message}");
+        assert!(message.contains("more than 384 MB"), "{message}");
     }
 
     proptest! {
