@@ -3,16 +3,17 @@
 //! A file is replaced atomically, and only by another version of what is in it; former versions stay beside it as
 //! `<name>.former`, `<name>.former.2` and so on. A new object gets the file `objects/<object>.toml` beside
 //! `fusion.toml`, whose list of objects follows; everything else in `fusion.toml` stays as it is. `fusion.toml.version`
-//! says which version of the models the files hold: files that were edited since are of no version.
+//! says which version of the models the files hold: files that were edited since are of no version. While a change is
+//! written, `fusion.toml.change` holds all of it: see [`crate::journal`].
 
 use crate::camera_settings;
 use crate::config::FusionConfig;
 use crate::formers::{Former, Formers};
+use crate::journal::{Journal, RecordText};
 use crate::models::{Change, ModelsInForce};
-use crate::replica::KeepJob;
-use serde::{Deserialize, Serialize};
+use crate::replica::{KeepJob, ModelsRecord};
 use sextant_process::{Exit, WithExit};
-use sextant_proto::{ModelsState, ModelsVersion, NodeId, limits};
+use sextant_proto::limits;
 use sextant_site_files::{
     FileError, assumptions, former_of, keep_object, keep_rig, object_file, read_object, read_rig,
     read_text, read_toml, retire_object, with_value, write_keeping_former, write_toml,
@@ -25,6 +26,7 @@ use std::time::UNIX_EPOCH;
 #[derive(Debug)]
 pub struct ModelFiles {
     config: PathBuf,
+    journal: Journal,
     folder: PathBuf,
     rig: PathBuf,
     settings: PathBuf,
@@ -32,24 +34,12 @@ pub struct ModelFiles {
     objects: Vec<(PathBuf, ObjectId)>,
     /// Where objects were that may come back.
     removed: Vec<(PathBuf, ObjectId)>,
-}
-
-/// Which version of the models the files hold, as written.
-#[derive(Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Record {
-    /// Changes since the first version.
-    counter: u64,
-    /// When the last change was made, ns since the Unix epoch.
-    t_ns: u64,
-    /// The fusion node that made it.
-    author: NodeId,
-    /// Of the models, hexadecimal: TOML has no unsigned numbers of 64 bits.
-    fingerprint: String,
+    /// A change that was interrupted and cannot be completed now: it is in force all the same.
+    interrupted: Option<KeepJob>,
 }
 
 impl ModelFiles {
-    /// Reads the models that a configuration names.
+    /// Reads the models that a configuration names, and completes a change that was interrupted.
     ///
     /// # Errors
     /// [`Exit::Input`] for a file that is missing or wrong.
@@ -71,24 +61,55 @@ impl ModelFiles {
             files.push((file.clone(), object.id().clone()));
             objects.push(object);
         }
-        let files = Self {
+        let mut files = Self {
             config: config_file.to_owned(),
+            journal: Journal::new(config_file),
             folder,
             rig: config.rig.clone(),
             settings: config.cameras.clone(),
             objects: files,
             removed: Vec::new(),
+            interrupted: None,
         };
         let settings = camera_settings::read(&files.folder.join(&files.settings));
         let settings = settings.exit_with(Exit::Input)?;
-        Ok((
-            files,
-            ModelsInForce {
-                rig,
-                objects,
-                settings,
-            },
-        ))
+        let models = ModelsInForce {
+            rig,
+            objects,
+            settings,
+        };
+        let models = files.complete_interrupted(models)?;
+        Ok((files, models))
+    }
+
+    /// The models after a change that was interrupted, which is completed.
+    fn complete_interrupted(&mut self, models: ModelsInForce) -> anyhow::Result<ModelsInForce> {
+        let Some(job) = self.journal.interrupted().exit_with(Exit::Input)? else {
+            return Ok(models);
+        };
+        let after = models.changed(&job.changes).exit_with(Exit::Input)?;
+        let version = job.record.state.version.as_ref();
+        let (counter, author) = (
+            version.map(|version| version.counter),
+            version.map(|version| version.author.as_str()),
+        );
+        match self.write(&job).and_then(|()| self.journal.end()) {
+            Ok(()) => tracing::warn!(
+                counter,
+                author,
+                "this node was ended in the middle of a change of its files: the change is completed"
+            ),
+            Err(cause) => {
+                tracing::error!(
+                    counter,
+                    author,
+                    "this node was ended in the middle of a change of its files: the change is in force, and not in \
+                     all files yet: {cause:#}"
+                );
+                self.interrupted = Some(job);
+            }
+        }
+        Ok(after.unwrap_or(models))
     }
 
     /// The former versions beside the files, as of the time when these replaced them. What cannot be read is left out.
@@ -105,23 +126,24 @@ impl ModelFiles {
     }
 
     /// The version of the models that was written last; none where none was, or it cannot be read.
-    pub fn record(&self) -> Option<ModelsState> {
+    pub fn record(&self) -> Option<ModelsRecord> {
+        if let Some(job) = &self.interrupted {
+            return Some(job.record.clone());
+        }
         let file = self.record_file();
         if !file.exists() {
             return None;
         }
-        let record: Record = read_toml(&file)
+        let record: RecordText = read_toml(&file)
             .inspect_err(|cause| tracing::warn!("the files count as edited: {cause:#}"))
             .ok()?;
-        let version = ModelsVersion {
-            counter: record.counter,
-            t_ns: record.t_ns,
-            author: record.author,
-        };
-        Some(ModelsState {
-            version: Some(version),
-            fingerprint: u64::from_str_radix(&record.fingerprint, 16).unwrap_or_default(),
-        })
+        Some(record.into())
+    }
+
+    /// What is in force and not in the files.
+    pub fn unwritten(&self) -> Vec<Change> {
+        let interrupted = self.interrupted.as_ref();
+        interrupted.map_or(Vec::new(), |job| job.changes.clone())
     }
 
     fn record_file(&self) -> PathBuf {
@@ -130,34 +152,44 @@ impl ModelFiles {
         name.into()
     }
 
-    /// Writes changes to the files, all or none, and then the version of the models that the files hold.
+    /// Writes changes to the files, all or none, and then the version of the models that the files hold. A process that
+    /// ends meanwhile leaves a journal behind, by which the next one completes them; and so does a job without
+    /// [`KeepJob::undo`] that fails, whose changes are in force.
     ///
     /// # Errors
     /// What the system refuses, and a file in the way that is something else.
     pub fn keep_all(&mut self, job: &KeepJob) -> Result<(), FileError> {
-        let kept = job.changes.iter().try_for_each(|change| self.keep(change));
-        let kept = kept.and_then(|()| self.keep_record(&job.record));
+        if job.changes.is_empty() {
+            return self.keep_record(&job.record);
+        }
+        self.journal.begin(job)?;
+        let kept = self.write(job);
         if kept.is_err() {
             for change in &job.undo {
                 if let Err(cause) = self.keep(change) {
                     tracing::error!("what was written before cannot be taken back: {cause:#}");
                 }
             }
+            if job.undo.is_empty() {
+                return kept;
+            }
         }
-        kept
+        let ended = self.journal.end();
+        kept.and(ended)
     }
 
-    fn keep_record(&self, state: &ModelsState) -> Result<(), FileError> {
-        let Some(version) = &state.version else {
+    fn write(&mut self, job: &KeepJob) -> Result<(), FileError> {
+        job.changes
+            .iter()
+            .try_for_each(|change| self.keep(change))?;
+        self.keep_record(&job.record)
+    }
+
+    fn keep_record(&self, record: &ModelsRecord) -> Result<(), FileError> {
+        if record.state.version.is_none() && record.newer.is_none() {
             return Ok(());
-        };
-        let record = Record {
-            counter: version.counter,
-            t_ns: version.t_ns,
-            author: version.author.clone(),
-            fingerprint: format!("{:016x}", state.fingerprint),
-        };
-        write_toml(&self.record_file(), &record)
+        }
+        write_toml(&self.record_file(), &RecordText::from(record))
     }
 
     /// Writes a change to the files.
@@ -241,6 +273,7 @@ fn quoted(path: &Path) -> String {
 mod tests {
     use super::*;
     use crate::models::Payloads;
+    use sextant_proto::{ModelsState, ModelsVersion, NodeId};
     use sextant_site_files::{parse_object, parse_rig};
     use std::fs;
 
@@ -324,13 +357,16 @@ mod tests {
             .changed(std::slice::from_ref(&change))
             .unwrap()
             .unwrap();
-        let record = ModelsState {
-            version: Some(ModelsVersion {
-                counter: 3,
-                t_ns: 1_800_000_000_000_000_000,
-                author: NodeId::new("spare").unwrap(),
-            }),
-            fingerprint: Payloads::encode(&after).fingerprint(),
+        let record = ModelsRecord {
+            state: ModelsState {
+                version: Some(ModelsVersion {
+                    counter: 3,
+                    t_ns: 1_800_000_000_000_000_000,
+                    author: NodeId::new("spare").unwrap(),
+                }),
+                fingerprint: Payloads::encode(&after).fingerprint(),
+            },
+            newer: None,
         };
         let job = |changes: Vec<Change>| KeepJob {
             undo: after.changes_to(&models),
@@ -340,10 +376,16 @@ mod tests {
         files.keep_all(&job(vec![change.clone()])).unwrap();
         let (files, read) = site.read();
         assert_eq!(files.record(), Some(record.clone()));
-        assert_eq!(Payloads::encode(&read).fingerprint(), record.fingerprint);
+        assert_eq!(
+            Payloads::encode(&read).fingerprint(),
+            record.state.fingerprint
+        );
         fs::write(site.path("rig.toml"), RIG.replace("600.0", "601.0")).unwrap();
         let (mut files, edited) = site.read();
-        assert_ne!(Payloads::encode(&edited).fingerprint(), record.fingerprint);
+        assert_ne!(
+            Payloads::encode(&edited).fingerprint(),
+            record.state.fingerprint
+        );
 
         // One of two files cannot be written: neither is changed.
         fs::write(site.path("fusion.toml.version"), "counter = 3\n").unwrap();
@@ -384,6 +426,63 @@ mod tests {
             files.keep(&change).unwrap();
         }
         assert_eq!(cube(), before);
+    }
+
+    /// A process may end before any of the steps of a change: the next one has all of it or nothing.
+    #[test]
+    fn an_interrupted_change_is_completed_at_the_next_start() {
+        let two = RIG.to_owned() + &RIG.replace("north", "south");
+        let rig = Change::Rig(parse_rig(Path::new("r"), &two).unwrap());
+        let removal = Change::Removal(ObjectId::new("cube").unwrap());
+        let north = sextant_proto::CameraSettings {
+            rate_hz: Some(29.97),
+            ..sextant_proto::CameraSettings::none("north".parse().unwrap())
+        };
+        let changes = vec![
+            removal,
+            rig,
+            change("ball", 1),
+            change("fusion", 7),
+            Change::Camera(north),
+        ];
+        for n_written in 0..=changes.len() {
+            let site = SiteFolder::new();
+            let (mut files, models) = site.read();
+            let after = models.changed(&changes).unwrap().unwrap();
+            let job = KeepJob {
+                changes: changes.clone(),
+                undo: after.changes_to(&models),
+                record: ModelsRecord {
+                    state: ModelsState {
+                        version: Some(ModelsVersion {
+                            counter: 3,
+                            t_ns: 1,
+                            author: NodeId::new("main").unwrap(),
+                        }),
+                        fingerprint: Payloads::encode(&after).fingerprint(),
+                    },
+                    newer: None,
+                },
+            };
+            files.journal.begin(&job).unwrap();
+            for change in &changes[..n_written] {
+                files.keep(change).unwrap();
+            }
+            for _ in 0..2 {
+                let (files, models) = site.read();
+                assert_eq!(models, after, "after {n_written}");
+                assert_eq!(files.record(), Some(job.record.clone()));
+                assert!(!site.path("fusion.toml.change").exists());
+            }
+        }
+        let site = SiteFolder::new();
+        fs::write(site.path("fusion.toml.change"), "half").unwrap();
+        let config: FusionConfig = read_toml(&site.path("fusion.toml")).unwrap();
+        let refused = ModelFiles::read(&site.path("fusion.toml"), &config).unwrap_err();
+        assert!(
+            format!("{refused:#}").contains("remove this file"),
+            "{refused:#}"
+        );
     }
 
     #[test]

@@ -13,7 +13,7 @@ use crate::models::{Change, ModelsInForce, Payloads};
 use crate::outbox::{Outbox, Publication};
 use crate::proposing::{self, Proposals};
 use crate::refusals::detail;
-use crate::replica::{Answered, Effect, KeepJob, Origin, Replica, Request};
+use crate::replica::{Answered, Effect, KeepJob, ModelsRecord, Origin, Replica, Request};
 use crate::requests;
 use crate::standby::{Duty, Standby};
 use crate::status::{Losses, StatusReporter};
@@ -30,6 +30,10 @@ use std::collections::VecDeque;
 
 /// Between two statuses.
 const STATUS_PERIOD_NS: u64 = 1_000_000_000;
+/// A node whose turns are so far apart stood still, ns: it waits for a tenth of a second at most.
+const STALL_NS: u64 = 300_000_000;
+/// What waits after a stall is read within, ns.
+const STALL_LASTS_NS: u64 = 2_000_000_000;
 /// After a refinement was refused, ns.
 const REFUSED_REST_NS: u64 = 60_000_000_000;
 /// Most notices of nodes whose models are old.
@@ -65,7 +69,9 @@ pub struct InitialState {
     /// Their former versions.
     pub formers: Formers,
     /// Which version of the models was written last.
-    pub record: Option<ModelsState>,
+    pub record: Option<ModelsRecord>,
+    /// What of the models is not in the files.
+    pub unwritten: Vec<Change>,
     /// The fusion nodes that are alive.
     pub others: Vec<NodeId>,
     /// Quality of the host's clock.
@@ -107,6 +113,12 @@ pub struct FusionCore {
     max_age_s: f64,
     /// When the last input came, monotonic.
     handled_ns: u64,
+    /// When the last turn ended, monotonic.
+    turned_ns: u64,
+    /// Until then the node is late itself, after it stood still; monotonic.
+    stalled_until_ns: u64,
+    /// Whether it was logged that this node has to publish and may not.
+    is_stuck: bool,
     /// When a request came whose turn is not over, monotonic.
     requested_ns: Option<u64>,
     /// Monotonic.
@@ -135,6 +147,7 @@ impl FusionCore {
             models,
             formers,
             record,
+            unwritten,
             others,
             clock,
         } = initial;
@@ -147,6 +160,7 @@ impl FusionCore {
             false => Company::Others,
         };
         let posed = posed_objects(&models.rig, &models.objects);
+        let unwritten = config.keep_changes.then_some(unwritten);
         let mut core = Self {
             machine,
             input_log: InputLog::new(node.clone()),
@@ -155,13 +169,16 @@ impl FusionCore {
             status: StatusReporter::new(node.clone(), posed.clone(), now.monotonic_ns),
             clocks: DriftEstimator::default(),
             outbox: Outbox::new(keys.clone(), node.clone(), posed),
-            replica: Replica::new(node.clone(), models, formers, record, config.keep_changes),
+            replica: Replica::new(node.clone(), models, formers, record, unwritten),
             estimates: VecDeque::new(),
             actions: VecDeque::new(),
             clock,
             refinement: config.refinement,
             max_age_s: config.max_age_s,
             handled_ns: now.monotonic_ns,
+            turned_ns: now.monotonic_ns,
+            stalled_until_ns: 0,
+            is_stuck: false,
             requested_ns: None,
             status_due_ns: now.monotonic_ns,
             applies_from_ns: 0,
@@ -249,6 +266,7 @@ impl FusionCore {
     /// The state of the link to the network, whether or not it has changed.
     pub(crate) fn link(&mut self, link: Link, now: Moment) {
         self.standby.link(link, now);
+        self.replica.link(link, now);
     }
 
     /// A fusion node has come or gone.
@@ -285,10 +303,11 @@ impl FusionCore {
     /// Publishes or stands by, as the other fusion nodes of the site leave it to this one. To be called before images
     /// are handed over.
     pub(crate) fn update_duty(&mut self, now: Moment) {
+        self.note_turn(now);
         let duty = self.standby.tick(self.replica.models(), now);
         let is_shared = self.standby.is_shared();
         match duty {
-            Some(Duty::Publish { epoch }) if !is_shared => {
+            Some(Duty::Publish { epoch }) if !is_shared && self.replica.is_current() => {
                 tracing::info!(epoch, "this node publishes the poses");
             }
             Some(Duty::StandBy) => {
@@ -302,6 +321,14 @@ impl FusionCore {
         if let Some(beat) = self.standby.poll_heartbeat(self.replica.state(), now) {
             self.outbox.heartbeat(&beat);
         }
+    }
+
+    /// A turn begins, or ends.
+    fn note_turn(&mut self, now: Moment) {
+        if now.monotonic_ns.saturating_sub(self.turned_ns) > STALL_NS {
+            self.stalled_until_ns = now.monotonic_ns + STALL_LASTS_NS;
+        }
+        self.turned_ns = now.monotonic_ns;
     }
 
     /// Epoch of the poses that this node publishes now; none while it stands by. Where objects are shared, of the node
@@ -324,6 +351,7 @@ impl FusionCore {
             now_ns: now.wall_ns,
             monotonic_ns: now.monotonic_ns,
             clock: self.clock,
+            is_stalled: now.monotonic_ns < self.stalled_until_ns,
         };
         let Some(admitted) = self.intake.take(&item.key, bytes, arrival) else {
             return;
@@ -348,6 +376,7 @@ impl FusionCore {
 
     /// Does what is due.
     pub(crate) fn tick(&mut self, now: Moment) {
+        self.note_turn(now);
         self.handled_ns = now.monotonic_ns;
         self.update_models(now);
         let task = self.machine.task();
@@ -386,14 +415,23 @@ impl FusionCore {
         if estimate.state == State::Tracking {
             self.standby.see(&estimate.object, now);
         }
+        // Models that are old for a moment are being taken over; poses by models that stay old are no poses.
+        let lost;
+        let (estimate, is_due) = match self.replica.is_stuck(now) {
+            true => {
+                lost = as_lost(estimate);
+                (&lost, true)
+            }
+            false => (estimate, self.replica.is_current()),
+        };
         let epoch = self.standby.epoch_of(&estimate.object, now);
-        let Some(epoch) = epoch.filter(|_| self.replica.is_current()) else {
+        let Some(epoch) = epoch.filter(|_| is_due) else {
             self.status.note_state(estimate);
             return;
         };
         let held_s = now.monotonic_ns.saturating_sub(self.handled_ns) as f64 * 1e-9;
         if held_s > self.max_age_s {
-            self.outbox.count_held_up(&estimate.object, held_s);
+            self.outbox.count_held_up();
         } else if self.outbox.pose(estimate, epoch, now.wall_ns) {
             self.status.count(estimate);
         }
@@ -424,6 +462,7 @@ impl FusionCore {
     /// Decides about changes where this node publishes the poses, and announces what is in force there.
     fn update_models(&mut self, now: Moment) {
         self.replica.tick(self.epoch(now).is_some(), now);
+        self.note_stuck(now);
         // Before what is to be announced.
         let announces = self.standby.leads() && self.replica.is_current();
         self.outbox
@@ -436,6 +475,21 @@ impl FusionCore {
                 Effect::Ask(node) => self.actions.push_back(Action::Ask(node)),
             }
         }
+    }
+
+    /// Logs once that this node has to publish, and has no models that it may publish by.
+    fn note_stuck(&mut self, now: Moment) {
+        let is_stuck = self.replica.is_stuck(now) && self.standby.leads();
+        if is_stuck && !self.is_stuck {
+            let newer = self.replica.outdated(now).next();
+            let newer = newer.map(|(_, newer)| newer.to_string());
+            tracing::error!(
+                newer,
+                "this node should publish the poses and does not have the newest rig and objects: \
+                 it publishes all objects as lost until it has them"
+            );
+        }
+        self.is_stuck = is_stuck;
     }
 
     /// Works from the models of the replica, which these changes have made.
@@ -520,9 +574,10 @@ impl FusionCore {
         self.clock = host.clock;
         self.status.namesakes = host.namesakes;
         self.status.epoch = self.standby.newest_epoch(now);
-        self.status.models = model_notices(&self.replica, now);
+        self.status.models = model_notices(&self.replica, &self.node, now);
         let losses = Losses {
             unread: host.unread,
+            held_up: self.outbox.held_up(),
             unpublished: self.outbox.unpublished().clone(),
         };
         let now_ns = now.monotonic_ns;
@@ -581,8 +636,16 @@ impl FusionCore {
     }
 }
 
+/// An estimate by models that are known to be old: the object is anywhere.
+fn as_lost(estimate: &ObjectEstimate) -> ObjectEstimate {
+    ObjectEstimate {
+        state: State::Lost,
+        ..estimate.clone()
+    }
+}
+
 /// What a person should know of the models.
-fn model_notices(replica: &Replica, now: Moment) -> Vec<Notice> {
+fn model_notices(replica: &Replica, node: &NodeId, now: Moment) -> Vec<Notice> {
     let outdated = replica
         .outdated(now)
         .map(|(node, newer)| Notice::OldModels {
@@ -593,7 +656,13 @@ fn model_notices(replica: &Replica, now: Moment) -> Vec<Notice> {
     let not_kept = replica.not_kept().map(|cause| Notice::NotKept {
         detail: detail(&cause),
     });
-    outdated.chain(not_kept).collect()
+    let set_aside = replica.set_aside().map(|one| Notice::SetAside {
+        node: node.clone(),
+        by: one.by.clone(),
+        t_ns: one.t_ns,
+        detail: one.detail.clone(),
+    });
+    outdated.chain(not_kept).chain(set_aside).collect()
 }
 
 #[cfg(test)]

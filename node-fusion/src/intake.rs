@@ -6,7 +6,8 @@
 use crate::ages::Ages;
 use sextant_process::ClockQuality;
 use sextant_proto::{
-    CameraIntake, ClockSource, InputSource, KeyRef, Keys, Notice, Observations, Rejections, decode,
+    CameraIntake, ClockSource, InputSource, KeyRef, Keys, MAX_SLOW_CAMERAS, Notice, Observations,
+    Rejections, decode,
 };
 use sextant_site_mirror::limits::SILENCE_NS;
 use sextant_site_model::{CameraId, ImageObservation};
@@ -74,6 +75,8 @@ pub struct Arrival {
     pub monotonic_ns: u64,
     /// Quality of this host's clock.
     pub clock: ClockQuality,
+    /// Whether this node is late itself: its machine stood still, or is too slow.
+    pub is_stalled: bool,
 }
 
 impl Arrival {
@@ -101,13 +104,26 @@ pub struct Counts {
     /// Observations that were too old on arrival.
     pub too_old: u64,
     ages: Ages,
-    /// Messages accepted and messages too old at the last status.
+    /// Of these, since the last status: by who was late.
+    late: Late,
+    /// Messages accepted at the last status.
     at_last_status: u64,
-    too_old_before: u64,
+    /// Clock of the last message.
+    clock_source: ClockSource,
     /// Messages that had arrived by the last status, read or not.
     arrived: u64,
     /// Time in which no message arrived, s.
     silent_s: f64,
+}
+
+/// Observations of one camera that were too old on arrival, since the last status, by who was late.
+#[derive(Debug, Default, Clone, Copy, PartialEq)]
+struct Late {
+    here: u64,
+    at_camera: u64,
+    on_the_way: u64,
+    /// Longest time that the camera's machine took, ns.
+    behind_ns: u64,
 }
 
 /// A camera that is silent for so long while others send is reported, s.
@@ -223,16 +239,43 @@ impl Intake {
         notices.collect()
     }
 
-    /// The cameras with new observations that were too old on arrival; since the last call of [`Self::cameras`].
+    /// Observations that were dropped because this node has read them late; since the last call of [`Self::cameras`].
+    #[must_use]
+    pub fn late_here(&self) -> u64 {
+        self.cameras.values().map(|counts| counts.late.here).sum()
+    }
+
+    /// The cameras with new observations that were too old on arrival, and not because of this node: since the last
+    /// call of [`Self::cameras`].
     #[must_use]
     pub fn late_cameras(&self) -> Vec<Notice> {
         let cameras = self.cameras.iter();
-        let late = cameras.filter(|(_, counts)| counts.too_old > counts.too_old_before);
-        let notices = late.map(|(camera, counts)| Notice::LateObservations {
+        let late = cameras
+            .clone()
+            .filter(|(_, counts)| counts.late.on_the_way > 0);
+        let late = late.map(|(camera, counts)| Notice::LateObservations {
             camera: camera.clone(),
             total: counts.too_old,
         });
-        notices.collect()
+        let slow = cameras.filter(|(_, counts)| counts.late.at_camera > 0);
+        let (slow, behind_ns): (Vec<CameraId>, Vec<u64>) = slow
+            .map(|(camera, counts)| (camera.clone(), counts.late.behind_ns))
+            .take(MAX_SLOW_CAMERAS)
+            .unzip();
+        let slow = behind_ns.iter().max().map(|ns| Notice::CamerasSlow {
+            cameras: slow,
+            behind_s: *ns as f64 * 1e-9,
+        });
+        late.chain(slow).collect()
+    }
+
+    /// The cameras whose images are of a recording: their stamps say nothing about clocks of now.
+    pub fn recorded_cameras(&self) -> impl Iterator<Item = &CameraId> {
+        let recorded = self
+            .cameras
+            .iter()
+            .filter(|(_, counts)| counts.clock_source == ClockSource::Recorded);
+        recorded.map(|(camera, _)| camera)
     }
 
     /// The status lines of every camera, with rates over the `elapsed_s` since the last call.
@@ -256,8 +299,12 @@ impl Counts {
             arrival.monotonic_ns,
             arrival.clocks_ns(message.clock),
         );
+        self.clock_source = message.clock.source;
         let is_too_old = u64::try_from(excess_ns).is_ok_and(|excess_ns| excess_ns > max_age_ns);
-        self.too_old += u64::from(is_too_old);
+        if is_too_old {
+            self.too_old += 1;
+            self.late.count(message, arrival, max_age_ns);
+        }
         is_too_old
     }
 
@@ -274,7 +321,7 @@ impl Counts {
     fn status(&mut self, camera: &CameraId, elapsed_s: f64) -> CameraIntake {
         let new = self.received - self.at_last_status;
         self.at_last_status = self.received;
-        self.too_old_before = self.too_old;
+        self.late = Late::default();
         CameraIntake {
             camera: camera.clone(),
             received: self.received,
@@ -288,6 +335,20 @@ impl Counts {
             } else {
                 0.0
             },
+        }
+    }
+}
+
+impl Late {
+    fn count(&mut self, message: &Observations, arrival: Arrival, max_age_ns: u64) {
+        let behind_ns = (message.timing.detected_ns).saturating_sub(message.capture_ns);
+        if arrival.is_stalled {
+            self.here += 1;
+        } else if behind_ns > max_age_ns / 2 {
+            self.at_camera += 1;
+            self.behind_ns = self.behind_ns.max(behind_ns);
+        } else {
+            self.on_the_way += 1;
         }
     }
 }
@@ -313,6 +374,7 @@ mod tests {
                 synchronised: true,
                 error_ns: 0,
             },
+            is_stalled: false,
         }
     }
 
@@ -356,6 +418,31 @@ mod tests {
         // By another clock the same age is usual.
         intake.clock_stepped();
         assert!(intake.take(&key, &usual, after(3_000_000_000)).is_some());
+    }
+
+    /// One cause, one notice: whoever was late is named, and nobody else.
+    #[test]
+    fn who_was_late_is_distinguished() {
+        let (mut intake, key) = intake();
+        let mut slow = decode::<Observations>(&message("north")).unwrap();
+        let usual = encode(&slow).unwrap();
+        slow.timing.detected_ns = slow.capture_ns + 2_500_000_000;
+        let slow = encode(&slow).unwrap();
+        let stalled = Arrival {
+            is_stalled: true,
+            ..after(3_000_000_000)
+        };
+        assert!(intake.take(&key, &usual, after(20_000_000)).is_some());
+        assert!(intake.take(&key, &usual, stalled).is_none());
+        assert_eq!((intake.late_here(), intake.late_cameras()), (1, vec![]));
+        assert_eq!(intake.cameras(1.0)[0].late, 1);
+        assert!(intake.take(&key, &slow, after(3_000_000_000)).is_none());
+        let cameras_slow = Notice::CamerasSlow {
+            cameras: vec![CameraId::new("north").unwrap()],
+            behind_s: 2.5,
+        };
+        assert_eq!(intake.late_cameras(), [cameras_slow]);
+        assert_eq!(intake.late_here(), 0);
     }
 
     #[test]

@@ -251,6 +251,20 @@ impl ModelsInForce {
         Ok(Some(after))
     }
 
+    /// Whether a change would change nothing.
+    #[must_use]
+    pub fn has(&self, change: &Change) -> bool {
+        match change {
+            Change::Rig(rig) => self.rig == *rig,
+            Change::Object(model) => self.objects.contains(model),
+            Change::Removal(id) => self.objects.iter().all(|object| object.id() != id),
+            Change::Camera(settings) if settings.is_none() => {
+                !self.settings.contains_key(&settings.camera)
+            }
+            Change::Camera(settings) => self.settings.get(&settings.camera) == Some(settings),
+        }
+    }
+
     /// The changes that make other models of these: removals first, since a tag may move from one object to another.
     #[must_use]
     pub fn changes_to(&self, after: &Self) -> Vec<Change> {

@@ -147,6 +147,7 @@ impl<'a> Process<'a> {
             models,
             formers,
             record,
+            unwritten: files.unwritten(),
             others: others.collect(),
             clock: ClockQuality::read(),
         };

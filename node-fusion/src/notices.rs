@@ -34,6 +34,23 @@ impl Notices {
         }
     }
 
+    /// Whether the node was late itself lately.
+    pub fn has_overload(&mut self, now_ns: u64) -> bool {
+        self.forget(now_ns);
+        let mut shown = self.shown.iter();
+        shown.any(|shown| matches!(shown.notice, Notice::Overload { .. }))
+    }
+
+    /// Drops what was said about late cameras: it was the node that was late.
+    pub fn drop_late(&mut self) {
+        self.shown.retain(|shown| {
+            !matches!(
+                shown.notice,
+                Notice::LateObservations { .. } | Notice::CamerasSlow { .. }
+            )
+        });
+    }
+
     /// What is shown at `now_ns`, the longest shown first.
     pub fn notices(&mut self, now_ns: u64) -> Vec<Notice> {
         self.forget(now_ns);

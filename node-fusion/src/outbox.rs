@@ -52,10 +52,11 @@ pub struct Outbox {
     /// Keys of the models in force that are announced; none while another node publishes the poses.
     announced: Option<BTreeSet<String>>,
     unpublished: Unpublished,
+    held_up: u64,
     queue: VecDeque<Publication>,
 }
 
-/// Messages dropped because a value was out of range, or because they were held up.
+/// Messages dropped because a value was out of range.
 #[derive(Debug, Default, Clone, PartialEq, Eq)]
 pub struct Unpublished {
     /// How many since the process started.
@@ -83,6 +84,7 @@ impl Outbox {
             former_objects: BTreeSet::new(),
             announced: None,
             unpublished: Unpublished::default(),
+            held_up: 0,
             queue: VecDeque::new(),
         }
     }
@@ -221,11 +223,14 @@ impl Outbox {
     }
 
     /// A pose that was held up in this node is not current any more: it is counted, and not published.
-    pub fn count_held_up(&mut self, object: &ObjectId, held_s: f64) {
-        self.unpublished.count(format!(
-            "a pose of object {object} was held up for {held_s:.1} s in this node: its machine \
-             stood still, or is too slow"
-        ));
+    pub fn count_held_up(&mut self) {
+        self.held_up = self.held_up.saturating_add(1);
+    }
+
+    /// Poses that were held up, since the process started.
+    #[must_use]
+    pub fn held_up(&self) -> u64 {
+        self.held_up
     }
 
     /// The site has these objects now.

@@ -4,15 +4,19 @@
 //! Input: requests, heartbeats of other nodes, their models, and what became of writing files. Output: [`Effect`]s.
 //! Knows no network, no file and no clock.
 
+mod own_changes;
+
 use crate::formers::Formers;
 use crate::models::{Change, ModelsInForce, Payloads};
 use crate::pace::Pace;
 use crate::refusals::detail;
-use sextant_election::Moment;
+use own_changes::OwnChanges;
+pub use own_changes::SetAside;
+use sextant_election::{Link, Moment};
 use sextant_proto::{
     ChangeOutcome, ConfigAnswer, KeyRef, ModelsState, ModelsVersion, NodeId, Refusal, limits,
 };
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 const MS: u64 = 1_000_000;
 /// A node counts as present for so long after its last heartbeat, ns.
@@ -28,6 +32,12 @@ const FETCHED_NS: u64 = 5000 * MS;
 const FOLLOWED_NS: u64 = 1000 * MS;
 /// A node whose models are old is asked about after so long, ns: until then it is following.
 const BEHIND_NS: u64 = 2000 * MS;
+/// Nodes that were known before the own link was lost are waited for so long after it is back, ns.
+const REJOIN_NS: u64 = 500 * MS;
+/// A node that knows of newer models for so long writes down that it does, ns: until then it takes them over.
+const NOTED_NS: u64 = 100 * MS;
+/// A node that should publish and has no current models for so long publishes what it tracks as lost, ns.
+const LOST_NS: u64 = 500 * MS;
 /// Between two questions for newer models, ns.
 const QUESTION_NS: u64 = 500 * MS;
 /// Between two attempts to write what is in force, ns.
@@ -60,10 +70,23 @@ pub struct Answered {
 pub struct KeepJob {
     /// In this order.
     pub changes: Vec<Change>,
-    /// Take back what was written before one failed, in this order.
+    /// Take back what was written before one failed, in this order. None where the changes are in force whether or not
+    /// they can be written.
     pub undo: Vec<Change>,
     /// Which models the files hold then.
-    pub record: ModelsState,
+    pub record: ModelsRecord,
+}
+
+/// A version of the models, and the node that has it.
+pub type HeldVersion = (ModelsVersion, NodeId);
+
+/// What outlives a node beside its models.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct ModelsRecord {
+    /// Version and fingerprint of the models in the files.
+    pub state: ModelsState,
+    /// The newest version that the node knows of, where it could not get it.
+    pub newer: Option<HeldVersion>,
 }
 
 /// Who asks for a change.
@@ -133,6 +156,8 @@ struct Backlog {
     due_ns: u64,
     /// Why the last attempt failed.
     cause: Option<String>,
+    /// The newer version that the record names, or will.
+    noted: Option<HeldVersion>,
 }
 
 /// The models and their version.
@@ -146,18 +171,26 @@ pub struct Replica {
     state: ModelsState,
     /// Greatest counter known, of former versions of this node's files too.
     counter: u64,
-    /// The newest version that a heartbeat has reported, and whose.
-    newest: Option<(ModelsVersion, NodeId)>,
+    /// The newest version that a heartbeat has reported, also to an earlier process of this node.
+    newest: Option<HeldVersion>,
     /// A version that this node cannot work from.
     unusable: Option<ModelsVersion>,
     peers: BTreeMap<NodeId, Peer>,
-    /// Nodes that have not reported their models yet, and when they came or left last, monotonic ns.
+    /// Nodes that have not reported their models yet, and until when they are waited for, monotonic ns.
     unheard: BTreeMap<NodeId, u64>,
-    /// Whether the models were compared with those of all other nodes since the start.
+    /// Nodes that were heard since the start, but for those that have ended.
+    known: BTreeSet<NodeId>,
+    /// Whether the models were compared with those of all other nodes since the start, or since the link was lost.
     is_compared: bool,
+    is_link_lost: bool,
     question_due_ns: u64,
     /// Since when newer models are known, monotonic ns.
     behind_since_ns: Option<u64>,
+    /// Since when the models are not current, monotonic ns.
+    outdated_since_ns: Option<u64>,
+    own_changes: OwnChanges,
+    /// What of them was set aside, until somebody decides anew.
+    set_aside: Option<SetAside>,
     step: Option<Step>,
     /// None where changes are not kept.
     backlog: Option<Backlog>,
@@ -166,21 +199,38 @@ pub struct Replica {
 }
 
 impl Replica {
-    /// Of models that were read from files, whose record says which version they were of. With `keeps`, changes outlive
-    /// the process.
+    /// Of models that were read from files, whose record says which version they were of. Changes outlive the process
+    /// where `unwritten` says what of the models is not in the files.
     #[must_use]
     pub fn new(
         node: NodeId,
         models: ModelsInForce,
         formers: Formers,
-        record: Option<ModelsState>,
-        keeps: bool,
+        record: Option<ModelsRecord>,
+        unwritten: Option<Vec<Change>>,
     ) -> Self {
         let payloads = Payloads::encode(&models);
-        let record = record.unwrap_or_default();
-        let counter = record.version.as_ref().map_or(0, |version| version.counter);
+        let ModelsRecord {
+            state: record,
+            newer: newest,
+        } = record.unwrap_or_default();
+        let versions = (record.version.iter()).chain(newest.iter().map(|(version, _)| version));
+        let counter = versions.map(|version| version.counter).max();
         // Files that were edited since are of no version.
         let is_known = record.fingerprint == payloads.fingerprint();
+        if let Some(version) = record.version.as_ref().filter(|_| !is_known) {
+            let counter = version.counter;
+            tracing::warn!(
+                counter,
+                "the rig, an object or the settings of a camera were edited \
+                since this node wrote them: they count where no other fusion node runs"
+            );
+        }
+        let backlog = unwritten.map(|changes| Backlog {
+            changes,
+            noted: newest.clone(),
+            ..Backlog::default()
+        });
         Self {
             node,
             formers,
@@ -190,16 +240,21 @@ impl Replica {
             },
             payloads,
             models,
-            counter,
-            newest: None,
+            counter: counter.unwrap_or(0),
+            newest,
             unusable: None,
             peers: BTreeMap::new(),
             unheard: BTreeMap::new(),
+            known: BTreeSet::new(),
             is_compared: false,
+            is_link_lost: false,
             question_due_ns: 0,
             behind_since_ns: None,
+            outdated_since_ns: None,
+            own_changes: OwnChanges::default(),
+            set_aside: None,
             step: None,
-            backlog: keeps.then(Backlog::default),
+            backlog,
             pace: Pace::default(),
             effects: VecDeque::new(),
         }
@@ -239,6 +294,19 @@ impl Replica {
     #[must_use]
     pub fn is_current(&self) -> bool {
         self.newer().is_none() && (self.is_compared || self.unheard.is_empty())
+    }
+
+    /// Whether the models have not been current for so long that whoever waits for poses has to know.
+    #[must_use]
+    pub fn is_stuck(&self, now: Moment) -> bool {
+        let since_ns = self.outdated_since_ns;
+        since_ns.is_some_and(|since_ns| now.monotonic_ns >= since_ns + LOST_NS)
+    }
+
+    /// What of this node's changes another one's have set aside, until somebody decides anew.
+    #[must_use]
+    pub fn set_aside(&self) -> Option<&SetAside> {
+        self.set_aside.as_ref()
     }
 
     /// Whether a change may be decided on now. A node that can get newer models does that first.
@@ -289,14 +357,31 @@ impl Replica {
             && !self.peers.contains_key(&node)
             && self.unheard.len() < limits::MAX_PEERS
         {
-            self.unheard.insert(node, now.monotonic_ns);
+            let until_ns = now.monotonic_ns + PAUSE_NS;
+            self.unheard.entry(node).or_insert(until_ns);
         }
+    }
+
+    /// The state of the own link, whether or not it has changed. While it was lost the others may have changed the
+    /// models: what was in force here is compared with theirs before anything is published by it.
+    pub fn link(&mut self, link: Link, now: Moment) {
+        let is_lost = link == Link::Down;
+        if self.is_link_lost && !is_lost && !self.known.is_empty() {
+            let until_ns = now.monotonic_ns + REJOIN_NS;
+            let known = self.known.iter().cloned();
+            self.unheard.extend(known.map(|node| (node, until_ns)));
+            self.is_compared = false;
+        }
+        self.is_link_lost = is_lost;
     }
 
     /// A fusion node is not alive any more.
     pub fn left(&mut self, node: &NodeId, now: Moment) {
-        if let Some(since_ns) = self.unheard.get_mut(node) {
-            *since_ns = now.monotonic_ns;
+        if let Some(until_ns) = self.unheard.get_mut(node) {
+            *until_ns = now.monotonic_ns + PAUSE_NS;
+        }
+        if !self.is_link_lost {
+            self.known.remove(node);
         }
         self.peers.remove(node);
     }
@@ -307,6 +392,9 @@ impl Replica {
             return;
         }
         self.unheard.remove(node);
+        if self.known.len() < limits::MAX_PEERS && !self.known.contains(node) {
+            self.known.insert(node.clone());
+        }
         if self.peers.len() < limits::MAX_PEERS || self.peers.contains_key(node) {
             let since_ns = self.peers.get(node).and_then(|peer| peer.behind_since_ns);
             let is_behind = theirs.version < self.state.version;
@@ -321,6 +409,9 @@ impl Replica {
         let Some(version) = &theirs.version else {
             return;
         };
+        if theirs.version == self.state.version {
+            self.own_changes.shared_with(node);
+        }
         self.counter = self.counter.max(version.counter);
         if theirs.version > self.state.version {
             let is_keeping = matches!(self.step, Some(Step::Keeping { .. }));
@@ -334,7 +425,7 @@ impl Replica {
     /// A restarted node may have older models than before. The newer ones are no longer waited for, unless another node
     /// has them.
     fn forget_what_is_lost(&mut self, node: &NodeId, theirs: &ModelsState) {
-        let is_lost = |(version, holder): &(ModelsVersion, NodeId)| {
+        let is_lost = |(version, holder): &HeldVersion| {
             holder == node && theirs.version.as_ref() < Some(version)
         };
         if self.newest.as_ref().is_some_and(is_lost) {
@@ -369,8 +460,10 @@ impl Replica {
                     self.effects.push_back(Effect::Answer(answered));
                 }
                 let changes = self.models.changes_to(&after);
+                let before = self.models.clone();
                 self.wait_for_files(&changes);
                 self.take(changes, after, version.clone(), now);
+                self.note_set_aside(&version, &before, now);
                 self.set_payloads(theirs);
                 self.adopt(version);
             }
@@ -380,6 +473,21 @@ impl Replica {
                 self.unusable = Some(version);
             }
         }
+    }
+
+    /// Notes what of this node's changes the version in force does not have; what was `before` can be brought back.
+    fn note_set_aside(&mut self, version: &ModelsVersion, before: &ModelsInForce, now: Moment) {
+        let replaced = (self.own_changes).replaced(&version.author, before, &self.models);
+        let Some(replaced) = replaced else {
+            return;
+        };
+        tracing::warn!(by = %replaced.by, "a change of this node is set aside, as the network was \
+            divided and another fusion node has made more changes, or later ones: {}", replaced.detail);
+        self.formers = Formers::default();
+        for change in &replaced.changes {
+            self.formers.note(change, before, now.wall_ns);
+        }
+        self.set_aside = Some(replaced);
     }
 
     fn note_newer(&mut self, version: &ModelsVersion, node: &NodeId, now: Moment) {
@@ -436,6 +544,11 @@ impl Replica {
             .and_then(|changes| self.models.changed(&changes));
         match decided {
             Err(refusal) => self.answer(&request, ChangeOutcome::Refused(refusal)),
+            // A person decides that the newer models, which this node cannot get, do not count.
+            Ok(None) if self.newer().is_some() => {
+                let (after, version) = (self.models.clone(), self.next_version(now));
+                self.make(request, Vec::new(), after, version, now);
+            }
             Ok(None) => self.answer(&request, ChangeOutcome::Same),
             Ok(Some(after)) => {
                 let version = self.next_version(now);
@@ -462,6 +575,7 @@ impl Replica {
         now: Moment,
     ) {
         let Some(backlog) = &mut self.backlog else {
+            self.own_changes.add(&changes, version.t_ns);
             self.take(changes, after, version, now);
             self.spread(&request, ChangeOutcome::Taken, now);
             return;
@@ -469,12 +583,16 @@ impl Replica {
         let mut all = backlog.changes.clone();
         all.extend(changes.iter().cloned());
         backlog.in_flight = Some(backlog.changes.len());
+        backlog.noted = None;
         self.effects.push_back(Effect::Keep(KeepJob {
             changes: all,
             undo: after.changes_to(&self.models),
-            record: ModelsState {
-                version: Some(version.clone()),
-                fingerprint: Payloads::encode(&after).fingerprint(),
+            record: ModelsRecord {
+                state: ModelsState {
+                    version: Some(version.clone()),
+                    fingerprint: Payloads::encode(&after).fingerprint(),
+                },
+                newer: None,
             },
         }));
         self.step = Some(Step::Keeping {
@@ -528,6 +646,7 @@ impl Replica {
                 self.answer(&request, overtaken());
             }
             Ok(()) => {
+                self.own_changes.add(&changes, version.t_ns);
                 self.take(changes, after, version, now);
                 self.spread(&request, ChangeOutcome::Kept, now);
             }
@@ -539,7 +658,7 @@ impl Replica {
     pub fn tick(&mut self, publishes: bool, now: Moment) {
         let lasts = |since_ns: u64, ns: u64| now.monotonic_ns < since_ns + ns;
         self.unheard
-            .retain(|_, since_ns| lasts(*since_ns, PAUSE_NS));
+            .retain(|_, until_ns| now.monotonic_ns < *until_ns);
         self.peers
             .retain(|_, peer| lasts(peer.heard_ns, FORGOTTEN_NS));
         self.is_compared |= self.unheard.is_empty();
@@ -550,6 +669,8 @@ impl Replica {
         {
             self.adopt(self.next_version(now));
         }
+        let since_ns = self.outdated_since_ns.unwrap_or(now.monotonic_ns);
+        self.outdated_since_ns = (!self.is_current()).then_some(since_ns);
         self.ask(now);
         self.write_backlog(now);
         if let Some(Step::Spreading { others, due_ns, .. }) = &self.step {
@@ -578,20 +699,29 @@ impl Replica {
     }
 
     fn write_backlog(&mut self, now: Moment) {
+        let newer = self
+            .newer()
+            .map(|(version, node)| (version.clone(), node.clone()));
+        let is_noted_ns = self.outdated_since_ns.unwrap_or(now.monotonic_ns) + NOTED_NS;
         let Some(backlog) = &mut self.backlog else {
             return;
         };
-        let is_wanted = backlog.is_record_old || !backlog.changes.is_empty();
+        let is_noted = newer == backlog.noted || newer.is_some() && now.monotonic_ns < is_noted_ns;
+        let is_wanted = backlog.is_record_old || !backlog.changes.is_empty() || !is_noted;
         let is_free = self.step.is_none() && backlog.in_flight.is_none();
         if is_wanted && is_free && now.monotonic_ns >= backlog.due_ns {
             backlog.is_record_old = false;
             backlog.in_flight = Some(backlog.changes.len());
+            backlog.noted = newer.clone();
             self.effects.push_back(Effect::Keep(KeepJob {
                 changes: backlog.changes.clone(),
                 undo: Vec::new(),
-                record: ModelsState {
-                    version: self.state.version.clone(),
-                    fingerprint: Payloads::encode(&self.models).fingerprint(),
+                record: ModelsRecord {
+                    state: ModelsState {
+                        version: self.state.version.clone(),
+                        fingerprint: Payloads::encode(&self.models).fingerprint(),
+                    },
+                    newer,
                 },
             }));
         }
@@ -630,6 +760,13 @@ impl Replica {
                 true => self.formers.note(change, &self.models, now.wall_ns),
                 false => self.formers.forget(change),
             }
+        }
+        let decides = |set_aside: &SetAside| {
+            let mut own = set_aside.changes.iter();
+            own.any(|own| changes.iter().any(|change| change.is_about_the_same(own)))
+        };
+        if self.set_aside.as_ref().is_some_and(decides) {
+            self.set_aside = None;
         }
         self.set_payloads(Payloads::encode(&after));
         self.models = after;

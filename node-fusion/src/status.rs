@@ -8,8 +8,8 @@ use crate::proposing;
 use crate::refusals::{Refusals, detail};
 use sextant_estimator::{Fusion, HeldBack, Statistics};
 use sextant_proto::{CameraIntake, FusionStatus, NodeId, Notice, ObjectHealth, limits};
-use sextant_site_model::ObjectId;
-use sextant_site_report::{ObjectEstimate, State};
+use sextant_site_model::{CameraId, ObjectId};
+use sextant_site_report::{Fault, ObjectEstimate, State};
 use std::collections::BTreeMap;
 
 /// Collects what the next status reports.
@@ -30,6 +30,8 @@ pub struct StatusReporter {
     /// Figures of the refined calibration that is proposed.
     pub proposed: Option<HeldBack>,
     notices: Notices,
+    /// Observations that were too old because this node has read them late.
+    late_here: u64,
     /// Losses up to the last status.
     losses: Losses,
 }
@@ -39,6 +41,8 @@ pub struct StatusReporter {
 pub struct Losses {
     /// Observations dropped unread.
     pub unread: u64,
+    /// Poses held up in the node until they were too old.
+    pub held_up: u64,
     /// Messages that could not be published.
     pub unpublished: Unpublished,
 }
@@ -64,6 +68,7 @@ impl StatusReporter {
             models: Vec::new(),
             proposed: None,
             notices: Notices::default(),
+            late_here: 0,
             losses: Losses::default(),
         };
         reporter.take_objects(objects);
@@ -109,10 +114,7 @@ impl StatusReporter {
         losses: Losses,
         now_ns: u64,
     ) -> FusionStatus {
-        for late in intake.late_cameras() {
-            self.notices.add(late, now_ns);
-        }
-        self.note_losses(losses, now_ns);
+        self.note_losses(losses, intake, now_ns);
         let elapsed_s = now_ns.saturating_sub(self.last_ns) as f64 / 1e9;
         self.last_ns = now_ns;
         let cameras = intake.cameras(elapsed_s).into_iter();
@@ -120,6 +122,8 @@ impl StatusReporter {
         let cameras = cameras.map(|camera| with_statistics(camera, &statistics));
         let cameras = cameras.collect();
         let mut faults = machine.faults();
+        let recorded: Vec<CameraId> = intake.recorded_cameras().cloned().collect();
+        faults.retain(|fault| !is_of_recording(fault, &recorded));
         let faults_left_out = faults.len().saturating_sub(limits::MAX_FAULTS);
         faults.truncate(limits::MAX_FAULTS);
         let imperfections = machine.imperfections();
@@ -147,11 +151,21 @@ impl StatusReporter {
 }
 
 impl StatusReporter {
-    fn note_losses(&mut self, losses: Losses, now_ns: u64) {
-        let (dropped, total) = (losses.unread - self.losses.unread, losses.unread);
+    /// What was dropped, and why. While the node is late itself, so is all that it reads, whoever sent it.
+    fn note_losses(&mut self, losses: Losses, intake: &Intake, now_ns: u64) {
+        self.late_here = self.late_here.saturating_add(intake.late_here());
+        let lost = |losses: &Losses| losses.unread + losses.held_up;
+        let late_here = intake.late_here();
+        let dropped = lost(&losses) - lost(&self.losses) + late_here;
         if dropped > 0 {
+            let total = lost(&losses) + self.late_here;
+            self.notices.drop_late();
             self.notices
                 .add(Notice::Overload { dropped, total }, now_ns);
+        } else if !self.notices.has_overload(now_ns) {
+            for late in intake.late_cameras() {
+                self.notices.add(late, now_ns);
+            }
         }
         let Unpublished { messages, cause } = &losses.unpublished;
         if *messages > self.losses.unpublished.messages {
@@ -177,6 +191,17 @@ impl StatusReporter {
         notices.extend(intake.silent_cameras());
         notices.truncate(limits::MAX_NOTICES);
         notices
+    }
+}
+
+/// Whether a fault is about the clock of images that were taken long ago: played again, they have the stamps of then.
+fn is_of_recording(fault: &Fault, recorded: &[CameraId]) -> bool {
+    match fault {
+        Fault::HostClockOff { .. } => !recorded.is_empty(),
+        Fault::ClockOff { camera, .. } | Fault::Untimely { camera, .. } => {
+            recorded.contains(camera)
+        }
+        _ => false,
     }
 }
 

@@ -47,8 +47,10 @@ impl Storer {
 
     /// Has changes written. The outcome of the job before has been polled.
     pub fn keep(&self, job: KeepJob) {
-        // The thread ends after this value only.
-        let _ = self.jobs.as_ref().map(|jobs| jobs.try_send(job));
+        if let Some(jobs) = &self.jobs {
+            // The thread ends after this value only.
+            let _ = jobs.try_send(job);
+        }
     }
 
     /// What became of the last job, once it is done.

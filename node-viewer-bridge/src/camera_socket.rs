@@ -6,8 +6,8 @@ use crate::connections::Peer;
 use crate::frame::{Frame, frame_of};
 use crate::request::Context;
 use crate::shared::Shared;
-use crate::web_camera::registry::{JoinState, Place};
-use crate::web_camera::session::{BridgeMessage, MAX_BYTES, Now, Session};
+use crate::web_camera::registry::{JoinState, Place, Rejected};
+use crate::web_camera::session::{BridgeMessage, KnownOfCamera, MAX_BYTES, Now, Session};
 use axum::body::Body;
 use axum::extract::ws::{CloseFrame, WebSocket, WebSocketUpgrade, close_code};
 use axum::extract::{Extension, State};
@@ -26,6 +26,7 @@ const REPORT_PERIOD: Duration = Duration::from_secs(1);
 /// Close codes after which the browser does not try again: PROTOCOL.md.
 const REPLACED: u16 = 4000;
 const INVALID_LINK: u16 = 4001;
+const NAME_TAKEN: u16 = 4002;
 /// Longest key of a device.
 const MAX_KEY_BYTES: usize = 64;
 /// Longest reason in a close frame, by RFC 6455.
@@ -51,15 +52,25 @@ pub(crate) async fn upgrade(
     let access = &shared.protection.access;
     let place = match access.check_camera(&headers, from, &camera, std::time::Instant::now()) {
         Ok(()) => match claim(&shared, &camera, &key).await {
-            Ok(()) => shared.web_cameras.enter(camera.clone(), &key),
+            Ok(()) => {
+                let now = std::time::Instant::now();
+                let place = shared.web_cameras.enter(camera.clone(), &key, now);
+                place.map_err(|rejected| match rejected {
+                    Rejected::Taken(cause) => (NAME_TAKEN, cause),
+                    full @ Rejected::Full => (close_code::POLICY, full.to_string()),
+                })
+            }
             Err(cause) => {
                 return answered(socket, |socket| async move {
                     close(socket, INVALID_LINK, &cause).await;
                 });
             }
         },
-        Err(Denied::NotThisCamera) => Err(format!(
-            "this link is not for a camera named {camera}: use the name that it was made for"
+        Err(Denied::NotThisCamera) => Err((
+            NAME_TAKEN,
+            format!(
+                "this link is not for a camera named {camera}: use the name that it was made for"
+            ),
         )),
         Err(Denied::NoToken | Denied::TooManyTries) => {
             return answered(socket, move |socket| {
@@ -74,7 +85,7 @@ pub(crate) async fn upgrade(
     answered(socket, move |socket| async move {
         match place {
             Ok(place) => converse(socket, shared, camera, place, context.stopping).await,
-            Err(cause) => close(socket, close_code::POLICY, &cause).await,
+            Err((code, cause)) => close(socket, code, &cause).await,
         }
     })
 }
@@ -208,15 +219,18 @@ impl Conversation {
             Event::ReportDue => {
                 self.report_due = Instant::now() + REPORT_PERIOD;
                 let (n_clients, _) = self.shared.hub.counts();
-                let (is_in_rig, families) = {
+                let known = {
                     let site = self.shared.mirror();
                     let tags = site.configs().flat_map(|object| &object.tags);
-                    let families = tags.map(|tag| tag.family).collect();
-                    (site.camera_config(&self.camera).is_some(), families)
+                    let faults = site.statuses().flat_map(|status| &status.faults);
+                    let own = faults.filter(|fault| fault.camera() == Some(&self.camera));
+                    KnownOfCamera {
+                        in_rig: site.camera_config(&self.camera).is_some(),
+                        families: tags.map(|tag| tag.family).collect(),
+                        faults: own.map(ToString::to_string).collect(),
+                    }
                 };
-                let report = self
-                    .session
-                    .report(&now(), n_clients > 0, is_in_rig, families);
+                let report = self.session.report(&now(), n_clients > 0, known);
                 say(&mut self.socket, &report).await
             }
         }

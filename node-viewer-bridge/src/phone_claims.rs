@@ -36,26 +36,31 @@ pub(crate) struct PhoneClaims {
     /// Where they are kept; without it they last as long as the bridge.
     file: Option<PathBuf>,
     claims: Mutex<BTreeMap<CameraId, Claim>>,
+    /// Why the file cannot be read; then no link is given to a device that may not be its own.
+    unreadable: Option<String>,
     /// Held by the one that writes the file.
     writing: Mutex<()>,
 }
 
 impl PhoneClaims {
-    /// Reads the claims kept in the folder, if there are any.
-    ///
-    /// # Errors
-    /// A file that is unreadable or has no claims.
-    pub(crate) fn open(folder: Option<&Path>) -> Result<Self, FileError> {
+    /// Reads the claims kept in the folder, if there are any. With a file that has none, the page goes on without
+    /// phones that have keys.
+    pub(crate) fn open(folder: Option<&Path>) -> Self {
         let file = folder.map(|folder| folder.join(FILE));
-        let claims = match &file {
-            Some(file) if file.exists() => read_toml(file)?,
-            _ => BTreeMap::new(),
+        let read = match &file {
+            Some(file) if file.exists() => read_toml(file),
+            _ => Ok(BTreeMap::new()),
         };
-        Ok(Self {
+        let unreadable = read.as_ref().err().map(|cause: &FileError| {
+            tracing::error!("no phone becomes a camera by a link: {cause}");
+            format!("the bridge cannot read whose this link is: {cause}; put the file right, or remove it")
+        });
+        Self {
             file,
-            claims: Mutex::new(claims),
+            claims: Mutex::new(read.unwrap_or_default()),
+            unreadable,
             writing: Mutex::default(),
-        })
+        }
     }
 
     /// Whether the link with this token belongs to the device whose browser shows this key.
@@ -69,6 +74,9 @@ impl PhoneClaims {
     /// # Errors
     /// Why not, in words for the person who holds it.
     pub(crate) fn claim(&self, camera: &CameraId, token: &str, key: &str) -> Result<(), String> {
+        if let Some(cause) = &self.unreadable {
+            return Err(cause.clone());
+        }
         let claim = Claim::from_token(token, key);
         let _writing = self.writing();
         let claims = self.claims().clone();
@@ -147,7 +155,7 @@ mod tests {
     fn a_link_is_for_the_first_device_which_may_return() {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path().join("kept");
-        let claims = PhoneClaims::open(Some(&folder)).unwrap();
+        let claims = PhoneClaims::open(Some(&folder));
         assert!(!claims.is_used(&pocket(), "token"));
         claims.claim(&pocket(), "token", "first").unwrap();
         assert!(claims.knows(&pocket(), "token", "first"));
@@ -155,11 +163,27 @@ mod tests {
         let words = claims.claim(&pocket(), "token", "second").unwrap_err();
         assert!(words.contains("another device's"), "{words}");
         // As after a restart.
-        let claims = PhoneClaims::open(Some(&folder)).unwrap();
+        let claims = PhoneClaims::open(Some(&folder));
         claims.claim(&pocket(), "token", "first").unwrap();
         assert!(claims.claim(&pocket(), "token", "second").is_err());
         let file = std::fs::read_to_string(folder.join(FILE)).unwrap();
         assert!(!file.contains("token") && !file.contains("first"), "{file}");
+    }
+
+    /// A broken file costs the phones with keys, not the page, and gives no link away.
+    #[test]
+    fn a_file_that_cannot_be_read_gives_no_link_to_anybody() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join(FILE), "pocket = 3\n").unwrap();
+        let claims = PhoneClaims::open(Some(folder.path()));
+        let refused = claims.claim(&pocket(), "token", "first").unwrap_err();
+        assert!(
+            refused.contains(FILE) && refused.contains("remove it"),
+            "{refused}"
+        );
+        assert!(claims.free(&pocket()).is_ok());
+        let file = std::fs::read_to_string(folder.path().join(FILE)).unwrap();
+        assert_eq!(file, "pocket = 3\n");
     }
 
     #[test]

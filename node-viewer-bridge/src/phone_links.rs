@@ -63,7 +63,7 @@ pub struct PhoneLink {
 pub fn phone_links(config_file: &Path) -> anyhow::Result<PhoneLinks> {
     let (config, admission) = load(config_file)?;
     let kept = kept_folder(&config, config_file);
-    let claims = PhoneClaims::open(kept.as_deref()).exit_with(Exit::Input)?;
+    let claims = PhoneClaims::open(kept.as_deref());
     let (access, is_secure) = (&admission.access, admission.is_secure);
     Ok(links(
         &config,

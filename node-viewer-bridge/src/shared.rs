@@ -68,7 +68,7 @@ impl Shared {
         let webhook = config.webhook.as_ref();
         let shared = Self {
             zones: ZoneService::open(folder.as_deref())?,
-            phone_claims: PhoneClaims::open(folder.as_deref())?,
+            phone_claims: PhoneClaims::open(folder.as_deref()),
             webhook: webhook.map(|options| Webhook::new(options, config.site.clone())),
             wizard: WizardService::new(folder),
             hosts: HostRule::new(address, &config.host_names),

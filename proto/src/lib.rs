@@ -55,7 +55,7 @@ pub use messages::fusion_status::{CameraIntake, FusionStatus, ObjectHealth, Reje
 pub use messages::heartbeat::{
     HeardBeat, Heartbeat, ModelsState, ModelsVersion, Part, Share, Sharing,
 };
-pub use messages::notice::Notice;
+pub use messages::notice::{MAX_SLOW_CAMERAS, Notice};
 pub use messages::object_config::{JointConfig, ObjectConfig, ObjectTagConfig};
 pub use messages::object_links::{JointState, LinkPose, ObjectLinks};
 pub use messages::object_pose::{ObjectPose, ObjectTruth};

@@ -158,6 +158,10 @@ pub struct RevertArguments {
 /// last change.
 #[derive(Args, Debug)]
 pub struct LastArguments {
+    /// To what this fusion node had, as the notice of a change that was set aside says; by default that of the node
+    /// that publishes.
+    #[arg(long, value_name = "NODE")]
+    to: Option<NodeId>,
     /// Show the changes without applying them.
     #[arg(long)]
     dry_run: bool,
@@ -188,7 +192,13 @@ impl RevertArguments {
             Some(RevertScope::Rig { how }) => (RevertTarget::Rig, how),
             Some(RevertScope::Object { id, how }) => (RevertTarget::Object(id.clone()), how),
         };
-        refinement::revert(&what, Run::dry(how.dry_run), &how.site, format)
+        refinement::revert(
+            &what,
+            how.to.as_ref(),
+            Run::dry(how.dry_run),
+            &how.site,
+            format,
+        )
     }
 }
 

@@ -100,10 +100,11 @@ fn read(arguments: &DeployArguments) -> anyhow::Result<(PackageFolder, Vec<Desir
         );
     }
     let packages = PackageFolder::open(&package_folder(arguments))?;
+    let site = arguments.site.site();
     let sources = Sources {
         folder: &arguments.config,
         authority: arguments.authority.as_deref(),
-        site: arguments.site.site(),
+        site: &site,
         router: arguments
             .router
             .as_deref()

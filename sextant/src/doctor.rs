@@ -18,11 +18,11 @@ use std::path::PathBuf;
 
 /// Arguments of `sextant doctor`.
 #[derive(Args, Debug)]
-#[command(
-    after_help = "For example, on a board: sextant doctor camera.toml --connect tcp/fusion.lab:7447
+#[command(after_help = "For example, on a board: sextant doctor camera.toml
+The network is that of the first node's file: its site, router and keys, unless --site, --connect or --keys say
+otherwise.
 With --json, one line per finding: {\"about\",\"verdict\",\"words\",\"remedy\"}, where verdict is ok, warning or fault,
-and remedy is null if none is needed. The exit code is 1 if there is a fault."
-)]
+and remedy is null if none is needed. The exit code is 1 if there is a fault.")]
 pub struct DoctorArguments {
     /// Configuration, rig and object files, checked together as by `sextant check`.
     #[arg(value_name = "FILE")]
@@ -106,8 +106,8 @@ pub fn run(arguments: &DoctorArguments, format: Format) -> anyhow::Result<()> {
         "version",
         concat!("sextant ", env!("CARGO_PKG_VERSION")),
     )];
-    let (of_files, nodes) = files(&arguments.files);
-    findings.extend(of_files);
+    let (about_files, named) = files(&arguments.files);
+    findings.extend(about_files);
     findings.extend(machine::findings());
     let mut faults = 0_usize;
     // Prints local findings first, since the network may be slow.
@@ -115,7 +115,16 @@ pub fn run(arguments: &DoctorArguments, format: Format) -> anyhow::Result<()> {
         faults += usize::from(finding.verdict == Verdict::Fault);
         print_line(&finding.line(format))?;
     }
-    for finding in site::findings(&arguments.site, &nodes)? {
+    // The site is that of the first node's file, where the command line does not say otherwise.
+    let mut of_files = arguments
+        .files
+        .iter()
+        .filter_map(|file| nodes::site_of_file(file));
+    let site = match of_files.next() {
+        Some(of_file) => arguments.site.or_as_in_file(&of_file),
+        None => arguments.site.clone(),
+    };
+    for finding in site::findings(&site, &named)? {
         faults += usize::from(finding.verdict == Verdict::Fault);
         print_line(&finding.line(format))?;
     }

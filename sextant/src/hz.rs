@@ -145,7 +145,7 @@ fn text_report(counts: &mut BTreeMap<String, Count>, seconds: f64) -> String {
     for (key, count) in counts {
         let latency = count
             .latency_ms()
-            .map(|(p50, p99)| format!("{p50:.1} / {p99:.1}"));
+            .map(|(p50, p99)| format!("{} / {}", words::age_ms(p50, 1), words::age_ms(p99, 1)));
         let refused = match count.refused {
             0 => String::new(),
             refused => format!("  {refused} refused"),

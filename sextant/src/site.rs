@@ -1,5 +1,6 @@
 //! The way to a running site for commands that watch it: which site, through which router.
 
+use crate::words;
 use anyhow::{anyhow, bail};
 use clap::Args;
 use sextant_gateways::site::{OpenError, RouterWatch, SiteSession};
@@ -9,30 +10,31 @@ use sextant_zenoh_bus::{Bus, NO_SESSION, Role, Security};
 use std::path::PathBuf;
 
 /// Which site, and where its router is.
-#[derive(Args, Debug)]
+#[derive(Args, Debug, Clone)]
 pub struct SiteArguments {
-    /// Endpoint of the router of the site.
-    #[arg(
-        long,
-        env = "SEXTANT_CONNECT",
-        value_name = "ENDPOINT",
-        default_value = USUAL_ROUTER
-    )]
-    connect: String,
-    /// Name of the site, which is part of every key.
-    #[arg(
-        long,
-        env = "SEXTANT_SITE",
-        value_name = "NAME",
-        default_value = USUAL_SITE
-    )]
-    site: SiteId,
+    /// Endpoint of the router of the site [default: tcp/127.0.0.1:7447].
+    #[arg(long, env = "SEXTANT_CONNECT", value_name = "ENDPOINT")]
+    connect: Option<String>,
+    /// Name of the site, which is part of every key [default: demo].
+    #[arg(long, env = "SEXTANT_SITE", value_name = "NAME")]
+    site: Option<SiteId>,
     /// Keys of a protected site, as `sextant keys add` makes them for a viewer or an operator.
     #[arg(long, env = "SEXTANT_KEYS", value_name = "DIR/NAME")]
     keys: Option<PathBuf>,
     /// End as at Ctrl-C when standard input ends: for programs that run this one.
     #[arg(long, hide_short_help = true)]
     until_input_ends: bool,
+}
+
+/// The site of a node, as its file says it.
+#[derive(Debug, Clone)]
+pub struct SiteOfFile {
+    /// Its name.
+    pub site: SiteId,
+    /// Endpoint of a router at which programs of this machine find it; none where the file names none.
+    pub connect: Option<String>,
+    /// The node's keys.
+    pub keys: Option<PathBuf>,
 }
 
 /// Default endpoint of the router.
@@ -44,11 +46,11 @@ impl SiteArguments {
     /// Command line options of this site, with a leading space; empty for the defaults.
     pub fn as_typed(&self) -> String {
         let mut typed = String::new();
-        if self.site.to_string() != USUAL_SITE {
-            typed.push_str(&format!(" --site {}", self.site));
+        if self.site().as_str() != USUAL_SITE {
+            typed.push_str(&format!(" --site {}", self.site()));
         }
-        if self.connect != USUAL_ROUTER {
-            typed.push_str(&format!(" --connect {}", self.connect));
+        if self.connect() != USUAL_ROUTER {
+            typed.push_str(&format!(" --connect {}", self.connect()));
         }
         if let Some(keys) = &self.keys {
             typed.push_str(&format!(" --keys {}", keys.display()));
@@ -58,12 +60,31 @@ impl SiteArguments {
 
     /// Endpoint of the router.
     pub fn connect(&self) -> &str {
-        &self.connect
+        self.connect.as_deref().unwrap_or(USUAL_ROUTER)
     }
 
     /// Name of the site.
-    pub fn site(&self) -> &SiteId {
-        &self.site
+    pub fn site(&self) -> SiteId {
+        let usual = || USUAL_SITE.parse().ok();
+        // The usual name is a name.
+        (self.site.clone().or_else(usual)).unwrap_or_else(|| unreachable!())
+    }
+
+    /// What is not given is as a node's file says it.
+    #[must_use]
+    pub fn or_as_in_file(&self, file: &SiteOfFile) -> Self {
+        let Self {
+            connect,
+            site,
+            keys,
+            until_input_ends,
+        } = self.clone();
+        Self {
+            connect: connect.or_else(|| file.connect.clone()),
+            site: site.or_else(|| Some(file.site.clone())),
+            keys: keys.or_else(|| file.keys.clone()),
+            until_input_ends,
+        }
     }
 
     /// Whether the site is a protected one.
@@ -72,7 +93,8 @@ impl SiteArguments {
     }
 
     fn security(&self) -> anyhow::Result<Security> {
-        let security = Security::of_client(&self.connect, self.keys.as_deref(), self.site.as_str());
+        let site = self.site();
+        let security = Security::of_client(self.connect(), self.keys.as_deref(), site.as_str());
         let security = security.exit_with(Exit::Input)?;
         if let Some(words) = security.warning(now_ns() / 1_000_000_000) {
             eprintln!("warning: {words}");
@@ -83,14 +105,35 @@ impl SiteArguments {
     /// Connects; Ctrl-C is the request to stop.
     ///
     /// # Errors
-    /// [`Exit::Unavailable`] when no router answers within three seconds.
+    /// [`Exit::Unavailable`] when no router answers within three seconds, or the router has other sites and not this
+    /// one.
     pub fn open(&self) -> anyhow::Result<SiteSession> {
+        let site = self.open_any()?;
+        let others = site.other_sites().exit_with(Exit::Unavailable)?;
+        if others.is_empty() {
+            return Ok(site);
+        }
+        let sites: Vec<String> = others.iter().map(|site| words::plain(site)).collect();
+        let cause = anyhow!(
+            "nothing runs on site {} at {}; this router has: {} (name a site with --site)",
+            self.site(),
+            self.connect(),
+            sites.join(", ")
+        );
+        bail!(Failure::new(Exit::Unavailable, cause))
+    }
+
+    /// As [`Self::open`], also to a site of which nothing runs yet.
+    ///
+    /// # Errors
+    /// [`Exit::Unavailable`] when no router answers within three seconds.
+    pub fn open_any(&self) -> anyhow::Result<SiteSession> {
         let shutdown = Shutdown::install()?;
         if self.until_input_ends {
             shutdown.request_at_end_of_input();
         }
         let security = self.security()?;
-        SiteSession::open(&self.connect, self.site.clone(), &security, shutdown).map_err(|error| {
+        SiteSession::open(self.connect(), self.site(), &security, shutdown).map_err(|error| {
             let failure = match error {
                 OpenError::Interrupted => Failure::new(Exit::Interrupted, error),
                 OpenError::NoRouter {

@@ -208,6 +208,17 @@ pub fn count(number: usize, thing: &str) -> String {
     }
 }
 
+/// An age in ms with so many decimals. What is hours old and more is of a recording or by a wrong clock: its age is
+/// days or years.
+pub fn age_ms(ms: f64, decimals: usize) -> String {
+    const DAY_MS: f64 = 86_400e3;
+    match ms.abs() {
+        size if size < 1e7 => format!("{ms:.decimals$}"),
+        size if size < 700.0 * DAY_MS => format!("{:.1} d", ms / DAY_MS),
+        _ => format!("{:.1} y", ms / (365.25 * DAY_MS)),
+    }
+}
+
 /// Whose poses: `the poses of a, b`.
 pub fn poses_of(objects: &[ObjectId]) -> String {
     if objects.is_empty() {

@@ -6,7 +6,7 @@ use crate::facts::HostFacts;
 use crate::health::Health;
 use crate::packages::PackageFolder;
 use crate::plan::Plan;
-use crate::ssh::{Ssh, SshError, lines_of, rest_of};
+use crate::ssh::{SSH_FAILED, Ssh, SshError, lines_of, rest_of};
 use crate::target::Target;
 use serde::Serialize;
 use sextant_process::Shutdown;
@@ -196,7 +196,11 @@ impl Deployment<'_> {
             .ssh
             .unpack(&archive(&plan, job.desired)?, &format!("{BASE}/{camera}"))?;
         if !folder.starts_with(BASE) {
-            return Err(format!("its answer makes no sense: {folder:?}").into());
+            let cause = format!(
+                "it answers {folder:?} in place of a folder: look at what its login shell prints, and keep \
+                 that to terminals (`case $- in *i*) ...`)"
+            );
+            return Err(cause.into());
         }
         self.say(job, "changing")?;
         self.apply(job, &plan, &folder, health, report)
@@ -249,6 +253,7 @@ impl Deployment<'_> {
                 health,
                 input: Some(input),
                 started: None,
+                has_begun: false,
                 outcome: None,
             };
             if !dialogue.follow(&lines, report) {
@@ -256,20 +261,40 @@ impl Deployment<'_> {
                 let _ = child.kill();
             }
             drop(lines);
-            (dialogue.outcome, said.join().unwrap_or_default())
+            let said = said.join().unwrap_or_default();
+            (dialogue.outcome, dialogue.has_begun, said)
         });
         let status = child.wait().ok().and_then(|status| status.code());
         match heard {
-            (Some(outcome), _) => Ok(outcome),
-            (None, said) => Err(Stop {
-                outcome: DeployOutcome::Broken,
-                cause: format!(
-                    "{}; the host restores its former state unless it had been told to keep the \
-                     new one: run this command again to see",
-                    job.ssh.error(status, &said)
-                ),
-            }),
+            (Some(outcome), ..) => Ok(outcome),
+            (None, has_begun, said) => {
+                let cause = job.ssh.error(status, &said);
+                let is_cut_off = status.is_none_or(|code| code == SSH_FAILED);
+                Err(match has_begun || is_cut_off {
+                    true => broken(&cause),
+                    false => remove_stage(job, folder, &cause).into(),
+                })
+            }
         }
+    }
+}
+
+/// The host ended without a word on how.
+fn broken(cause: &SshError) -> Stop {
+    Stop {
+        outcome: DeployOutcome::Broken,
+        cause: format!(
+            "{cause}; the host restores its former state unless it had been told to keep the new one: \
+             run this command again to see"
+        ),
+    }
+}
+
+/// Nothing was started on the host: what was copied, keys among it, is not left there. Why, in words.
+fn remove_stage(job: &HostJob<'_>, folder: &str, cause: &SshError) -> String {
+    match job.ssh.run("rm -rf -- \"$1\"", folder) {
+        Ok(_) => cause.to_string(),
+        Err(left) => format!("{cause}; {folder} with its keys is still there ({left})"),
     }
 }
 
@@ -283,6 +308,8 @@ struct Dialogue<'a> {
     input: Option<ChildStdin>,
     /// When the new program was started.
     started: Option<Instant>,
+    /// Whether the host has said anything of what it does.
+    has_begun: bool,
     outcome: Option<DeployOutcome>,
 }
 
@@ -310,6 +337,7 @@ impl Dialogue<'_> {
     fn hear(&mut self, line: &str, report: &mut Report) {
         let line = plain(line);
         let (word, rest) = line.split_once(' ').unwrap_or((&line, ""));
+        self.has_begun |= matches!(word, "step" | "cause" | "outcome");
         match word {
             "step" => {
                 if rest == "waiting" {

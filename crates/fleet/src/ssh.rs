@@ -20,8 +20,10 @@ const COPY: Duration = Duration::from_secs(600);
 const LAST_WORDS: Duration = Duration::from_secs(2);
 /// Between two looks at whether a command has ended.
 const POLL: Duration = Duration::from_millis(20);
-/// `ssh` itself failed.
-const SSH_FAILED: i32 = 255;
+/// Comes before the answer of a command: a login shell may have greeted by then.
+const ANSWER_BEGINS: &str = "--- sextant: the answer begins ---";
+/// Exit code of `ssh` where it failed itself: no connection, or one that was cut off.
+pub const SSH_FAILED: i32 = 255;
 
 /// Words of ssh and sudo on standard error, the first that fits, with what they mean for the {host}; {last}: their last
 /// line.
@@ -152,7 +154,7 @@ impl Ssh {
             return Err(SshError::Refused(cause));
         }
         match status.success() {
-            true => Ok(plain_lines(&answer)),
+            true => Ok(without_greeting(&plain_lines(&answer)).to_owned()),
             false => Err(self.error(status.code(), &plain_lines(&said))),
         }
     }
@@ -185,13 +187,25 @@ fn no_ssh(cause: std::io::Error) -> SshError {
     ))
 }
 
+/// What follows the mark in what a host says; all of it where there is none. What comes before is not the command's:
+/// some hosts greet at every login, also where no person does.
+fn without_greeting(said: &str) -> &str {
+    let mark = said.find(ANSWER_BEGINS);
+    let answer = mark.map_or(said, |at| &said[at + ANSWER_BEGINS.len()..]);
+    answer.strip_prefix('\n').unwrap_or(answer)
+}
+
 /// The script comes on standard input.
 fn as_root(arguments: &str) -> String {
-    format!("{AS_ROOT} -- {arguments}; else exec sudo -n sh -s -- {arguments}; fi")
+    format!(
+        "echo '{ANSWER_BEGINS}'; {AS_ROOT} -- {arguments}; else exec sudo -n sh -s -- {arguments}; fi"
+    )
 }
 
 fn with_root(command: &str) -> String {
-    format!("if [ \"$(id -u)\" = 0 ]; then exec {command}; else exec sudo -n {command}; fi")
+    format!(
+        "echo '{ANSWER_BEGINS}'; if [ \"$(id -u)\" = 0 ]; then exec {command}; else exec sudo -n {command}; fi"
+    )
 }
 
 /// Writes standard input and closes it. A command that ends before it has read all says why itself.
@@ -285,6 +299,8 @@ mod tests {
             ask("cat; printf 'a\\033[2Jb\\n'", soon).unwrap(),
             "inputa [2Jb\n"
         );
+        let greets = format!("echo Welcome; echo '{ANSWER_BEGINS}'; echo /var/lib");
+        assert_eq!(ask(&greets, soon).unwrap(), "/var/lib\n");
         let error = ask("printf 'x\\033]0;owned\\007y\\n' >&2; exit 1", soon).unwrap_err();
         assert!(
             !error.to_string().contains(|c: char| c.is_control()),

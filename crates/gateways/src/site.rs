@@ -8,6 +8,7 @@ use sextant_site_model::ObjectId;
 use sextant_zenoh_bus::{
     AliveWatch, Bus, BusError, BusOptions, Item, Presence, Question, Role, Security, why_no_router,
 };
+use std::collections::BTreeSet;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -97,6 +98,20 @@ impl SiteSession {
             }
         }
         Ok(mirror)
+    }
+
+    /// The sites that the router has where nothing runs on this one; none where something does. A router lets nobody
+    /// see the sites of others without their keys.
+    ///
+    /// # Errors
+    /// A session that is closed.
+    pub fn other_sites(&self) -> Result<BTreeSet<String>, BusError> {
+        if !self.bus.alive_keys(&self.keys.all_alive())?.is_empty() {
+            return Ok(BTreeSet::new());
+        }
+        let tokens = self.bus.alive_keys("sextant/v1/*/alive/*/*")?;
+        let sites = tokens.iter().filter_map(|key| key.split('/').nth(2));
+        Ok(sites.map(str::to_owned).collect())
     }
 
     /// The newest messages of a type under a key or several, in the order of the keys. Waits for a second at most.

@@ -17,6 +17,18 @@ pub enum PlanError {
     /// There is no rig, neither recorded nor given.
     #[error("the recording has no rig: no fusion node was running; name a rig file with --rig")]
     NoRig,
+    /// There is a rig, or were objects, in a layout that is not known.
+    #[error(
+        "the recorded rig cannot be read: {0} of its rigs and objects are damaged or in the layout of another version \
+         of Sextant; name files with --rig and --object"
+    )]
+    UnreadableModels(u64),
+    /// There are pictures in place of detections.
+    #[error(
+        "the recording has {0} pictures and no detections: replay the folder that it was converted from, or run \
+         `sextant detect --dataset` there and convert it again"
+    )]
+    Undetected(u64),
     /// The recorded rig breaks a rule of rigs.
     #[error("the recorded rig cannot be used: {0}")]
     Rig(String),
@@ -104,6 +116,10 @@ impl Plan {
         node: Option<&NodeId>,
         replacement: &Replacement,
     ) -> Result<Self, PlanError> {
+        let pictures = recording.images.values().sum();
+        if recording.observations.is_empty() && pictures > 0 {
+            return Err(PlanError::Undetected(pictures));
+        }
         let planner = Planner::new(recording, replacement);
         let by_size = recording.inputs.iter().max_by_key(|(_, all)| all.len());
         let chosen = match node {
@@ -148,13 +164,18 @@ impl Plan {
         images
     }
 
-    /// From when until when the inputs of each run are, ns.
+    /// From when until when the inputs of each run are, ns. Where the clock of the node was set a new span begins.
     pub fn spans_ns(&self) -> Vec<RangeInclusive<u64>> {
-        let span = |run: &Run| {
-            let times_ns = run.steps.iter().map(|(now_ns, _)| *now_ns);
-            Some(times_ns.clone().min()?..=times_ns.max()?)
-        };
-        self.runs.iter().filter_map(span).collect()
+        let mut spans = Vec::new();
+        for run in &self.runs {
+            let is_set = |input: &Input| matches!(input, Input::ClockStep { .. });
+            let between = run.steps.chunk_by(|_, (_, next)| !is_set(next));
+            spans.extend(between.filter_map(|steps| {
+                let times_ns = steps.iter().map(|(now_ns, _)| *now_ns);
+                Some(times_ns.clone().min()?..=times_ns.max()?)
+            }));
+        }
+        spans
     }
 }
 
@@ -293,7 +314,11 @@ impl<'a> Planner<'a> {
             Some(rig) => rig.clone(),
             None => {
                 let mut rigs = models.iter().filter_map(|model| rig_of(model));
-                let rig = rigs.next().ok_or(PlanError::NoRig)?;
+                let unreadable = self.recording.rejected_models;
+                let rig = rigs.next().ok_or(match unreadable {
+                    0 => PlanError::NoRig,
+                    n => PlanError::UnreadableModels(n),
+                })?;
                 Rig::try_from(rig).map_err(|cause| PlanError::Rig(cause.to_string()))?
             }
         };
@@ -460,6 +485,7 @@ mod tests {
             truths: Vec::new(),
             images: BTreeMap::new(),
             rejected: 0,
+            rejected_models: 0,
         }
     }
 
@@ -503,6 +529,42 @@ mod tests {
         assert!(matches!(plan.order, Order::Arrival { .. }));
         assert_eq!(steps(&plan), [1, 3, 2, 0, 4]);
         assert_eq!(plan.runs[0].objects[0].tags()[0].size_m, 0.04);
+    }
+
+    /// Poses after the last inputs of a node whose clock was set back do not count as poses between its inputs.
+    #[test]
+    fn a_clock_that_was_set_begins_a_new_span() {
+        let mut plan = plan(&recording());
+        let tick = |now_ns| (now_ns, Input::Tick);
+        let step = (20, Input::ClockStep { by_ns: -70 });
+        plan.runs[0].steps = vec![tick(80), tick(90), step, tick(30)];
+        assert_eq!(plan.spans_ns(), [80..=90, 20..=30]);
+    }
+
+    #[test]
+    fn what_a_recording_has_in_place_of_what_it_lacks_is_named() {
+        let refused = |recording: &SiteRecording| {
+            let plan = Plan::new(recording, None, &Replacement::default());
+            plan.unwrap_err().to_string()
+        };
+        let camera = CameraId::new("north").unwrap();
+        let pictures = SiteRecording {
+            observations: Vec::new(),
+            images: BTreeMap::from([(camera, 60)]),
+            ..recording()
+        };
+        assert!(refused(&pictures).contains("60 pictures and no detections"));
+        let foreign = SiteRecording {
+            models: Vec::new(),
+            rejected_models: 2,
+            ..recording()
+        };
+        assert!(refused(&foreign).contains("layout of another version"));
+        let without = SiteRecording {
+            models: Vec::new(),
+            ..recording()
+        };
+        assert!(refused(&without).contains("no fusion node was running"));
     }
 
     #[test]

@@ -17,6 +17,7 @@ mod distortion;
 mod document;
 mod kalibr;
 mod matrix;
+mod nested;
 mod opencv;
 mod others;
 mod refit;
@@ -64,6 +65,10 @@ pub enum ForeignFormat {
     Zed,
     /// Metashape's calibration as XML.
     Metashape,
+    /// The cameras of MC-Calib.
+    McCalib,
+    /// The calibration of multical.
+    Multical,
 }
 
 impl fmt::Display for ForeignFormat {
@@ -83,6 +88,8 @@ impl fmt::Display for ForeignFormat {
             Self::RealSense => "RealSense JSON",
             Self::Zed => "ZED configuration",
             Self::Metashape => "Metashape XML",
+            Self::McCalib => "MC-Calib YAML",
+            Self::Multical => "multical JSON",
         })
     }
 }
@@ -113,13 +120,19 @@ pub fn parse_foreign(path: &Path, text: &str) -> Result<(ForeignFormat, Rig), Fi
     let document = parse_document(path, text)?;
     let wrong = |complaint| InvalidFile::with_all(path, complaint);
     let format = format_of(&document, text).ok_or_else(|| {
+        if let Some(other) = other_file(&document) {
+            return wrong(other);
+        }
         wrong(Complaint::new(
             "",
-            "this is no calibration that is known",
+            format!(
+                "this is no calibration that is known: it has {}",
+                keys_of(&document)
+            ),
             "known are ROS camera_info (camera_matrix, distortion_model), Kalibr camchains \
              (cam0: ...), OpenCV's YAML, JSON and XML, PhotonVision, anipose, caliscope, MATLAB \
              as JSON, nerfstudio's transforms.json, EuRoC's sensor.yaml, ORB-SLAM, stella_vslam, \
-             Basalt, RealSense, ZED and Metashape",
+             Basalt, RealSense, ZED, Metashape, MC-Calib and multical",
         ))
     })?;
     let one = |read: fn(&Value, &str) -> Result<Camera, Complaint>| {
@@ -137,6 +150,8 @@ pub fn parse_foreign(path: &Path, text: &str) -> Result<(ForeignFormat, Rig), Fi
         ForeignFormat::RealSense => one(slam::realsense),
         ForeignFormat::Zed => slam::zed(&document),
         ForeignFormat::Metashape => one(slam::metashape),
+        ForeignFormat::McCalib => nested::mc_calib(&document),
+        ForeignFormat::Multical => nested::multical(&document),
         ForeignFormat::Ros | ForeignFormat::OpenCv | ForeignFormat::PhotonVision => {
             camera_info::cameras(&document, stem_of(path))
         }
@@ -179,7 +194,11 @@ pub fn foreign_text(format: ForeignFormat, cameras: &[Camera]) -> Result<String,
 
 fn format_of(document: &Value, text: &str) -> Option<ForeignFormat> {
     let has = |key: &str| document.get(key).is_some();
-    if kalibr::is_chain(document) {
+    if nested::is_mc_calib(document) {
+        Some(ForeignFormat::McCalib)
+    } else if nested::is_multical(document) {
+        Some(ForeignFormat::Multical)
+    } else if kalibr::is_chain(document) {
         Some(ForeignFormat::Kalibr)
     } else if anipose::has_cameras(document) {
         Some(ForeignFormat::Anipose)
@@ -209,6 +228,70 @@ fn format_of(document: &Value, text: &str) -> Option<ForeignFormat> {
         Some(ForeignFormat::Ros)
     } else {
         None
+    }
+}
+
+/// Files of other tools that are known and hold no lenses: the keys by which one knows them, at the top or below the
+/// first entry, what they are, and what to do.
+const OTHER_FILES: [(&[&str], &str, &str); 5] = [
+    (
+        &["pose"],
+        "poses of cameras without lenses, as TagSLAM's camera_poses.yaml",
+        "convert its cameras.yaml, which has the lenses, and write each pose into the rig as \
+         world_from_camera, or find them by `sextant calibrate rig`",
+    ),
+    (
+        &["bodies"],
+        "bodies with tags, as TagSLAM's tagslam.yaml",
+        "write each body as an object file: tag family, ids, sizes and poses (docs/models.md); the \
+         cameras are in its cameras.yaml",
+    ),
+    (
+        &["transformation", "parameters"],
+        "the result of a hand-eye calibration by easy_handeye",
+        "write its transformation into robot.toml as docs/robots.md shows, or calibrate by `sextant \
+         calibrate robot`",
+    ),
+    (
+        &["transform", "parameters"],
+        "the result of a hand-eye calibration by easy_handeye2",
+        "write its transform into robot.toml as docs/robots.md shows, or calibrate by `sextant \
+         calibrate robot`",
+    ),
+    (
+        &["nb_object"],
+        "objects of MC-Calib",
+        "its cameras are in calibrated_cameras_data.yml",
+    ),
+];
+
+/// What a file is that has no lenses.
+fn other_file(document: &Value) -> Option<Complaint> {
+    let below = document.as_mapping().and_then(|keys| keys.values().next());
+    let has = |keys: &[&str]| {
+        let within = |value: &Value| keys.iter().all(|key| value.get(*key).is_some());
+        within(document) || below.is_some_and(within)
+    };
+    let (_, what, remedy) = OTHER_FILES.iter().find(|(keys, ..)| has(keys))?;
+    Some(Complaint::new(
+        "",
+        format!("this has no lens: {what}"),
+        remedy.to_owned(),
+    ))
+}
+
+/// The keys at the top of a document, in words.
+fn keys_of(document: &Value) -> String {
+    const SHOWN: usize = 8;
+    let keys = document.as_mapping().into_iter().flatten();
+    let keys: Vec<&str> = keys.filter_map(|(key, _)| key.as_str()).collect();
+    let more = if keys.len() > SHOWN { ", ..." } else { "" };
+    match keys.is_empty() {
+        true => "no keys".to_owned(),
+        false => format!(
+            "the keys {}{more}",
+            keys[..keys.len().min(SHOWN)].join(", ")
+        ),
     }
 }
 
@@ -267,16 +350,25 @@ fn folder_or_stem(path: &Path) -> &str {
         .unwrap_or_else(|| stem_of(path))
 }
 
-/// A valid name from a tool's name of a camera or file: lower case, other characters as `_`.
+/// Longest name, and how much of the beginning of a longer one is kept.
+const MAX_NAME: usize = 32;
+const KEPT_BEGINNING: usize = 11;
+
+/// A valid name from a tool's name of a camera or file: lower case, other characters as `_`. A long one keeps its end,
+/// in which the cameras of a recording differ.
 pub(crate) fn name_of(said: &str) -> String {
-    let name: String = said
-        .chars()
-        .take(32)
-        .map(|c| match c.to_ascii_lowercase() {
-            c @ ('a'..='z' | '0'..='9' | '_' | '-') => c,
-            _ => '_',
-        })
-        .collect();
+    let letters = said.chars().map(|c| match c.to_ascii_lowercase() {
+        c @ ('a'..='z' | '0'..='9' | '_' | '-') => c,
+        _ => '_',
+    });
+    let letters: Vec<char> = letters.collect();
+    let name: String = match letters.len().checked_sub(MAX_NAME - KEPT_BEGINNING) {
+        Some(end) if letters.len() > MAX_NAME => {
+            let (beginning, end) = (&letters[..KEPT_BEGINNING], &letters[end..]);
+            beginning.iter().chain(end).collect()
+        }
+        _ => letters.into_iter().collect(),
+    };
     if name.is_empty() {
         "camera".to_owned()
     } else {

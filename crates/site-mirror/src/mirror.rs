@@ -1,7 +1,7 @@
 //! The state of a site, from its messages and tokens.
 
 use crate::bounded_map::{BoundedMap, Full};
-use crate::limits::{CAMERAS, FORGOTTEN_NS, FUSION_NODES, NODES, OBJECTS};
+use crate::limits::{CAMERAS, FORGOTTEN_NS, FUSION_NODES, NODES, OBJECTS, SILENCE_NS};
 use crate::reading::read;
 use crate::records::{Camera, FusionNode, Heard, Liveliness, Node, Object};
 use crate::rejection::{Rejection, Rejections};
@@ -11,7 +11,7 @@ use sextant_proto::{
     FusionStatus, KeyRef, NodeId, NodeKind, ObjectConfig, ObjectHealth, RigConfig,
 };
 use sextant_site_model::{CameraId, ObjectId, ObjectModel, Rig, TagId};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A site as heard. Drop rule: beyond the [`limits`](crate::limits) a new id takes the place of the one that was silent
 /// longest, if that is [`FORGOTTEN_NS`] or more, and is refused otherwise.
@@ -26,6 +26,8 @@ pub struct SiteMirror {
     /// Of poses and links, which have the same epochs.
     epochs: EpochFilter,
     rejections: Rejections,
+    /// Objects that no fusion node lists and that were announced lately.
+    unlisted: BTreeSet<ObjectId>,
 }
 
 /// What a payload brought.
@@ -48,6 +50,7 @@ impl Default for SiteMirror {
             tags: TagIndex::default(),
             epochs: EpochFilter::default(),
             rejections: Rejections::default(),
+            unlisted: BTreeSet::new(),
         }
     }
 }
@@ -158,7 +161,8 @@ impl SiteMirror {
         self.nodes.expire(now_ns);
         let former = self.fusion_nodes.expire(now_ns).into_iter();
         let former = former.flat_map(|(_, node)| node.objects);
-        let gone = self.without_owner(now_ns, former.collect());
+        let former: BTreeSet<ObjectId> = former.chain(std::mem::take(&mut self.unlisted)).collect();
+        let gone = self.without_owner(now_ns, former);
         for (_, object) in self.objects.expire(now_ns) {
             if let Some(config) = object.config {
                 self.tags.remove(&config);
@@ -346,15 +350,24 @@ impl SiteMirror {
                 object.gone_ns = None;
             }
         }
-        Ok(self.without_owner(now_ns, before.into_iter().collect()))
+        let waiting = std::mem::take(&mut self.unlisted);
+        Ok(self.without_owner(now_ns, before.into_iter().chain(waiting).collect()))
     }
 
-    /// Those objects that no fusion node has; they are gone.
-    fn without_owner(&mut self, now_ns: u64, mut objects: Vec<ObjectId>) -> Vec<ObjectId> {
+    /// Those objects that no fusion node has; they are gone. One that was announced lately is looked at again with the
+    /// next status: a node that does not list it may have sent its own before it had the object.
+    fn without_owner(&mut self, now_ns: u64, objects: BTreeSet<ObjectId>) -> Vec<ObjectId> {
         let nodes = &self.fusion_nodes;
-        objects.retain(|id| !nodes.iter().any(|(_, node)| node.objects.contains(id)));
-        objects.iter().for_each(|id| self.forget(now_ns, id));
-        objects
+        let has_none = |id: &ObjectId| !nodes.iter().any(|(_, node)| node.objects.contains(id));
+        let is_new = |id: &ObjectId| {
+            let announced_ns = self.objects.get(id).and_then(|object| object.announced_ns);
+            announced_ns.is_some_and(|at_ns| now_ns.saturating_sub(at_ns) < SILENCE_NS)
+        };
+        let without: Vec<ObjectId> = objects.into_iter().filter(has_none).collect();
+        let (new, gone): (Vec<_>, Vec<_>) = without.into_iter().partition(is_new);
+        self.unlisted.extend(new);
+        gone.iter().for_each(|id| self.forget(now_ns, id));
+        gone
     }
 
     /// A model of an object, or its removal, which counts when a fusion node announces it. Where somebody else asks for
@@ -379,6 +392,7 @@ impl SiteMirror {
         self.tags.replace(before, config)?;
         let object = self.objects.entry(now_ns, config.id.clone())?;
         object.config = Some(config.clone());
+        object.announced_ns = Some(now_ns);
         object.gone_ns = None;
         Ok(Vec::new())
     }
@@ -400,6 +414,7 @@ impl SiteMirror {
     fn forget(&mut self, now_ns: u64, id: &ObjectId) {
         if let Some(object) = self.objects.get_mut(id) {
             object.gone_ns = object.gone_ns.or(Some(now_ns));
+            object.announced_ns = None;
             if let Some(config) = object.config.take() {
                 self.tags.remove(&config);
             }

@@ -68,6 +68,8 @@ pub struct Object {
     pub pose: Option<Heard<ObjectPose>>,
     /// Since when no fusion node has it any more, ns.
     pub gone_ns: Option<u64>,
+    /// When its model was announced last, ns.
+    pub(crate) announced_ns: Option<u64>,
 }
 
 impl Object {

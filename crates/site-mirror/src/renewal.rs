@@ -60,15 +60,14 @@ impl<T> Renewal<T> {
         true
     }
 
-    /// Takes a message that is published: it is to be handled now if it is returned, else after the answers.
+    /// Takes a message that is published: the one that is returned is to be handled now, others after the answers.
+    /// Messages keep their order, also beyond the bound.
     pub fn hold(&mut self, message: T) -> Option<T> {
-        match &mut self.held {
-            Some(held) if held.len() < MOST_HELD => {
-                held.push_back(message);
-                None
-            }
-            _ => Some(message),
-        }
+        let Some(held) = &mut self.held else {
+            return Some(message);
+        };
+        held.push_back(message);
+        (held.len() > MOST_HELD).then(|| held.pop_front()).flatten()
     }
 
     /// After the answers were handled, or when none comes any more: the next message to be handled. Without one the
@@ -134,5 +133,16 @@ mod tests {
         assert!(renewal.take_due(2));
         let waiting = (0..2 * MOST_HELD).filter(|_| renewal.hold(5).is_none());
         assert_eq!(waiting.count(), MOST_HELD);
+    }
+
+    #[test]
+    fn a_flood_keeps_its_order() {
+        let mut renewal = Renewal::default();
+        renewal.link(true);
+        assert!(renewal.take_due(0));
+        let flood = 0..2 * MOST_HELD;
+        let mut handled: Vec<usize> = flood.clone().filter_map(|n| renewal.hold(n)).collect();
+        handled.extend(std::iter::from_fn(|| renewal.next_held()));
+        assert!(handled.into_iter().eq(flood));
     }
 }

@@ -191,9 +191,9 @@ pub enum RigError {
     /// Two cameras with one name.
     #[error("camera {0} is there twice")]
     DuplicateCamera(CameraId),
-    /// Width or height outside 1..=65535.
+    /// Width or height outside 2..=65535.
     #[error(
-        "camera {camera}: the resolution {width} x {height} is not between 1 x 1 and 65535 x 65535"
+        "camera {camera}: the resolution {width} x {height} is not between 2 x 2 and 65535 x 65535"
     )]
     Resolution {
         /// The camera.
@@ -359,7 +359,7 @@ impl Rig {
 /// The camera with exact priors and a global shutter where its numbers are zero.
 fn checked(mut camera: Camera) -> Result<Camera, RigError> {
     let [width, height] = camera.resolution;
-    let fits = |pixels: u32| (1..=65_535).contains(&pixels);
+    let fits = |pixels: u32| (2..=65_535).contains(&pixels);
     let id = || camera.id.clone();
     if !fits(width) || !fits(height) {
         return Err(RigError::Resolution {

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use sextant_site_model::{CameraId, ObjectId, TagId};
 
+use crate::clock_cause::{clock_cause, in_brackets};
 use crate::sentences;
 
 /// Something wrong with the site. On the wire the number of the variant, from 0, in this order.
@@ -181,26 +182,35 @@ sentences! { Fault {
         ": set its clock; poses allow for it",
         ms = offset_s * 1e3;
     Self::ClockOff { camera, offset_s } =>
-        "the clock of camera {camera} is {off} {side}",
+        "the clock of camera {camera} is {off} {side}{cause}",
         ": set its clock; poses allow for it",
         off = span(offset_s.abs()),
-        side = if *offset_s > 0.0 { "ahead" } else { "behind" };
+        side = if *offset_s > 0.0 { "ahead" } else { "behind" },
+        cause = in_brackets(*offset_s);
     Self::Untimely { camera, age_s } if *age_s < 0.0 =>
-        "images of camera {camera} are stamped {ahead} ahead of their arrival and left out",
+        "images of camera {camera} are stamped {ahead} ahead of their arrival{cause} and left out",
         ": set its clock",
-        ahead = span(-age_s);
+        ahead = span(-age_s),
+        cause = in_brackets(-age_s);
     Self::Untimely { camera, age_s } =>
-        "images of camera {camera} arrive {age} after their stamps and are left out",
+        "images of camera {camera} arrive {age} after their stamps{cause} and are left out",
         ": set its clock, or look at its network",
-        age = span(*age_s);
+        age = span(*age_s),
+        cause = in_brackets(-age_s);
     Self::DuplicateTag { camera, tag } =>
         "camera {camera} sees tag {tag} twice",
         ": print another id for one of them";
+    Self::HostClockOff { offset_s } if are_cameras_wrong(*offset_s) =>
+        "the clocks of the cameras are {off} ahead of that of the fusion host ({cause})",
+        ": have them told the offset (ptp4l's utc_offset, phc2sys -O); until then poses have their time",
+        off = span(-offset_s),
+        cause = clock_cause(-offset_s).unwrap_or_default();
     Self::HostClockOff { offset_s } =>
-        "the clock of the fusion host is {off} {side} those of the cameras",
+        "the clock of the fusion host is {off} {side} those of the cameras{cause}",
         ": set it; poses have the cameras' time",
         off = span(offset_s.abs()),
-        side = if *offset_s > 0.0 { "ahead of" } else { "behind" };
+        side = if *offset_s > 0.0 { "ahead of" } else { "behind" },
+        cause = in_brackets(*offset_s);
     Self::CameraFrozen { camera, still_s } =>
         "the picture of camera {camera} has stood still for {still_s:.0} s, corner for corner",
         ": restart its capture";
@@ -242,6 +252,30 @@ sentences! { Fault {
         "tags {a} and {b} of object {object} are exchanged, poses allow for it",
         ": exchange their ids in the object's file";
 }}
+
+impl Fault {
+    /// The one camera that it is about.
+    #[must_use]
+    pub fn camera(&self) -> Option<&CameraId> {
+        match self {
+            Self::CameraMoved { camera }
+            | Self::ClockOff { camera, .. }
+            | Self::Untimely { camera, .. }
+            | Self::DuplicateTag { camera, .. }
+            | Self::CameraFrozen { camera, .. }
+            | Self::LensOff { camera }
+            | Self::ImageSize { camera, .. }
+            | Self::CameraTurned { camera, .. }
+            | Self::LensChanged { camera, .. } => Some(camera),
+            _ => None,
+        }
+    }
+}
+
+/// Whether the host's clock is behind by what cameras on another time scale are ahead: then it is theirs that is wrong.
+fn are_cameras_wrong(host_offset_s: f64) -> bool {
+    (-40.0..-10.0).contains(&host_offset_s) && clock_cause(-host_offset_s).is_some()
+}
 
 /// A span of time in words.
 fn span(seconds: f64) -> String {

@@ -11,12 +11,14 @@
 //! [`Imperfection`] by its index, so the order of variants is part of the wire contract; `proto/tests/contract.rs`
 //! compares it with `proto/CONTRACT.md`.
 
+mod clock_cause;
 mod estimate;
 mod fault;
 mod imperfection;
 mod sentences;
 mod severity;
 
+pub use clock_cause::clock_cause;
 pub use estimate::{
     ArticulatedEstimate, ClockOffset, JointEstimate, LinkEstimate, ObjectEstimate, State,
 };

@@ -43,7 +43,7 @@ fn models(fx: f64) -> ModelsInForce {
 }
 
 fn replica(name: &str, models: ModelsInForce) -> Replica {
-    Replica::new(id(name), models, Formers::default(), None, false)
+    Replica::new(id(name), models, Formers::default(), None, None)
 }
 
 fn asked(changes: Vec<Change>) -> Request {
@@ -255,6 +255,9 @@ fn a_node_that_hands_nothing_over_is_not_waited_for_by_a_person() {
         spare.hear(&id("main"), main.state(), now);
         spare.tick(false, now);
         assert!(!spare.is_ready(now), "{seconds}");
+        // It writes down what it knows.
+        effects(&mut spare);
+        spare.kept(Ok(()), now);
     }
     spare.hear(&id("main"), main.state(), at(6 * SECOND_NS));
     assert!(spare.is_ready(at(6 * SECOND_NS)) && !spare.is_current());
@@ -262,14 +265,6 @@ fn a_node_that_hands_nothing_over_is_not_waited_for_by_a_person() {
 
 #[test]
 fn edited_files_count_where_no_other_node_runs() {
-    let record = |models: &ModelsInForce, counter| ModelsState {
-        version: Some(ModelsVersion {
-            counter,
-            t_ns: START_NS,
-            author: id("main"),
-        }),
-        fingerprint: Payloads::encode(models).fingerprint(),
-    };
     let of_record = Some(record(&models(600.0), 5));
     let start = |models| {
         Replica::new(
@@ -277,10 +272,11 @@ fn edited_files_count_where_no_other_node_runs() {
             models,
             Formers::default(),
             of_record.clone(),
-            true,
+            Some(Vec::new()),
         )
     };
-    assert_eq!(Some(start(models(600.0)).state()), of_record.as_ref());
+    let state = of_record.as_ref().map(|record| &record.state);
+    assert_eq!(Some(start(models(600.0)).state()), state);
     let mut edited = start(models(601.0));
     assert_eq!(edited.state().version, None);
     edited.tick(true, at(0));
@@ -295,11 +291,26 @@ fn edited_files_count_where_no_other_node_runs() {
     let [Effect::Keep(job)] = &effects(&mut edited)[..] else {
         panic!()
     };
-    assert_eq!(job.record, *edited.state());
+    assert_eq!(job.record.state, *edited.state());
+}
+
+fn record(models: &ModelsInForce, counter: u64) -> ModelsRecord {
+    ModelsRecord {
+        state: ModelsState {
+            version: Some(ModelsVersion {
+                counter,
+                t_ns: START_NS,
+                author: id("main"),
+            }),
+            fingerprint: Payloads::encode(models).fingerprint(),
+        },
+        newer: None,
+    }
 }
 
 fn kept(name: &str) -> Replica {
-    let mut replica = Replica::new(id(name), models(600.0), Formers::default(), None, true);
+    let kept = Some(Vec::new());
+    let mut replica = Replica::new(id(name), models(600.0), Formers::default(), None, kept);
     replica.tick(true, at(0));
     assert!(matches!(effects(&mut replica)[..], [Effect::Keep(_)]));
     replica.kept(Ok(()), at(1));
@@ -361,7 +372,7 @@ fn a_follower_without_a_disk_follows_says_so_and_writes_later() {
         panic!()
     };
     assert_eq!(job.changes, [Change::Rig(rig(620.0))]);
-    assert_eq!(job.record.version, main.state().version);
+    assert_eq!(job.record.state.version, main.state().version);
     spare.kept(Ok(()), at(8 + RETRY_NS));
     spare.tick(false, at(9 + 2 * RETRY_NS));
     assert_eq!(effects(&mut spare), []);
@@ -478,6 +489,165 @@ fn replicas_agree_on_the_newest_version_when_they_hear_each_other() {
                 .all(|node| node.models() == nodes[0].models() && node.is_current())
         );
     }
+}
+
+/// A standby stood still during a change, and the node that made it has died: what the standby knows of the newer
+/// models outlives its process, until a person decides.
+#[test]
+fn a_node_that_knows_of_newer_models_knows_it_after_a_restart() {
+    let (mut main, mut spare) = (kept("main"), kept("spare"));
+    main.request(asked(vec![Change::Rig(rig(610.0))]), at(2));
+    effects(&mut main);
+    main.kept(Ok(()), at(3));
+    spare.hear(&id("main"), main.state(), at(4));
+    spare.left(&id("main"), at(5));
+    for ms in [5, 50, 150, 600] {
+        spare.tick(true, at(ms * MS));
+        assert_eq!(spare.is_stuck(at(ms * MS)), ms == 600, "{ms}");
+    }
+    let jobs = effects(&mut spare);
+    let [Effect::Keep(job)] = &jobs[..] else {
+        panic!("{jobs:?}")
+    };
+    let newer = (main.state().version.clone().unwrap(), id("main"));
+    assert_eq!(job.record.newer, Some(newer));
+    assert_eq!(job.record.state, *spare.state());
+
+    let restart = |record: &ModelsRecord| {
+        let (record, kept) = (Some(record.clone()), Some(Vec::new()));
+        Replica::new(id("spare"), models(600.0), Formers::default(), record, kept)
+    };
+    let mut anew = restart(&job.record);
+    for ms in [0, 600] {
+        anew.tick(true, at(ms * MS));
+        assert!(!anew.is_current());
+    }
+    assert!(anew.is_stuck(at(600 * MS)));
+    assert_eq!(effects(&mut anew), []);
+    // The node with the newer ones is there again.
+    let mut follower = restart(&job.record);
+    follower.hear(&id("main"), main.state(), at(SECOND_NS));
+    follower.follow(&id("main"), main.payloads().clone(), at(SECOND_NS));
+    assert!(follower.is_current() && follower.models() == main.models());
+    let wrote = {
+        follower.tick(false, at(SECOND_NS));
+        effects(&mut follower)
+    };
+    let Some(Effect::Keep(job)) = wrote.last() else {
+        panic!("{wrote:?}")
+    };
+    assert_eq!(job.record.newer, None);
+    // A person decides that what there is counts.
+    assert!(anew.is_ready(at(SECOND_NS)));
+    anew.request(asked(vec![Change::Rig(rig(600.0))]), at(SECOND_NS));
+    anew.kept(Ok(()), at(SECOND_NS + 1));
+    anew.tick(true, at(3 * SECOND_NS));
+    assert!(anew.is_current() && !anew.is_stuck(at(3 * SECOND_NS)));
+    assert!(anew.state().version > main.state().version);
+    assert!(outcomes(&effects(&mut anew)).contains(&&ChangeOutcome::Kept));
+}
+
+/// The network is divided, both halves change something, and it is whole again: whose change is not in force says so,
+/// and can bring it back.
+#[test]
+fn a_change_that_the_other_half_sets_aside_is_reported_and_can_be_brought_back() {
+    let (mut main, mut spare) = (kept("main"), kept("spare"));
+    let now = at(SECOND_NS);
+    spare.hear(&id("main"), main.state(), now);
+    main.hear(&id("spare"), spare.state(), now);
+    let change = |replica: &mut Replica, change: Change, s: u64| {
+        replica.request(asked(vec![change]), at(s * SECOND_NS));
+        replica.kept(Ok(()), at(s * SECOND_NS + 1));
+        replica.tick(true, at((s + 2) * SECOND_NS));
+        effects(replica);
+    };
+    change(&mut main, Change::Rig(rig(610.0)), 2);
+    for (s, gain) in [(2, 1.5), (5, 2.0)] {
+        let settings = CameraSettings {
+            gain: Some(gain),
+            ..CameraSettings::none("north".parse().unwrap())
+        };
+        change(&mut spare, Change::Camera(settings), s);
+    }
+    let healed = at(20 * SECOND_NS);
+    main.hear(&id("spare"), spare.state(), healed);
+    main.follow(&id("spare"), spare.payloads().clone(), healed);
+    assert_eq!(main.models(), spare.models());
+    let set_aside = main.set_aside().expect("a change is set aside");
+    assert_eq!(set_aside.by, id("spare"));
+    assert_eq!(set_aside.changes, [Change::Rig(rig(610.0))]);
+    assert!(
+        set_aside.detail.contains("camera north"),
+        "{}",
+        set_aside.detail
+    );
+    let last = main.formers().last(&id("main")).unwrap();
+    assert_eq!(last.rig_config().unwrap(), Some((&rig(610.0)).into()));
+    effects(&mut main);
+    main.kept(Ok(()), healed);
+    assert!(spare.set_aside().is_none());
+    // Somebody brings it back, at the node that publishes.
+    change(&mut spare, Change::Rig(rig(610.0)), 30);
+    let now = at(40 * SECOND_NS);
+    main.hear(&id("spare"), spare.state(), now);
+    main.follow(&id("spare"), spare.payloads().clone(), now);
+    assert_eq!((main.models(), main.set_aside()), (spare.models(), None));
+}
+
+/// While the link of a node was lost the others may have changed the models: it publishes nothing by its own until it
+/// has heard them.
+#[test]
+fn a_node_whose_link_is_back_is_not_current_before_it_has_heard_the_others() {
+    let (mut main, mut spare) = (kept("main"), kept("spare"));
+    spare.hear(&id("main"), main.state(), at(SECOND_NS));
+    spare.link(Link::Down, at(2 * SECOND_NS));
+    spare.left(&id("main"), at(2 * SECOND_NS));
+    spare.tick(true, at(3 * SECOND_NS));
+    assert!(spare.is_current(), "alone it goes on");
+    main.request(asked(vec![Change::Rig(rig(610.0))]), at(4 * SECOND_NS));
+    effects(&mut main);
+    main.kept(Ok(()), at(4 * SECOND_NS));
+    spare.link(Link::Up, at(5 * SECOND_NS));
+    assert!(!spare.is_current());
+    spare.hear(&id("main"), main.state(), at(5 * SECOND_NS + 50 * MS));
+    spare.follow(
+        &id("main"),
+        main.payloads().clone(),
+        at(5 * SECOND_NS + 60 * MS),
+    );
+    spare.tick(true, at(5 * SECOND_NS + 70 * MS));
+    assert!(spare.is_current() && spare.models() == main.models());
+    // The other one is gone for good.
+    let mut lonely = kept("lonely");
+    lonely.hear(&id("main"), main.state(), at(SECOND_NS));
+    lonely.follow(&id("main"), main.payloads().clone(), at(SECOND_NS));
+    lonely.link(Link::Down, at(2 * SECOND_NS));
+    lonely.link(Link::Up, at(3 * SECOND_NS));
+    lonely.tick(true, at(3 * SECOND_NS));
+    assert!(!lonely.is_current());
+    lonely.tick(true, at(3 * SECOND_NS + REJOIN_NS));
+    assert!(lonely.is_current());
+}
+
+/// A change that the others had is not set aside by a later one of theirs.
+#[test]
+fn a_change_that_was_followed_is_no_change_that_is_set_aside() {
+    let (mut main, mut spare) = (kept("main"), kept("spare"));
+    main.request(asked(vec![Change::Rig(rig(610.0))]), at(2));
+    effects(&mut main);
+    main.kept(Ok(()), at(3));
+    spare.hear(&id("main"), main.state(), at(4));
+    spare.follow(&id("main"), main.payloads().clone(), at(5));
+    main.hear(&id("spare"), spare.state(), at(6));
+    effects(&mut spare);
+    spare.tick(true, at(7));
+    effects(&mut spare);
+    spare.kept(Ok(()), at(8));
+    spare.request(asked(vec![Change::Rig(rig(620.0))]), at(SECOND_NS));
+    spare.kept(Ok(()), at(SECOND_NS + 1));
+    main.hear(&id("spare"), spare.state(), at(2 * SECOND_NS));
+    main.follow(&id("spare"), spare.payloads().clone(), at(2 * SECOND_NS));
+    assert_eq!((main.models(), main.set_aside()), (spare.models(), None));
 }
 
 #[test]

@@ -62,18 +62,51 @@ function span(seconds: number): string {
   return `${(seconds / (365.25 * day)).toFixed(1)} years`;
 }
 
+/** Which mistake makes a clock differ by so many seconds (positive: ahead), in the words of sextant-site-report. */
+function clockCause(offset: number): string {
+  const size = Math.abs(offset);
+  const is = (seconds: number): boolean => Math.abs(offset - seconds) < 0.2;
+  const quarters = size / 900;
+  const year = 365.25 * 86_400;
+  if (is(37)) return "TAI in place of UTC, PTP without its UTC offset";
+  if (is(-37)) return "37 s were taken off twice: UTC in place of TAI";
+  if (is(18)) return "GPS time in place of UTC";
+  if (is(19) || is(-19)) return "GPS time in place of TAI";
+  if (Math.abs(size - 1) < 0.02) return "a leap second, perhaps";
+  if (quarters > 1.5 && quarters < 57 && Math.abs(quarters - Math.round(quarters)) * 15 < 1) return "the time of a time zone in place of UTC";
+  if (Math.abs(size - 2_208_988_800) < year / 12) return "seconds since 1900 in place of 1970";
+  return offset < -40 * year ? "it counts from 1970: no battery, and never set" : "";
+}
+
+/** The cause in brackets; nothing where none is known. */
+const causeOf = (offset: number): string => {
+  const cause = clockCause(offset);
+  return cause && ` (${cause})`;
+};
+
+function hostClockOff({ offset_s: offset }: Fields<Fault, "host_clock_off">): Story {
+  const by = span(Math.abs(offset));
+  if (offset >= -40 && offset < -10 && clockCause(-offset))
+    return story(
+      `the clocks of the cameras are ${by} ahead of that of the fusion host${causeOf(-offset)}`,
+      "have them told the offset (ptp4l's utc_offset, phc2sys -O); until then poses have their time",
+    );
+  const where = offset > 0 ? "ahead of" : "behind";
+  return story(`the clock of the fusion host is ${by} ${where} those of the cameras${causeOf(offset)}`, "set it; poses have the cameras' time");
+}
+
 function clockOff({ camera, offset_s: offset }: Fields<Fault, "clock_off">): Story {
   const by =
     Math.abs(offset) < 0.1
       ? `off by ${signed(offset * 1e3, 1)} ms`
-      : `${span(Math.abs(offset))} ${offset > 0 ? "ahead" : "behind"}`;
+      : `${span(Math.abs(offset))} ${offset > 0 ? "ahead" : "behind"}${causeOf(offset)}`;
   return story(`the clock of camera ${camera} is ${by}`, "set its clock; poses allow for it");
 }
 
 function untimely({ camera, age_s: age }: Fields<Fault, "untimely">): Story {
   return age < 0
-    ? story(`images of camera ${camera} are stamped ${span(-age)} ahead of their arrival and left out`, "set its clock")
-    : story(`images of camera ${camera} arrive ${span(age)} after their stamps and are left out`, "set its clock, or check its network");
+    ? story(`images of camera ${camera} are stamped ${span(-age)} ahead of their arrival${causeOf(-age)} and left out`, "set its clock")
+    : story(`images of camera ${camera} arrive ${span(age)} after their stamps${causeOf(-age)} and are left out`, "set its clock, or check its network");
 }
 
 function tagSize(fields: Fields<Fault, "tag_size">): Story {
@@ -97,10 +130,7 @@ const FAULTS: Stories<Fault> = {
   untimely,
   duplicate_tag: (fields) =>
     story(`camera ${fields.camera} sees ${tag(fields.tag)} twice`, "print another id for one of them"),
-  host_clock_off: ({ offset_s }) => {
-    const where = offset_s > 0 ? "ahead of" : "behind";
-    return story(`the clock of the fusion host is ${span(Math.abs(offset_s))} ${where} those of the cameras`, "set it; poses have the cameras' time");
-  },
+  host_clock_off: hostClockOff,
   camera_frozen: ({ camera, still_s }) =>
     story(`the picture of camera ${camera} has stood still for ${fixed(still_s, 0)} s, corner for corner`, "restart its capture"),
   lens_off: ({ camera }) =>
@@ -190,7 +220,10 @@ const NOTICES: Stories<Notice> = {
   late_observations: ({ camera, total }) =>
     story(`observations of camera ${camera} arrive too late (${total} dropped since the start)`, "check its network and its clock"),
   overload: ({ dropped, total }) =>
-    story(`overload: ${dropped} observations dropped unread (${total} since the start)`, "use fewer images a second, fewer cameras or a faster machine"),
+    story(
+      `the fusion node's machine is too slow, or stood still: ${dropped} observations dropped (${total} since the start)`,
+      "use fewer images a second, fewer cameras or a faster machine",
+    ),
   unpublished: (fields) => story(`${fields.total} messages not published since the start; last: ${detail(fields).cause}`),
   clock_stepped: ({ by_s: by }) => {
     const way = by < 0 ? "back" : "forward";
@@ -206,10 +239,20 @@ const NOTICES: Stories<Notice> = {
     information(`a refined calibration explains the images better (${fixed(before_px, 2)} px to ${fixed(after_px, 2)} px on ${n_images} held-back images)`, "apply it here, or run `sextant config apply-refinement`", "apply"),
   old_models: ({ node, newer }) =>
     story(
-      `fusion node ${node} has an older rig or objects than ${newer} and publishes no poses until it has taken these over`,
-      `check the network between the two; where ${newer} is gone for good, set the rig again (\`sextant config set rig\`)`,
+      `fusion node ${node} has an older rig or objects than ${newer} and publishes all objects as lost until it has taken these over`,
+      `check the network between the two; where ${newer} is gone for good, set the rig again, the present one too (\`sextant config set rig RIG.toml\`)`,
     ),
   not_kept: (fields) => story(`the rig and the objects in force are not in the files that this node would start from: ${detail(fields).cause}`),
+  set_aside: ({ node, by, detail: what }) =>
+    story(
+      `a change that was made at fusion node ${node} while the network was divided is set aside, those of ${by} are in force: ${what}`,
+      `bring rig and objects back by \`sextant config revert --to ${node}\``,
+    ),
+  cameras_slow: ({ cameras, behind_s }) =>
+    story(
+      `${cameras.length === 1 ? "camera" : "cameras"} ${cameras.join(", ")}: images leave the camera's machine up to ${fixed(behind_s, 1)} s after they were taken, too late`,
+      "use fewer images a second, smaller ones or a faster machine",
+    ),
 };
 
 const CAMERA_NOTICES: Stories<CameraNotice> = {

@@ -557,7 +557,7 @@ export const isNotice = variants({
     camera: isText,
     total: isNumber,
   }),
-  /** observations dropped unread, since the last status and since the node started */
+  /** observations and poses dropped as the node's machine is too slow, since the last status and since the node started */
   overload: record({
     dropped: isNumber,
     total: isNumber,
@@ -586,7 +586,7 @@ export const isNotice = variants({
     before_px: isNumber,
     after_px: isNumber,
   }),
-  /** a node whose models are older than another one's: it publishes no poses meanwhile */
+  /** a node whose models are older than another one's: it publishes all objects as lost meanwhile, where it should publish */
   old_models: record({
     node: isText,
     newer: isText,
@@ -594,6 +594,19 @@ export const isNotice = variants({
   /** the models in force are not in the node's files */
   not_kept: record({
     detail: isText,
+  }),
+  /** changes made at a node of a divided network are not in force, those of another node are: `sextant config revert --to` brings them back */
+  set_aside: record({
+    node: isText,
+    by: isText,
+    t_ns: isNumber,
+    detail: isText,
+  }),
+  /** dropped as too old: they left the camera's machine so long after the capture */
+  cameras_slow: record({
+    /** at most 16 */
+    cameras: listOf(isText),
+    behind_s: isNumber,
   }),
 });
 export type Notice = Checked<typeof isNotice>;

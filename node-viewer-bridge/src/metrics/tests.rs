@@ -350,7 +350,7 @@ fn what_the_site_has_no_more_is_forgotten() {
         objects: Vec::new(),
         ..fusion_status()
     };
-    site.hear(1, KeyRef::FusionStatus(fusion()), &without);
+    site.hear(4 * SECOND_NS, KeyRef::FusionStatus(fusion()), &without);
     site.metrics.keep_known(&site.mirror);
     let text = site.text();
     let left: Vec<&str> = text.lines().filter(|line| line.contains("cube")).collect();

@@ -28,6 +28,8 @@ const MOST_PINGS: usize = 16;
 /// An image may be so old when it arrives, or so new.
 const OLDEST_NS: u64 = 10_000_000_000;
 const NEWEST_NS: u64 = 1_000_000_000;
+/// A browser that has sent no image for so long is reported.
+const SILENT_NS: u64 = 2_000_000_000;
 /// Standard deviation of the time from exposure to arrival in browsers that do not state the time of capture.
 const UNKNOWN_LATENCY_NS: u64 = 80_000_000;
 
@@ -75,9 +77,21 @@ pub(crate) enum BridgeMessage<'a> {
         /// Whether a page of the site is open, which shows pictures.
         watched: bool,
         in_rig: bool,
+        /// What the site finds wrong with this camera, in words.
+        faults: BTreeSet<String>,
         /// Those of the site's tags.
         families: BTreeSet<Family>,
     },
+}
+
+/// What the site knows of a camera.
+#[derive(Debug, Default)]
+pub(crate) struct KnownOfCamera {
+    pub(crate) in_rig: bool,
+    /// In words.
+    pub(crate) faults: BTreeSet<String>,
+    /// Those of the site's tags.
+    pub(crate) families: BTreeSet<Family>,
 }
 
 /// Why a message is dropped.
@@ -113,11 +127,14 @@ pub(crate) struct Session {
     refused: u64,
     refused_in_a_row: u32,
     cause: Option<String>,
+    /// When the last image came, monotonic; at first when the session began.
+    image_ns: u64,
 }
 
 impl Session {
     pub(crate) fn new(camera: CameraId, monotonic_ns: u64) -> Self {
         Self {
+            image_ns: monotonic_ns,
             camera,
             clock: ClockComparison::default(),
             budget: Budget::full(monotonic_ns),
@@ -139,7 +156,10 @@ impl Session {
         };
         match result {
             Ok(outgoing) => {
-                self.published += u64::from(matches!(outgoing, Outgoing::Observations(_)));
+                if matches!(outgoing, Outgoing::Observations(_)) {
+                    self.published += 1;
+                    self.image_ns = now.monotonic_ns;
+                }
                 self.refused_in_a_row = 0;
                 Some(outgoing)
             }
@@ -202,6 +222,7 @@ impl Session {
         };
         message.notices.clear();
         message.notices.extend(self.notice());
+        message.notices.extend(self.silence(now));
         Ok(message)
     }
 
@@ -235,6 +256,14 @@ impl Session {
             .map_or(now.wire_ns, |time| {
                 now.wire_ns.saturating_mul(2).saturating_sub(time.at_ns)
             })
+    }
+
+    /// A browser that is there and sends no images: another program has taken its camera, or the system has paused it.
+    fn silence(&self, now: &Now) -> Option<CameraNotice> {
+        let silent_ns = now.monotonic_ns.saturating_sub(self.image_ns);
+        (silent_ns >= SILENT_NS).then_some(CameraNotice::NoImage {
+            silent_s: silent_ns as f64 * 1e-9,
+        })
     }
 
     fn notice(&self) -> Option<CameraNotice> {
@@ -297,8 +326,7 @@ impl Session {
         &self,
         now: &Now,
         watched: bool,
-        in_rig: bool,
-        families: BTreeSet<Family>,
+        known: KnownOfCamera,
     ) -> BridgeMessage<'_> {
         let time = self.clock.host_time(self.there(now));
         BridgeMessage::Report {
@@ -307,8 +335,9 @@ impl Session {
             refused: self.refused,
             cause: self.cause.as_deref(),
             watched,
-            in_rig,
-            families,
+            in_rig: known.in_rig,
+            faults: known.faults,
+            families: known.families,
         }
     }
 }
@@ -413,6 +442,26 @@ mod tests {
             tags: Vec::new(),
         })
         .unwrap()
+    }
+
+    /// The browser is there, and its camera has stopped: another app has it.
+    #[test]
+    fn a_browser_without_images_is_reported_until_it_sends_one() {
+        let mut session = session();
+        let notices = |session: &mut Session, ms| {
+            let Some(Outgoing::Status(status)) = session.handle_bytes(&now_at(ms), &status())
+            else {
+                panic!()
+            };
+            status.notices
+        };
+        let image = |ms: u64| observations("pocket", START_NS + AHEAD_NS + ms * 1_000_000);
+        session.handle_bytes(&now_at(1000), &image(990)).unwrap();
+        assert_eq!(notices(&mut session, 2900), []);
+        let silent = CameraNotice::NoImage { silent_s: 2.5 };
+        assert_eq!(notices(&mut session, 3500), [silent]);
+        session.handle_bytes(&now_at(3600), &image(3590)).unwrap();
+        assert_eq!(notices(&mut session, 3700), []);
     }
 
     fn status() -> Vec<u8> {

@@ -5,9 +5,13 @@ use crate::check::{self, OutOfRange, holds};
 use crate::ids::NodeId;
 use crate::limits::MAX_DETAIL_BYTES;
 use crate::messages::refusal::Refusal;
+use crate::wire;
 use serde::{Deserialize, Serialize};
 use sextant_site_model::CameraId;
 use sextant_site_report::Severity;
+
+/// Most cameras that a notice names.
+pub const MAX_SLOW_CAMERAS: usize = 16;
 
 /// Something that a person should know, and for how long it is shown.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -27,11 +31,12 @@ pub enum Notice {
         /// Observations dropped since the node started.
         total: u64,
     },
-    /// Observations were dropped unread because the machine is too slow; shown for ten seconds after the last.
+    /// Observations were dropped, or poses not published, because the machine of the node is too slow or stood still;
+    /// shown for ten seconds after the last.
     Overload {
-        /// Observations dropped since the last status.
+        /// Observations and poses dropped since the last status.
         dropped: u64,
-        /// Observations dropped since the node started.
+        /// Observations and poses dropped since the node started.
         total: u64,
     },
     /// Messages were not published because a value was out of range; shown for ten seconds after the last.
@@ -69,8 +74,8 @@ pub enum Notice {
         /// Rms reprojection error of these by the models proposed, px.
         after_px: f64,
     },
-    /// A fusion node works from older models than another one; shown until it has taken them over. It publishes no
-    /// poses meanwhile.
+    /// A fusion node works from older models than another one; shown until it has taken them over. Where it should
+    /// publish, it publishes all objects as lost meanwhile.
     OldModels {
         /// The node whose models are old.
         node: NodeId,
@@ -82,6 +87,27 @@ pub enum Notice {
         /// Why, English text.
         detail: String,
     },
+    /// Changes that were made at a fusion node while the network was divided are not in force, as those of another node
+    /// were more, or later; shown until the models in question are changed again.
+    SetAside {
+        /// The node at which they were made.
+        node: NodeId,
+        /// The node whose models are in force.
+        by: NodeId,
+        /// When the last of them was made, ns since the Unix epoch.
+        t_ns: u64,
+        /// What differs from what is in force, English text.
+        detail: String,
+    },
+    /// Observations of cameras were dropped as too old because they left the camera's machine late; shown for ten
+    /// seconds after the last.
+    CamerasSlow {
+        /// The cameras, at most 16.
+        #[serde(deserialize_with = "wire::list::at_most::<_, _, MAX_SLOW_CAMERAS>")]
+        cameras: Vec<CameraId>,
+        /// Longest time from the capture to the publication, s.
+        behind_s: f64,
+    },
 }
 
 sextant_site_report::sentences! { Notice {
@@ -92,7 +118,8 @@ sextant_site_report::sentences! { Notice {
         "observations of camera {camera} arrive too late ({total} dropped since the start)",
         ": check its network and its clock";
     Self::Overload { dropped, total } =>
-        "overload: {dropped} observations dropped unread ({total} since the start)",
+        "the fusion node's machine is too slow, or stood still: {dropped} observations dropped ({total} since the \
+         start)",
         ": use fewer images a second, fewer cameras or a faster machine";
     Self::Unpublished { total, detail } =>
         "{total} messages not published since the start; last: {detail}",
@@ -116,13 +143,22 @@ sextant_site_report::sentences! { Notice {
          held-back images)",
         ": run `sextant config apply-refinement`";
     Self::OldModels { node, newer } =>
-        "fusion node {node} has an older rig or objects than {newer} and publishes no poses until it has taken these \
-         over",
-        ": check the network between the two; where {newer} is gone for good, set the rig again (`sextant config set \
-         rig`)";
+        "fusion node {node} has an older rig or objects than {newer} and publishes all objects as lost until it has \
+         taken these over",
+        ": check the network between the two; where {newer} is gone for good, set the rig again, the present one too \
+         (`sextant config set rig RIG.toml`)";
     Self::NotKept { detail } =>
         "the rig and the objects in force are not in this node's files, which it would start from: {detail}",
         "";
+    Self::SetAside { node, by, detail, .. } =>
+        "a change that was made at fusion node {node} while the network was divided is set aside, those of {by} are in \
+         force: {detail}",
+        ": bring rig and objects back by `sextant config revert --to {node}`";
+    Self::CamerasSlow { cameras, behind_s } =>
+        "{noun} {names}: images leave the camera's machine up to {behind_s:.1} s after they were taken, too late",
+        ": use fewer images a second, smaller ones or a faster machine",
+        noun = if cameras.len() == 1 { "camera" } else { "cameras" },
+        names = cameras.iter().map(CameraId::as_str).collect::<Vec<_>>().join(", ");
 }}
 
 impl Notice {
@@ -138,7 +174,9 @@ impl Notice {
             | Self::ChangeRefused { .. }
             | Self::NameTaken { .. }
             | Self::OldModels { .. }
-            | Self::NotKept { .. } => Severity::Fault,
+            | Self::NotKept { .. }
+            | Self::SetAside { .. }
+            | Self::CamerasSlow { .. } => Severity::Fault,
         }
     }
 
@@ -170,6 +208,14 @@ impl Notice {
             }
             Self::OldModels { .. } => Ok(()),
             Self::NotKept { detail } => check::detail(detail, FIELD),
+            Self::CamerasSlow { cameras, behind_s } => {
+                holds(cameras.len() <= MAX_SLOW_CAMERAS, FIELD)?;
+                check::amount(*behind_s, FIELD)
+            }
+            Self::SetAside { t_ns, detail, .. } => {
+                check::time(*t_ns, FIELD)?;
+                check::detail(detail, FIELD)
+            }
         }
     }
 }

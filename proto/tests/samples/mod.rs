@@ -417,6 +417,16 @@ fn notices() -> Vec<Notice> {
         Notice::NotKept {
             detail: "no space left on device".into(),
         },
+        Notice::SetAside {
+            node: NodeId::new("fusion").unwrap(),
+            by: NodeId::new("spare").unwrap(),
+            t_ns: 1_800_000_000_000_000_000,
+            detail: "in the rig camera north is 300.0 mm and 0.00 degrees away".into(),
+        },
+        Notice::CamerasSlow {
+            cameras: vec![camera(), CameraId::new("south").unwrap()],
+            behind_s: 1.5,
+        },
     ];
     let refused = refusals().into_iter().map(|refusal| Notice::ChangeRefused {
         key: "config/rig".into(),

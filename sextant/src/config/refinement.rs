@@ -79,18 +79,20 @@ fn number_of(proposal: &Proposal) -> Proposal {
     Proposal::none(proposal.node.clone(), proposal.t_ns)
 }
 
-/// Takes a change back: what was in force before it is set again.
+/// Takes a change back: what was in force before it is set again. With `of`, what this node had before its last change,
+/// else the one that publishes.
 ///
 /// # Errors
 /// Nothing to revert, no answer, a refusal.
 pub fn revert(
     what: &RevertTarget,
+    of: Option<&NodeId>,
     run: Run,
     site: &SiteArguments,
     format: Format,
 ) -> anyhow::Result<()> {
     let site = site.open()?;
-    let node = publisher(&site)?;
+    let node = of.cloned().map_or_else(|| publisher(&site), Ok)?;
     let models = match what {
         RevertTarget::Last => {
             let last = first(&site, &site.keys.former(&node))?;

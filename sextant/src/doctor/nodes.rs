@@ -2,13 +2,16 @@
 
 use crate::config::ConfigKind;
 use crate::doctor::Finding;
+use crate::site::SiteOfFile;
 use node_camera::CameraNodeConfig;
 use node_fusion::FusionConfig;
 use node_viewer_bridge::{PhonePage, ViewerConfig};
+use serde::Deserialize;
 use sextant_process::host;
-use sextant_proto::{NodeId, NodeKind};
+use sextant_proto::{NodeId, NodeKind, SiteId};
 use sextant_site_files::read_toml;
 use sextant_tag_families::Family;
+use sextant_zenoh_bus::{BusOptions, SecurityOptions};
 use std::collections::BTreeSet;
 use std::fs::OpenOptions;
 use std::io::{ErrorKind, Read, Write};
@@ -23,6 +26,41 @@ const ANSWER: Duration = Duration::from_secs(1);
 
 /// A node that a file describes.
 pub type NamedNode = (NodeKind, NodeId);
+
+/// What the files of all nodes have: the site and the way to it.
+#[derive(Debug, Deserialize)]
+struct AnyNode {
+    site: SiteId,
+    #[serde(default)]
+    network: BusOptions,
+    #[serde(default)]
+    security: SecurityOptions,
+}
+
+/// The site of a node's file, and how the node gets to it; none where the file is no node's.
+pub fn site_of_file(file: &Path) -> Option<SiteOfFile> {
+    let node: AnyNode = read_toml(file).ok()?;
+    let connect = node.network.connect.iter().flatten().next().cloned();
+    let own = node
+        .network
+        .listen
+        .first()
+        .and_then(|listen| reachable(listen));
+    Some(SiteOfFile {
+        site: node.site,
+        connect: connect.or(own),
+        keys: node.security.keys.map(|keys| beside(file).join(keys)),
+    })
+}
+
+/// Where this machine reaches a router that listens on `endpoint`.
+fn reachable(endpoint: &str) -> Option<String> {
+    let is_chosen_at_start = endpoint.ends_with(":0");
+    let here = endpoint
+        .replace("/0.0.0.0:", "/127.0.0.1:")
+        .replace("/[::]:", "/[::1]:");
+    (!is_chosen_at_start).then_some(here)
+}
 
 /// Findings, and the node's name where the network knows one.
 type NodeFindings = (Vec<Finding>, Option<NamedNode>);

@@ -18,7 +18,7 @@ use std::collections::BTreeSet;
 /// # Errors
 /// An interruption.
 pub fn findings(arguments: &SiteArguments, nodes: &[NamedNode]) -> anyhow::Result<Vec<Finding>> {
-    let site = match arguments.open() {
+    let site = match arguments.open_any() {
         Ok(site) => site,
         Err(error) if exit_of(&error) == Exit::Unavailable => {
             let remedy = "right before the first start; else look at its address and firewall";
@@ -37,7 +37,10 @@ pub fn findings(arguments: &SiteArguments, nodes: &[NamedNode]) -> anyhow::Resul
     let keys = &site.keys;
     let mirror = site.mirror(&[keys.all_camera_statuses(), keys.all_fusion_statuses()])?;
     let view = SiteView::from_mirror(&mirror);
-    let mut findings = vec![Finding::ok("router", "it answers")];
+    let mut findings = vec![Finding::ok(
+        "router",
+        format!("it answers at {}", arguments.connect()),
+    )];
     findings.push(view.fusion_nodes(&site)?);
     findings.extend(other_versions(&view));
     findings.extend(foreign_contracts(&view.fusion));
@@ -83,10 +86,11 @@ impl<'a> SiteView<'a> {
             return Ok(Finding::ok("site", words));
         }
         let name = site.keys.site();
-        let tokens = site.bus.alive_keys("sextant/v1/*/alive/fusion/*")?;
-        let sites = tokens.iter().filter_map(|key| key.split('/').nth(2));
-        let sites: BTreeSet<String> = sites.map(words::plain).collect();
-        let sites: Vec<String> = sites.into_iter().collect();
+        let sites: Vec<String> = site
+            .other_sites()?
+            .iter()
+            .map(|site| words::plain(site))
+            .collect();
         Ok(match sites.as_slice() {
             [] => Finding::warning(
                 "site",

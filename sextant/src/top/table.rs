@@ -3,7 +3,7 @@
 use crate::top::board::Board;
 use crate::top::rows::{CameraRow, ObjectRow};
 use crate::words;
-use sextant_proto::{FusionStatus, Rejections};
+use sextant_proto::{ClockSource, FusionStatus, Rejections};
 use sextant_site_report::State;
 
 /// A line, cut to a width.
@@ -139,6 +139,9 @@ fn camera(row: &CameraRow<'_>, now_ns: u64) -> Line {
     let age_ms = |capture_ns: u64| now_ns.saturating_sub(capture_ns) as f64 * 1e-6;
     let number = |value: Option<String>| value.unwrap_or_else(|| "-".to_owned());
     let status = row.status;
+    // Images of a recording have the age of the recording, which is nobody's fault.
+    let is_recorded = status.is_some_and(|s| s.clock.source == ClockSource::Recorded);
+    let captured_ns = row.last_capture_ns.filter(|_| !is_recorded);
     let intake = row.intake.map(|intake| intake.rate_hz);
     let rate = status.map(|status| status.rate_hz).or(intake);
     let text = format!(
@@ -153,10 +156,7 @@ fn camera(row: &CameraRow<'_>, now_ns: u64) -> Line {
             row.clock
                 .map(|clock| format!("{:+.1}ms", clock.offset_s * 1e3))
         ),
-        number(
-            row.last_capture_ns
-                .map(|at| format!("{:.0}", age_ms(at).min(9_999_999.0)))
-        ),
+        number(captured_ns.map(|at| words::age_ms(age_ms(at), 0))),
     );
     line(
         text,
@@ -194,7 +194,7 @@ fn object(row: &ObjectRow<'_>) -> Line {
     let [x, y, z] = pose.position.map(|metres| metres * 1e3);
     let latency_ms = latency_ms(pose.capture_ns, pose.published_ns);
     let text = format!(
-        "{begin}{:>6.1}{:>22}{:>13}{:>4}{:>4}{:>5.0}",
+        "{begin}{:>6.1}{:>22}{:>13}{:>4}{:>4}{:>5}",
         row.rate_hz,
         format!("{x:.1} {y:.1} {z:.1}"),
         format!(
@@ -204,7 +204,11 @@ fn object(row: &ObjectRow<'_>) -> Line {
         ),
         pose.cameras,
         pose.tags,
-        latency_ms.clamp(-999.0, 9999.0),
+        match latency_ms.abs() < 1e7 {
+            true => words::age_ms(latency_ms.clamp(-999.0, 9999.0), 0),
+            // A recording's, or by a wrong clock, which is reported where it is a fault.
+            false => "-".to_owned(),
+        },
     );
     line(text, tone)
 }

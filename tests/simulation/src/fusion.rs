@@ -122,12 +122,19 @@ impl Process {
     /// # Panics
     /// If the estimator refuses the models.
     #[must_use]
-    pub fn start(config: &FusionConfig, disk: &Disk, others: Vec<NodeId>, at: Conditions) -> Self {
+    pub fn start(
+        config: &FusionConfig,
+        disk: &mut Disk,
+        others: Vec<NodeId>,
+        at: Conditions,
+    ) -> Self {
+        disk.complete_interrupted();
         let clock = ProcessClock::new(at.wall_ns, at.at_ns);
         let initial = InitialState {
             models: disk.models.clone(),
             formers: Default::default(),
             record: disk.record.clone().filter(|_| config.keep_changes),
+            unwritten: Vec::new(),
             others,
             clock: ClockQuality::default(),
         };

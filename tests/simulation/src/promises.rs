@@ -16,7 +16,7 @@ use sextant_site_mirror::SiteMirror;
 use sextant_site_model::{ObjectId, ObjectModel};
 use sextant_site_report::{Fault, State};
 use sextant_zenoh_bus::Item;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 /// A pose may be off by so much, m, and by so many of its standard deviations. Where files are wrong the world is that
@@ -246,16 +246,19 @@ impl Promises {
             let world = context.scene.world_of(&models.rig);
             self.pose_is_right(index, &pose, world, context.scene, at_ns);
             self.one_publishes(index, &pose, context.network, at_ns);
-            self.no_older_models(index, &state.models, context.network, at_ns);
+            if pose.state != State::Lost {
+                self.no_older_models(index, &state.models, context.network, at_ns);
+            }
         } else if let Ok(answer) = decode::<ConfigAnswer>(payload)
             && answer.outcome == ChangeOutcome::Kept
         {
             let Disk {
                 record,
                 models: on_disk,
+                ..
             } = context.disk;
             // The version may be a newer one of the same models by now, which another node has given them.
-            let recorded = record.as_ref().map(|record| record.fingerprint);
+            let recorded = record.as_ref().map(|record| record.state.fingerprint);
             if recorded != Some(state.models.fingerprint) || on_disk != models {
                 let how = format!("fusion {index} answers that {} is kept", answer.key);
                 self.record_violation(at_ns, "what was answered to be kept is on the disk", how);
@@ -325,11 +328,17 @@ impl Promises {
         if last.len() > RUNS {
             last.remove(0);
         }
-        let (first, first_ns) = last[0];
-        let other = last.get(1).map_or(first, |(other, _)| *other);
+        let (_, first_ns) = last[0];
         let is_soon = last.len() == RUNS && at_ns - first_ns < S;
-        if is_soon && self.are_sound(network, first, other, AGREED_NS, at_ns) {
-            let how = format!("{} by fusion {first} and {other}", pose.object);
+        let nodes: BTreeSet<usize> = last.iter().map(|(node, _)| *node).collect();
+        // A node that the others do not hear well takes over from them, and they from it.
+        let mut pairs = nodes
+            .iter()
+            .flat_map(|one| nodes.range(one + 1..).map(move |other| (*one, *other)));
+        let are_sound =
+            pairs.all(|(one, other)| self.are_sound(network, one, other, AGREED_NS, at_ns));
+        if is_soon && are_sound {
+            let how = format!("{} by fusion nodes {nodes:?}", pose.object);
             self.record_violation(at_ns, "one node publishes an object", how);
         }
     }
@@ -486,8 +495,16 @@ impl Promises {
         let mut in_force: Vec<ObjectConfig> = models.objects.iter().map(Into::into).collect();
         known.sort_by(|one, other| one.id.cmp(&other.id));
         in_force.sort_by(|one, other| one.id.cmp(&other.id));
-        if self.mirror.rig() != Some(&RigConfig::from(&models.rig)) || known != in_force {
-            let how = "the client has other ones".to_owned();
+        let has_rig = self.mirror.rig() == Some(&RigConfig::from(&models.rig));
+        if !has_rig || known != in_force {
+            let ids = |objects: &[ObjectConfig]| -> Vec<String> {
+                objects.iter().map(|object| object.id.to_string()).collect()
+            };
+            let how = format!(
+                "the client has the rig: {has_rig}, the objects {:?} in place of {:?}",
+                ids(&known),
+                ids(&in_force)
+            );
             self.record_violation(self.plan.end_ns, "models in force are known", how);
         }
     }
@@ -563,10 +580,14 @@ impl Promises {
         }
         let mut wrong = Vec::new();
         for status in self.statuses.values() {
-            // Of a change that was refused people read for a minute.
+            // Of a change that was refused people read for a minute, of one that was set aside until they decide.
             let is_usual = |notice: &&Notice| {
-                let refused = matches!(notice, Notice::ChangeRefused { .. });
-                refused || matches!(notice, Notice::RefinementProposed { .. })
+                matches!(
+                    notice,
+                    Notice::ChangeRefused { .. }
+                        | Notice::RefinementProposed { .. }
+                        | Notice::SetAside { .. }
+                )
             };
             let notices = status.notices.iter().filter(|notice| !is_usual(notice));
             wrong.extend(notices.map(ToString::to_string));

@@ -61,6 +61,7 @@ impl Recorder {
             truths: Vec::new(),
             images: BTreeMap::new(),
             rejected: 0,
+            rejected_models: 0,
         };
         self.poses.into_iter().find_map(|(node, poses)| {
             recording.poses = poses;

@@ -160,6 +160,7 @@ impl<'a> World<'a> {
                 disk: Disk {
                     models: scene.models(),
                     record: None,
+                    journal: None,
                 },
                 process: None,
                 life: 0,
@@ -377,7 +378,7 @@ impl World<'_> {
         let host = &mut self.hosts[index];
         host.life += 1;
         host.seen = seen;
-        host.process = Some(Process::start(&host.config, &host.disk, others, at));
+        host.process = Some(Process::start(&host.config, &mut host.disk, others, at));
         host.next_turn_ns = at_ns;
         self.promises.started(index, at_ns);
         self.trace(at_ns, || format!("{place} starts"));

@@ -7,6 +7,7 @@ mod camera_node;
 mod clocks;
 mod congestion;
 mod intruders;
+mod killed_writes;
 mod links;
 mod long_run;
 mod models;

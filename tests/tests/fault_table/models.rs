@@ -2,6 +2,7 @@
 
 use super::*;
 use sextant_geometry::{Intrinsics, Lens};
+use sextant_proto::Notice;
 use sextant_site_files::{read_rig, write_rig};
 use sextant_site_model::Rig;
 use sextant_site_report::Fault;
@@ -162,6 +163,115 @@ fn a_change_in_the_half_of_the_older_epoch_is_not_undone() {
 #[test]
 fn a_change_in_the_half_of_the_newer_epoch_is_not_undone() {
     changed_in_one_half(false);
+}
+
+/// A standby stands still while the rig is set, and the publisher dies before the standby could fetch it. Nothing is
+/// published as good, also by its next process, until a person decides.
+#[test]
+fn a_standby_that_stood_still_during_a_change_publishes_lost() {
+    let mut house = house_with_old_files(&scene());
+    let router = house.router("router", &[]);
+    house.fusion("main", &[&router]);
+    house.await_statuses(&[&router], |statuses| {
+        let main = statuses.get("main");
+        main.is_some_and(|status| status.epoch.is_some())
+    });
+    house.fusion("spare", &[&router]);
+    let feed = feed(&house, &ALL, &[&router], now_ns());
+    let witness = Witness::start(&house.keys, &[&router]);
+    await_tracking(&house, &[&router], 2);
+    house.signal("spare", libc::SIGSTOP);
+    let answer = set_true_rig(&house, &router);
+    assert!(answer.contains("taken and kept"), "{answer}");
+    house.kill("main");
+    let killed = Instant::now();
+    house.signal("spare", libc::SIGCONT);
+    let is_lost = |pose: &sextant_proto::ObjectPose| pose.state == State::Lost;
+    for has_restarted in [false, true] {
+        if has_restarted {
+            house.kill("spare");
+            house.restart("spare");
+        }
+        let since = Instant::now();
+        witness.await_pose(since, is_lost);
+        house.await_statuses(&[&router], |statuses| {
+            let is_old = |notice: &Notice| matches!(notice, Notice::OldModels { .. });
+            let spare = statuses.get("spare");
+            spare.is_some_and(|status| status.notices.iter().any(is_old))
+        });
+        std::thread::sleep(lasting(5, 2));
+    }
+    // What was published before the change was of the former world.
+    let used = witness.used_since(killed + Duration::from_millis(100));
+    assert!(!used.is_empty() && used.iter().all(|sight| is_lost(&sight.pose)));
+    let answer = set_true_rig(&house, &router);
+    assert!(answer.contains("taken and kept"), "{answer}");
+    let decided = Instant::now() + Duration::from_millis(500);
+    witness.await_pose(decided, |pose| pose.state == State::Tracking);
+    assert_true(&house, &feed, &witness.used_since(decided));
+    Figure {
+        row: "a standby that stood still during a change, publisher killed, standby restarted",
+        what: "published as good",
+        value: 0.0,
+        unit: "poses by the former rig",
+        at_most: 0.0,
+    }
+    .keep();
+}
+
+/// Both halves of a divided site change the rig, one of them more often. When they hear each other again, the change
+/// that is set aside is reported, and brought back by the command that the notice names.
+#[test]
+fn a_change_that_is_set_aside_is_reported_and_brought_back() {
+    let (site, ..) = DividedSite::start(house_with_old_files(&scene()));
+    let (house, [left, right]) = (&site.house, &site.routers);
+    site.link.set(cut());
+    std::thread::sleep(Duration::from_secs(2));
+    let answer = set_true_rig(house, left);
+    assert!(answer.contains("taken and kept"), "{answer}");
+    for off_m in [0.3, 0.31] {
+        let file = house.path(HALVES[1], "moved.toml");
+        write_rig(&file, &scene().moved(off_m).rig).expect("a file");
+        let file = file.display().to_string();
+        let answer = said(
+            house
+                .command(right, &["config", "set", "rig", &file])
+                .output(),
+        );
+        assert!(answer.contains("taken and kept"), "{answer}");
+    }
+    site.link.set(Faults::default());
+    let statuses = house.await_statuses(&[left], |statuses| {
+        let is_reported = |notice: &Notice| matches!(notice, Notice::SetAside { .. });
+        let main = statuses.get(HALVES[0]);
+        main.is_some_and(|status| status.notices.iter().any(is_reported))
+    });
+    let words = statuses[HALVES[0]].notices.iter().map(ToString::to_string);
+    let words = words.collect::<Vec<_>>().join("\n");
+    assert!(words.contains("config revert --to main"), "{words}");
+    assert!(words.contains("mm and 0.00 degrees away"), "{words}");
+    let answer = said(
+        house
+            .command(left, &["config", "revert", "--to", HALVES[0]])
+            .output(),
+    );
+    assert!(answer.contains("taken and kept"), "{answer}");
+    for node in HALVES {
+        await_true_files(house, node);
+    }
+    house.await_statuses(&[left], |statuses| {
+        let is_reported = |notice: &Notice| matches!(notice, Notice::SetAside { .. });
+        let mut all = statuses.values().flat_map(|status| &status.notices);
+        !all.any(is_reported)
+    });
+    Figure {
+        row: "changes in both halves of a divided site",
+        what: "set aside and not reported",
+        value: 0.0,
+        unit: "changes",
+        at_most: 0.0,
+    }
+    .keep();
 }
 
 /// A camera is set to twice the size that the rig has: as one that a person has changed, or whose driver chose another

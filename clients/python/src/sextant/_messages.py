@@ -1104,7 +1104,7 @@ class NoticeLateObservations(VariantRecord, variant="late_observations", form="f
 
 @dataclass(frozen=True)
 class NoticeOverload(VariantRecord, variant="overload", form="fields"):
-    """Observations dropped unread, since the last status and since the node started."""
+    """Observations and poses dropped as the node's machine is too slow, since the last status and since the node started."""
 
     dropped: U64
     total: U64
@@ -1152,7 +1152,7 @@ class NoticeRefinementProposed(VariantRecord, variant="refinement_proposed", for
 
 @dataclass(frozen=True)
 class NoticeOldModels(VariantRecord, variant="old_models", form="fields"):
-    """A node whose models are older than another one's: it publishes no poses meanwhile."""
+    """A node whose models are older than another one's: it publishes all objects as lost meanwhile, where it should publish."""
 
     node: str
     newer: str
@@ -1165,8 +1165,27 @@ class NoticeNotKept(VariantRecord, variant="not_kept", form="fields"):
     detail: str
 
 
+@dataclass(frozen=True)
+class NoticeSetAside(VariantRecord, variant="set_aside", form="fields"):
+    """Changes made at a node of a divided network are not in force, those of another node are: `sextant config revert --to` brings them back."""
+
+    node: str
+    by: str
+    t_ns: U64
+    detail: str
+
+
+@dataclass(frozen=True)
+class NoticeCamerasSlow(VariantRecord, variant="cameras_slow", form="fields"):
+    """Dropped as too old: they left the camera's machine so long after the capture."""
+
+    #: at most 16
+    cameras: Annotated[tuple[str, ...], AtMost(16)]
+    behind_s: F64
+
+
 #: What happened to the node itself.
-Notice = Union[NoticeCameraSilent, NoticeLateObservations, NoticeOverload, NoticeUnpublished, NoticeClockStepped, NoticeChangeRefused, NoticeNameTaken, NoticeRefinementProposed, NoticeOldModels, NoticeNotKept]
+Notice = Union[NoticeCameraSilent, NoticeLateObservations, NoticeOverload, NoticeUnpublished, NoticeClockStepped, NoticeChangeRefused, NoticeNameTaken, NoticeRefinementProposed, NoticeOldModels, NoticeNotKept, NoticeSetAside, NoticeCamerasSlow]
 
 
 @dataclass(frozen=True)
@@ -1434,6 +1453,8 @@ __all__ = [
     "NoticeRefinementProposed",
     "NoticeOldModels",
     "NoticeNotKept",
+    "NoticeSetAside",
+    "NoticeCamerasSlow",
     "CameraNotice",
     "CameraNoticeNoImage",
     "CameraNoticeNameTaken",

@@ -11,6 +11,8 @@ pub const MAX_PARAMETERS: usize = 9;
 /// Derivatives of a pixel with respect to a lens's parameters; columns from `Lens::n_parameters` on are zero.
 pub type ParameterJacobian = SMatrix<f64, 2, MAX_PARAMETERS>;
 
+/// Least focal length, pixels: even a fisheye of a tiny picture has more.
+const MIN_FOCAL_LENGTH: f64 = 1.0;
 /// Larger pixel figures than any sensor has; the bound keeps every product finite.
 const MAX_PIXELS: f64 = 1e6;
 /// Larger coefficients than any calibration gives; the bound keeps every polynomial of the field finite.
@@ -45,8 +47,8 @@ pub enum LensModel {
 /// Why numbers are no lens.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LensError {
-    /// A focal length that is not positive and finite.
-    #[error("focal length {name} = {value} must be above 0 and at most 1e6 pixels")]
+    /// A focal length that no camera has.
+    #[error("focal length {name} = {} must be between 1 and 1e6 pixels", short(*value))]
     FocalLength {
         /// `fx` or `fy`.
         name: &'static str,
@@ -54,7 +56,7 @@ pub enum LensError {
         value: f64,
     },
     /// Another number that is not finite or absurdly large.
-    #[error("{name} = {value} must be finite and at most 1e6 in size")]
+    #[error("{name} = {} must be finite and at most 1e6 in size", short(*value))]
     OutOfRange {
         /// The parameter, such as `cx` or `k1`.
         name: &'static str,
@@ -124,10 +126,18 @@ impl FromStr for LensModel {
     }
 }
 
+/// A number as a person writes it: without hundreds of digits.
+fn short(value: f64) -> String {
+    match value.abs() {
+        size if size == 0.0 || (1e-4..1e9).contains(&size) => value.to_string(),
+        _ => format!("{value:e}"),
+    }
+}
+
 impl Intrinsics {
     pub(super) fn check(&self) -> Result<(), LensError> {
         for (name, value) in [("fx", self.fx), ("fy", self.fy)] {
-            if !(value > 0.0 && value <= MAX_PIXELS) {
+            if !(MIN_FOCAL_LENGTH..=MAX_PIXELS).contains(&value) {
                 return Err(LensError::FocalLength { name, value });
             }
         }

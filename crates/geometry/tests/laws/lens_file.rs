@@ -81,7 +81,7 @@ fn a_lens_that_cannot_be_is_refused_with_line_and_cause() {
     let error = read(&PINHOLE.replace("fx = 600.0", "fx = -600.0")).unwrap_err();
     assert!(error.contains("line 1"), "{error}");
     assert!(
-        error.contains("focal length fx = -600 must be above 0"),
+        error.contains("focal length fx = -600 must be between 1"),
         "{error}"
     );
     assert!(read(&PINHOLE.replace("cx = 319.5", "cx = nan")).is_err());

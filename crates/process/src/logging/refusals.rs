@@ -1,6 +1,7 @@
 //! Clear messages for refused connections and denied messages. Zenoh reports them as a lack of file descriptors, as an
 //! internal error of its handshake, or at a low level.
 
+use std::cell::RefCell;
 use std::fmt::{self, Write};
 use tracing::field::{Field, Visit};
 use tracing::{Event, Level};
@@ -39,7 +40,41 @@ pub(super) fn wording(event: &Event<'_>) -> Wording {
     }
     let mut message = Message::default();
     event.record(&mut message);
-    wording_of(target, &message.0)
+    let is_computed_ahead =
+        target.starts_with(ACCESS) && COMPUTED.with_borrow_mut(|one| one.covers(&message.0));
+    match is_computed_ahead {
+        true => Wording::Beside,
+        false => wording_of(target, &message.0),
+    }
+}
+
+thread_local! {
+    static COMPUTED: RefCell<ComputedPermissions> = const { RefCell::new(ComputedPermissions { are_open: false }) };
+}
+
+/// Permissions that zenoh computes ahead when a link declares a key, for every kind of message that may come under it.
+/// They are traced as decisions about messages are, and nothing is denied yet: prefixes of keys that a member reads or
+/// answers for are declared in the ordinary course of a start, and nobody publishes under them. A message that is
+/// denied by them afterwards is traced again, as a "cached result".
+#[derive(Debug, Default)]
+struct ComputedPermissions {
+    /// Between the announcement of a key's permissions and the last of them.
+    are_open: bool,
+}
+
+impl ComputedPermissions {
+    /// Whether a line is one of them.
+    fn covers(&mut self, message: &str) -> bool {
+        if message.contains(": caching permissions for `") {
+            self.are_open = true;
+            return true;
+        }
+        let is_covered = self.are_open
+            && !message.starts_with("Using cached result")
+            && message.contains("authorized to ");
+        self.are_open = is_covered && !message.contains(" Declare Liveliness Subscriber (");
+        is_covered
+    }
 }
 
 fn wording_of(target: &str, message: &str) -> Wording {
@@ -173,6 +208,30 @@ mod tests {
                 Wording::Instead(expected.into())
             );
         }
+    }
+
+    /// As zenoh 1.10 traces the declaration of a key and then two messages.
+    #[test]
+    fn permissions_that_are_computed_ahead_are_no_denials() {
+        let mut computed = ComputedPermissions::default();
+        let mut denied = Vec::new();
+        for line in [
+            "ACL (ingress): caching permissions for `lab/alive` ...",
+            "1f on page is unauthorized to Query (ingress) on lab/alive",
+            "1f on page is unauthorized to Put (ingress) on lab/alive",
+            "1f on page is authorized to Declare/Undeclare Liveliness Token (ingress) on lab/alive",
+            "1f on page is unauthorized to Declare Liveliness Subscriber (ingress) on lab/alive",
+            "1f on page is unauthorized to Put (ingress) on lab/config/rig",
+            "Using cached result: 1f is unauthorized to Put (ingress) on lab/alive",
+            "ACL (ingress): caching permissions for `lab/camera` ...",
+            "Using cached result: 1f is unauthorized to Put (ingress) on lab/rig",
+            "1f on page is unauthorized to Put (ingress) on lab/config/rig",
+        ] {
+            if !computed.covers(line) {
+                denied.extend(wording_of_access(line));
+            }
+        }
+        assert_eq!(denied.len(), 4, "{denied:?}");
     }
 
     #[test]

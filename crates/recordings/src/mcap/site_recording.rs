@@ -33,6 +33,8 @@ pub struct SiteRecording {
     pub images: BTreeMap<CameraId, u64>,
     /// Wire payloads that are no messages of this version, or do not belong under their key.
     pub rejected: u64,
+    /// Of these, rigs and objects.
+    pub rejected_models: u64,
 }
 
 /// Something with its arrival.
@@ -79,6 +81,7 @@ impl SiteRecording {
             truths: Vec::new(),
             images: BTreeMap::new(),
             rejected: 0,
+            rejected_models: 0,
         };
         while let Some(message) = reader.next_message()? {
             recording.take(&message);
@@ -93,6 +96,8 @@ impl SiteRecording {
         if message.channel.encoding == WIRE_ENCODING {
             let taken = self.take_payload(topic, &message.data, message.arrival_ns);
             self.rejected += u64::from(taken.is_none());
+            let is_model = || parse(topic).is_some_and(|key| key.is_config());
+            self.rejected_models += u64::from(taken.is_none() && is_model());
         } else if message.channel.encoding == sextant_ros2::MESSAGE_ENCODING
             && let Some(camera) = image::camera_of(topic)
         {

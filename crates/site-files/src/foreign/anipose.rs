@@ -6,7 +6,7 @@
 //! these tools pass over, says otherwise.
 
 use super::distortion::{Keys, lens_of};
-use super::matrix::{exactly, intrinsics, missing, numbers, pixels};
+use super::matrix::{self, exactly, intrinsics, missing, numbers, pixels};
 use super::name_of;
 use crate::error::Complaint;
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
@@ -15,7 +15,7 @@ use sextant_site_model::{Camera, CameraId};
 use yaml_serde::{Mapping, Value};
 
 /// Greatest distance of a camera from the origin that is read as metres.
-const MOST_METRES: f64 = 50.0;
+pub(super) const MOST_METRES: f64 = 50.0;
 
 /// The tables of cameras, if the document has any.
 fn tables(document: &Value) -> Option<&Mapping> {
@@ -129,15 +129,29 @@ fn camera(key: &str, table: &Value) -> Result<Camera, Complaint> {
     Ok(Camera::new(id, [width, height], lens, pose(table)?))
 }
 
-/// `world_from_camera`, where the file has the inverse.
+/// `world_from_camera`, where the file has the inverse: the rotation as a rotation vector, or, in older files of
+/// caliscope, as a matrix.
 fn pose(table: &Value) -> Result<Option<Pose>, Complaint> {
-    let vector = |key: &'static str| match table.get(key).filter(|value| !value.is_null()) {
-        Some(value) => exactly::<3>(key, numbers(key, value)?).map(|v| Some(Vector3::from(v))),
-        None => Ok(None),
+    let list = |key: &'static str| {
+        let value = table.get(key).filter(|value| !value.is_null());
+        value.map(|value| numbers(key, value)).transpose()
     };
-    let (rotation, translation) = (vector("rotation")?, vector("translation")?);
-    Ok(rotation.zip(translation).map(|(rotation, translation)| {
-        let rotation = UnitQuaternion::from_scaled_axis(rotation);
-        Pose::from_parts(Translation3::from(translation), rotation).inverse()
-    }))
+    let Some((rotation, translation)) = list("rotation")?.zip(list("translation")?) else {
+        return Ok(None);
+    };
+    let [x, y, z] = exactly("translation", translation)?;
+    let rotation = match rotation[..] {
+        [a, b, c, d, e, f, g, h, i] => {
+            let rows = [a, b, c, x, d, e, f, y, g, h, i, z, 0.0, 0.0, 0.0, 1.0];
+            let rows: Vec<Value> = rows.into_iter().map(Value::from).collect();
+            return Ok(Some(
+                matrix::pose("rotation", &Value::from(rows))?.inverse(),
+            ));
+        }
+        _ => Vector3::from(exactly::<3>("rotation", rotation)?),
+    };
+    let rotation = UnitQuaternion::from_scaled_axis(rotation);
+    Ok(Some(
+        Pose::from_parts(Translation3::new(x, y, z), rotation).inverse(),
+    ))
 }

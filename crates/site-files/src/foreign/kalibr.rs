@@ -83,9 +83,17 @@ fn links_of(document: &Value) -> Vec<(String, &Value)> {
     named.collect()
 }
 
-/// Whether a document is a chain.
+/// Whether a document is a chain: its entries have lenses, or poses relative to one another.
 pub(super) fn is_chain(document: &Value) -> bool {
-    !links_of(document).is_empty()
+    const OF_LINKS: [&str; 5] = [
+        "camera_model",
+        "intrinsics",
+        "distortion_model",
+        "distortion_coeffs",
+        "resolution",
+    ];
+    let has = |link: &Value| OF_LINKS.iter().any(|key| link.get(*key).is_some());
+    links_of(document).iter().any(|(_, link)| has(link))
 }
 
 fn inside(name: &str, complaint: Complaint) -> Complaint {

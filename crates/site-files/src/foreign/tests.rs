@@ -717,3 +717,134 @@ fn models_without_a_counterpart_are_named() {
         [-0.1, 0.02, 0.001, -0.001, 0.0]
     );
 }
+
+/// The example of MC-Calib's documentation, shortened.
+const MC_CALIB: &str = "%YAML:1.0
+---
+nb_camera: 2
+camera_0:
+   camera_matrix: !!opencv-matrix
+      rows: 3
+      cols: 3
+      dt: d
+      data: [ 6.9e+02, 0., 6.4e+02, 0., 6.9e+02, 3.6e+02, 0., 0., 1. ]
+   distortion_vector: !!opencv-matrix
+      rows: 1
+      cols: 5
+      dt: d
+      data: [ 1.0e-02, -2.0e-02, 0., 0., 0. ]
+   distortion_type: 0
+   camera_group: 0
+   img_width: 1280
+   img_height: 720
+   camera_pose_matrix: !!opencv-matrix
+      rows: 4
+      cols: 4
+      dt: d
+      data: [ 1., 0., 0., 0., 0., 1., 0., 0., 0., 0., 1., 0., 0., 0., 0., 1. ]
+camera_1:
+   camera_matrix: !!opencv-matrix
+      rows: 3
+      cols: 3
+      dt: d
+      data: [ 5.0e+02, 0., 6.4e+02, 0., 5.0e+02, 3.6e+02, 0., 0., 1. ]
+   distortion_vector: !!opencv-matrix
+      rows: 1
+      cols: 4
+      dt: d
+      data: [ 1.0e-02, 0., 0., 0. ]
+   distortion_type: 1
+   camera_group: 0
+   img_width: 1280
+   img_height: 720
+   camera_pose_matrix: !!opencv-matrix
+      rows: 4
+      cols: 4
+      dt: d
+      data: [ 0., -1., 0., 1200., 1., 0., 0., 50., 0., 0., 1., 0., 0., 0., 0., 1. ]
+";
+
+/// As multical's documentation shows it.
+const MULTICAL: &str = r#"{"cameras": {
+  "cam1": {"model": "standard", "image_size": [2048, 1536],
+    "K": [[1800.0, 0.0, 1020.0], [0.0, 1801.0, 760.0], [0.0, 0.0, 1.0]],
+    "dist": [[-0.1, 0.05, 0.0, 0.0, 0.0]]},
+  "cam2": {"model": "standard", "image_size": [2048, 1536],
+    "K": [[1790.0, 0.0, 1030.0], [0.0, 1791.0, 770.0], [0.0, 0.0, 1.0]],
+    "dist": [[-0.1, 0.05, 0.0, 0.0, 0.0]]}},
+ "camera_poses": {"cam1": {"R": [[1,0,0],[0,1,0],[0,0,1]], "T": [0, 0, 0]}}}"#;
+
+#[test]
+fn cameras_one_level_below_the_top_are_read() {
+    let path = Path::new("calibrated_cameras_data.yml");
+    let (format, rig) = parse_foreign(path, MC_CALIB).unwrap();
+    assert_eq!(format, ForeignFormat::McCalib);
+    let second = &rig.cameras()[1];
+    assert_eq!(second.lens.model(), LensModel::KannalaBrandt);
+    let pose = second.world_from_camera.unwrap();
+    assert_eq!(pose.translation.vector.as_slice(), [1.2, 0.05, 0.0]);
+    let (format, rig) = parse_foreign(Path::new("calibration.json"), MULTICAL).unwrap();
+    assert_eq!((format, rig.cameras().len()), (ForeignFormat::Multical, 2));
+    assert_eq!(rig.cameras()[1].lens.intrinsics().fy, 1791.0);
+    let missing = MC_CALIB.replacen("img_width", "width", 1);
+    let refused = parse_foreign(path, &missing).unwrap_err().to_string();
+    assert!(refused.contains("camera_0.img_width"), "{refused}");
+}
+
+/// freemocap names cameras after its recording: the ends differ.
+#[test]
+fn long_names_of_cameras_keep_what_tells_them_apart() {
+    let names = ["Cam1", "Cam2"].map(|end| {
+        name_of(&format!(
+            "sesh_2022-09-19_16_16_50_in_class_jsm_synced_{end}"
+        ))
+    });
+    assert_eq!(names[0].len(), 32);
+    assert!(
+        names[0].starts_with("sesh_2022") && names[0].ends_with("synced_cam1"),
+        "{names:?}"
+    );
+    assert_ne!(names[0], names[1]);
+    assert_eq!(name_of("Left Camera"), "left_camera");
+}
+
+/// caliscope wrote rotations as matrices.
+#[test]
+fn a_rotation_as_a_matrix_is_read() {
+    let text = "[cam_0]\nname = \"a\"\nsize = [640, 480]\n\
+        matrix = [[600.0, 0.0, 320.0], [0.0, 600.0, 240.0], [0.0, 0.0, 1.0]]\n\
+        distortions = [0.0, 0.0, 0.0, 0.0, 0.0]\n\
+        rotation = [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]\ntranslation = [1.0, 2.0, 3.0]\n";
+    let (_, rig) = parse_foreign(Path::new("config.toml"), text).unwrap();
+    let pose = rig.cameras()[0].world_from_camera.unwrap();
+    let origin = pose.translation.vector;
+    assert!(
+        (origin - nalgebra::Vector3::new(-2.0, 1.0, -3.0)).norm() < 1e-9,
+        "{origin}"
+    );
+}
+
+/// A refusal says what the file is, or what is in it.
+#[test]
+fn files_without_lenses_are_named() {
+    for (text, words) in [
+        (
+            "cam0:\n  pose:\n    position: {x: 0, y: 0, z: 1}\n",
+            "TagSLAM's camera_poses.yaml",
+        ),
+        (
+            "bodies:\n- rig:\n    is_static: false\n",
+            "TagSLAM's tagslam.yaml",
+        ),
+        (
+            "parameters: {eye_on_hand: false}\ntransformation: {x: 0.1, y: 0, z: 0, qx: 0, qy: 0, qz: 0, qw: 1}\n",
+            "easy_handeye",
+        ),
+        ("lens: 3\nzoom: 4\n", "it has the keys lens, zoom"),
+    ] {
+        let refused = parse_foreign(Path::new("f.yaml"), text)
+            .unwrap_err()
+            .to_string();
+        assert!(refused.contains(words), "{refused}");
+    }
+}

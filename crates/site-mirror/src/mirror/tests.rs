@@ -216,6 +216,7 @@ fn what_is_silent_says_so() {
 fn an_object_is_gone_when_no_fusion_node_has_it_any_more() {
     let mut site = Heard::after(0);
     site.config(&config("cube", 3..4)).unwrap();
+    site.now_ns += SILENCE_NS;
     let both = [("box", 30.0), ("cube", 30.0)];
     assert_eq!(site.status(&status("a", Some(1), &both)), []);
     assert_eq!(site.status(&status("b", None, &[("cube", 0.0)])), []);
@@ -224,10 +225,35 @@ fn an_object_is_gone_when_no_fusion_node_has_it_any_more() {
     assert_eq!(site.status(&status("b", None, &[])), [object_id("cube")]);
     assert_eq!(site.mirror.tag(tag(3)), None);
     let cube = site.mirror.object(&object_id("cube")).unwrap();
-    assert_eq!((&cube.config, cube.gone_ns), (&None, Some(START_NS)));
+    assert_eq!((&cube.config, cube.gone_ns), (&None, Some(site.now_ns)));
     site.config(&config("cube", 3..4)).unwrap();
     let cube = site.mirror.object(&object_id("cube")).unwrap();
     assert_eq!(cube.gone_ns, None);
+}
+
+/// An object is removed and comes back at once; the other node's status is of the time between.
+#[test]
+fn an_object_that_was_just_announced_is_not_gone_by_a_status_from_before() {
+    let mut site = Heard::after(0);
+    for node in ["a", "b"] {
+        site.status(&status(node, None, &[("cube", 30.0)]));
+    }
+    site.config(&config("cube", 3..4)).unwrap();
+    site.config(&config("cube", 0..0)).unwrap();
+    site.status(&status("a", Some(1), &[]));
+    site.config(&config("cube", 3..4)).unwrap();
+    assert_eq!(site.status(&status("b", None, &[])), []);
+    assert_eq!(site.mirror.configs().count(), 1);
+    site.status(&status("a", Some(1), &[("cube", 30.0)]));
+    site.now_ns += 2 * SILENCE_NS;
+    assert_eq!(site.status(&status("b", None, &[])), []);
+    assert_eq!(site.mirror.configs().count(), 1);
+    // None of them had it: it is gone some seconds later.
+    site.config(&config("box", 5..6)).unwrap();
+    site.status(&status("b", None, &[("box", 1.0)]));
+    assert_eq!(site.status(&status("b", None, &[])), []);
+    site.now_ns += SILENCE_NS;
+    assert_eq!(site.status(&status("b", None, &[])), [object_id("box")]);
 }
 
 #[test]

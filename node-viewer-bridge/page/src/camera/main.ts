@@ -19,6 +19,9 @@ const RATES = [15, 30, 60];
 const RETRY_MS = 2000;
 const TOO_OLD = "This browser is too old to be a camera: use one from 2024 or later.";
 const LEAST_SHARPNESS = 0.3;
+/** A camera that delivers nothing for so long is reported, and how often that is looked at. */
+const SILENT_MS = 2000;
+const LOOK_MS = 500;
 const LIGHT = [40, 215] as const;
 
 interface Settings {
@@ -54,6 +57,8 @@ let report: Report | null = null;
 /** Families of the site's tags that this browser does not find. */
 let unread: string[] = [];
 let wakeLock: WakeLockSentinel | null = null;
+/** Whether the camera delivers images. */
+let silent = false;
 
 /** By which the bridge knows this browser again. */
 function deviceKey(): string {
@@ -220,14 +225,39 @@ function showFacts(seen: DetectionResult): void {
   );
 }
 
+const sentence = (words: string): string => `${words.charAt(0).toUpperCase()}${words.slice(1)}.`;
+
 function takeReport(message: Report): void {
   report = message;
   const notices = [
+    ...(silent ? ["The camera delivers no images: a call, another app or a screen lock may have it. Close that, or stop here and start again."] : []),
+    ...message.faults.map(sentence),
     ...(message.cause ? [`${message.refused} messages refused, the last: ${message.cause}.`] : []),
     ...(unread.length > 0 ? [`Browsers do not read tags of ${unread.join(" and ")}: objects that carry only those need another kind of camera.`] : []),
     ...(message.in_rig ? [] : ["The site's rig has no camera of this name yet: tags are published without poses until it is calibrated."]),
   ];
   notice.textContent = notices.join(" ");
+}
+
+/** What was seen last says nothing about now. */
+function look(): void {
+  const isSilent = source !== null && source.silentMs > SILENT_MS;
+  if (isSilent) {
+    say({ type: "silent" });
+    outlines.getContext("2d")?.clearRect(0, 0, outlines.width, outlines.height);
+    outlines.dataset["tags"] = "0";
+    for (const row of facts.querySelectorAll<HTMLElement>("[data-fact]")) {
+      const value = row.querySelector("dd");
+      const isOfImage = ["tags", "rate", "light", "sharpness", "detection"].includes(row.dataset["fact"] ?? "");
+      if (!value || !isOfImage) continue;
+      value.textContent = row.dataset["fact"] === "rate" ? "no images" : "–";
+      row.dataset["good"] = String(row.dataset["fact"] !== "rate");
+    }
+  }
+  if (isSilent !== silent) {
+    silent = isSilent;
+    if (report) takeReport(report);
+  }
 }
 
 worker.addEventListener("message", ({ data }: MessageEvent<FromWorker>) => {
@@ -245,6 +275,8 @@ worker.addEventListener("message", ({ data }: MessageEvent<FromWorker>) => {
       unread = data.families;
       return;
     case "link":
+      // Whoever is refused for good asks for another name or link, and lets go of the camera.
+      if (data.condition === "ended") return stop(sentence(data.words));
       showLink(data.condition, data.words);
       if (data.condition === "refused") notice.textContent = data.words;
       return;
@@ -271,6 +303,7 @@ document.addEventListener("visibilitychange", () => {
   else void start();
 });
 addEventListener("pagehide", rest);
+setInterval(look, LOOK_MS);
 
 fill();
 const isSecure = isSecureContext && navigator.mediaDevices !== undefined;

@@ -23,6 +23,8 @@ export class Source {
   #handle = 0;
   /** Images that the camera has delivered. */
   captured = 0;
+  /** When the last one came, by the page's clock. */
+  #lastMs = performance.now();
 
   private constructor(
     private readonly video: HTMLVideoElement,
@@ -44,6 +46,7 @@ export class Source {
     const next = (now: number, metadata: VideoFrameCallbackMetadata) => {
       this.#handle = this.video.requestVideoFrameCallback(next);
       this.captured++;
+      this.#lastMs = performance.now();
       if (!isWanted()) return;
       // Browsers state when a local camera took the image, as its driver says; else, or by a clock that is not the
       // page's, this is the best that is known.
@@ -59,6 +62,11 @@ export class Source {
       } else void createImageBitmap(this.video).then((image) => take({ image, captureMs, isArrival }));
     };
     this.#handle = this.video.requestVideoFrameCallback(next);
+  }
+
+  /** For how long the camera has delivered nothing: another app has it, or the system has paused it, without an end. */
+  get silentMs(): number {
+    return performance.now() - this.#lastMs;
   }
 
   /** Whether focus or exposure can be fixed. */

@@ -9,10 +9,9 @@ const SILENCE_MS = 4000;
 /** With so many bytes waiting, newer messages are dropped. */
 const MOST_WAITING = 64 * 1024;
 
-/** Close codes with a reason for the user; after the last two the connection is not tried again. */
+/** Close codes with a reason for the user: after these the connection is not tried again, after the first it is. */
 const POLICY = 1008;
-const REPLACED = 4000;
-const INVALID_LINK = 4001;
+const FINAL = [4000, 4001, 4002];
 
 export class Uplink {
   #socket: WebSocket | null = null;
@@ -50,7 +49,7 @@ export class Uplink {
     const socket = new WebSocket(this.url);
     this.tell({ type: "link", condition: "connecting", words: "connecting" });
     socket.onmessage = ({ data }: MessageEvent<unknown>) => socket === this.#socket && this.#take(socket, data);
-    socket.onclose = ({ code, reason }) => this.#lost(socket, [POLICY, REPLACED, INVALID_LINK].includes(code) ? reason : "", code !== REPLACED && code !== INVALID_LINK);
+    socket.onclose = ({ code, reason }) => this.#lost(socket, code === POLICY || FINAL.includes(code) ? reason : "", !FINAL.includes(code));
     this.#socket = socket;
     this.#watch(socket);
   }
@@ -80,7 +79,7 @@ export class Uplink {
   #lost(socket: WebSocket, reason: string, retries: boolean): void {
     if (socket !== this.#socket) return;
     this.close();
-    this.tell({ type: "link", condition: reason ? "refused" : "lost", words: reason || "connection lost, retrying" });
+    this.tell({ type: "link", condition: retries ? (reason ? "refused" : "lost") : "ended", words: reason || "connection lost, retrying" });
     if (!retries) return;
     this.#timer = setTimeout(() => this.#open(), this.#retryMs * (0.8 + 0.4 * Math.random())) as unknown as number;
     this.#retryMs = Math.min(this.#retryMs * 1.6, LAST_RETRY_MS);

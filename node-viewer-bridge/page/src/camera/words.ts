@@ -25,7 +25,12 @@ export interface FrameMessage {
   captured: number;
 }
 
-export type ToWorker = StartMessage | FrameMessage | { type: "end" };
+/** The camera has delivered no image for a while. */
+export interface Silence {
+  type: "silent";
+}
+
+export type ToWorker = StartMessage | FrameMessage | Silence | { type: "end" };
 
 export interface DetectionResult {
   type: "seen";
@@ -45,11 +50,13 @@ export interface Report {
   cause: string | null;
   watched: boolean;
   in_rig: boolean;
+  /** What the site finds wrong with this camera, in words. */
+  faults: string[];
   /** Those of the site's tags. */
   families: string[];
 }
 
-export type Link = { type: "link"; condition: "connecting" | "joined" | "lost" | "refused"; words: string };
+export type Link = { type: "link"; condition: "connecting" | "joined" | "lost" | "refused" | "ended"; words: string };
 /** Families of the site's tags that this detector does not read. */
 export interface Unread {
   type: "unread";

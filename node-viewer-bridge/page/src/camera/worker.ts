@@ -106,6 +106,12 @@ class Camera {
     this.#uplink.send(this.detector.preview(this.start.camera, sequence, captureNs, size, jpeg));
   }
 
+  /** No image has come for a while; the site hears that the browser is there. */
+  silent(): void {
+    this.#recent = [];
+    this.#sendStatus(nowMs());
+  }
+
   #rateHz(): number {
     const last = this.#recent.at(-1);
     const recent = this.#recent.filter(({ at }) => last && last.at - at <= RATE_SPAN_MS);
@@ -150,6 +156,8 @@ async function obey(message: ToWorker): Promise<void> {
         tell({ type: "ready" });
       }
       return;
+    case "silent":
+      return camera?.silent();
     case "end":
       run++;
       camera?.end();
