@@ -2,9 +2,9 @@
 //!
 //! Each number has a prior: the sigma beside it in the file or, without one, a default that reflects how such a number
 //! usually comes about. Numbers of one kind share a scale by which their sigmas are multiplied, a variance component
-//! that the images determine (D. MacKay, Bayesian interpolation, 1992; its fixed point). The scale of tags has Jeffreys'
-//! prior: with exact files it falls almost to zero, with tags glued on by hand it rises. That of lenses has a prior about
-//! one, since a few lenses do not show that they are exact. Without information about a kind, its scale stays one.
+//! that the images determine (D. MacKay, Bayesian interpolation, 1992; its fixed point, with Jeffreys' prior on the
+//! scale): with exact files it falls almost to zero, with tags glued on by hand it rises. Without information about a
+//! kind, its scale stays one.
 
 use nalgebra::{DMatrix, DVector, Point2};
 use sextant_adjustment::{Anchor, BundleCamera, BundleSolution, BundleTag, Freedom, KeptParameter};
@@ -21,12 +21,6 @@ const MOST_SCALE: [f64; 2] = [30.0, 10.0];
 const LEAST_SCALE: f64 = 1e-3;
 /// Least count of determined numbers to estimate a scale.
 const LEAST_DETERMINED: f64 = 1.5;
-/// Degrees of freedom by which the scale of tags falls to zero where their errors are not significant: files of learned
-/// objects and of printed boards are nearly exact.
-const JEFFREYS: f64 = 2.0;
-/// Degrees of freedom that the usual errors of lenses are worth: a lens calibrated on another day is never exact, and a
-/// few cameras are too few to show that theirs are.
-const LENS_FREEDOM: f64 = 8.0;
 /// Most fixed-point steps per linearisation, and the change at which they end.
 const STEPS: usize = 12;
 const SETTLED: f64 = 0.03;
@@ -410,12 +404,7 @@ impl Priors {
                     (true, false) => MOST_SCALE[1],
                     (true, true) => 1.0,
                 };
-                let (usual, freedom) = match is_lens {
-                    true => (LENS_FREEDOM, LENS_FREEDOM),
-                    false => (0.0, JEFFREYS),
-                };
-                let scale = ((squares + usual) / (determined + freedom)).sqrt();
-                let scale = scale.clamp(*least, most);
+                let scale = (squares / (determined + 2.0)).sqrt().clamp(*least, most);
                 change = change.max((scale / self.scale(kind)).ln().abs());
                 self.scales.insert(kind, scale);
             }
