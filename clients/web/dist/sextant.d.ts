@@ -32,7 +32,7 @@ export interface Lens {
     distortion?: [number, number, number, number, number];
 }
 export interface Options {
-    /** Default: tag36h11. All of Sextant's but tagStandard52h13 and tagCustom48h12. */
+    /** Default: tag36h11. All of Sextant's but tagStandard52h13, tagCustom48h12 and tagCircle49h12. */
     families?: string[];
     /** Most bit errors that are corrected, 0 to 2 (default 2). */
     maxHamming?: number;

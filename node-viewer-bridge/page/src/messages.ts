@@ -492,6 +492,11 @@ export const isImperfection = variants({
     camera: isText,
     ratio: isNumber,
   }),
+  /** all sizes and places over those in the file: measure a tag */
+  scale_off: record({
+    object: isText,
+    ratio: isNumber,
+  }),
 });
 export type Imperfection = Checked<typeof isImperfection>;
 

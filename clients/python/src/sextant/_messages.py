@@ -1082,8 +1082,16 @@ class ImperfectionFocalLengthOff(VariantRecord, variant="focal_length_off", form
     ratio: F64
 
 
+@dataclass(frozen=True)
+class ImperfectionScaleOff(VariantRecord, variant="scale_off", form="fields"):
+    """All sizes and places over those in the file: measure a tag."""
+
+    object: str
+    ratio: F64
+
+
 #: Numbers in the files that the images contradict; poses allow for it.
-Imperfection = Union[ImperfectionCamerasDisagree, ImperfectionTagOff, ImperfectionSizeOff, ImperfectionFocalLengthOff]
+Imperfection = Union[ImperfectionCamerasDisagree, ImperfectionTagOff, ImperfectionSizeOff, ImperfectionFocalLengthOff, ImperfectionScaleOff]
 
 
 @dataclass(frozen=True)
@@ -1442,6 +1450,7 @@ __all__ = [
     "ImperfectionTagOff",
     "ImperfectionSizeOff",
     "ImperfectionFocalLengthOff",
+    "ImperfectionScaleOff",
     "Notice",
     "NoticeCameraSilent",
     "NoticeLateObservations",
