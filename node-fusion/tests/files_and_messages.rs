@@ -89,7 +89,7 @@ fn camera() -> impl Strategy<Value = String> {
         format!("{:?}", sign * delay_s)
     });
     (
-        (1..5000_u32, 1..500_u32),
+        (2..5000_u32, 2..500_u32),
         lens(),
         of(lens_sigma),
         of(pose()),

@@ -82,18 +82,7 @@ impl MistakeSearch {
 
     /// What explains the instants; the same search always has the same solution.
     pub(crate) fn solution(&self) -> &Explanation {
-        self.solution.get_or_init(|| {
-            let r = self.solved();
-            if std::env::var("MDEBUG").is_ok() {
-                eprintln!(
-                    "{} instants {:?} -> {:?}",
-                    self.instants.len(),
-                    self.scope,
-                    r
-                );
-            }
-            r
-        })
+        self.solution.get_or_init(|| self.solved())
     }
 
     fn solved(&self) -> Explanation {

@@ -125,7 +125,10 @@ fn a_stream_may_say_its_own_size() {
     let error = refused("echo no stream at all");
     assert!(error.to_string().contains("no YUV4MPEG2 stream"), "{error}");
     let error = refused("printf 'YUV4MPEG2 W8 H8 Cmono\\n'; sleep 60");
-    assert!(error.to_string().contains("images of 8x8"), "{error}");
+    assert!(
+        error.to_string().contains("an image of 8x8 pixels"),
+        "{error}"
+    );
     let error = refused("echo out of order >&2");
     assert!(error.to_string().contains("out of order"), "{error}");
 }
