@@ -44,7 +44,7 @@ pub use observability::WeakDirection;
 pub use parameter::{ArmPose, KeptParameter};
 pub use prior_knowledge::PriorKnowledge;
 pub use residuals::corners::TagResidual;
-pub use solve::{BundleOptions, BundleSolution, solve};
+pub use solve::{BundleOptions, BundleSolution, covariance, solve};
 pub use values::{
     BodyId, Bundle, BundleCamera, BundleError, BundleImage, BundleTag, FreeLens, Freedom, Instant,
     Motion, ObjectScale, TagObservation,

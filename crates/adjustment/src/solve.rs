@@ -83,6 +83,18 @@ pub fn solve(bundle: Bundle, options: &BundleOptions) -> Result<BundleSolution, 
     }
 }
 
+/// The covariance of the kept parameters where the bundle is; nothing is adjusted.
+///
+/// # Errors
+/// As of [`solve`].
+pub fn covariance(bundle: Bundle, options: &BundleOptions) -> Result<KeptCovariance, BundleError> {
+    let still = BundleOptions {
+        max_iterations: 0,
+        ..options.clone()
+    };
+    Ok(solve(bundle, &still)?.covariance)
+}
+
 const FIRST_DAMPING: f64 = 1e-4;
 const LEAST_DAMPING: f64 = 1e-9;
 /// With more damping than this a small step says nothing about having arrived.

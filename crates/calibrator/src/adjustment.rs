@@ -5,7 +5,7 @@ use crate::priors::Priors;
 use crate::resection::edge_px;
 use sextant_adjustment::{
     Arm, BodyId, Bundle, BundleCamera, BundleError, BundleImage, BundleOptions, BundleSolution,
-    BundleTag, Instant, Motion, solve,
+    BundleTag, Instant, Motion, covariance, solve,
 };
 use std::ops::Range;
 
@@ -132,7 +132,7 @@ impl Adjustment {
         let mut round = 0;
         loop {
             round += 1;
-            let solution = solve(self.bundle(views), options)?;
+            let mut solution = solve(self.bundle(views), options)?;
             self.take(&solution.bundle);
             let mut change = self.measure_noise(&solution.bundle, self.parameters());
             let mut wrong = Vec::new();
@@ -145,6 +145,13 @@ impl Adjustment {
             }
             let settled = round > FIRST && wrong.is_empty() && change < SETTLED;
             if settled || round == ROUNDS {
+                if let Some(priors) = self.priors.stated(&solution) {
+                    let bundle = Bundle {
+                        anchors: priors.anchors(),
+                        ..solution.bundle.clone()
+                    };
+                    solution.covariance = covariance(bundle, options)?;
+                }
                 return Ok(AdjustmentResult {
                     solution,
                     adjustment: self,

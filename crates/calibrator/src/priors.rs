@@ -5,6 +5,9 @@
 //! that the images determine (D. MacKay, Bayesian interpolation, 1992; its fixed point, with Jeffreys' prior on the
 //! scale): with exact files it falls almost to zero, with tags glued on by hand it rises. Without information about a
 //! kind, its scale stays one.
+//!
+//! A scale that falls is the likeliest one, not the only one: few numbers that happen to be near their means say little
+//! of the next. What is stated beside a solution therefore goes by the largest scale that the images do not exclude.
 
 use nalgebra::{DMatrix, DVector, Point2};
 use sextant_adjustment::{Anchor, BundleCamera, BundleSolution, BundleTag, Freedom, KeptParameter};
@@ -87,6 +90,8 @@ struct Member {
     error: f64,
     /// Unscaled sigma, given or by default.
     sigma: f64,
+    /// The sigma with which the solution was found.
+    used: f64,
     kind: PriorKind,
 }
 
@@ -288,16 +293,7 @@ impl Priors {
             return 0.0;
         }
         let before = self.scales.clone();
-        let mut information = solution.covariance.information().clone();
-        let mut errors = DVector::zeros(information.nrows());
-        for member in &members {
-            errors[member.row] = member.error;
-        }
-        let pull = &information * errors;
-        for member in &members {
-            let sigma = member.sigma * self.scale(member.kind);
-            information[(member.row, member.row)] -= sigma.powi(-2);
-        }
+        let (information, pull) = without_priors(solution, &members);
         let limits = self.limits(&members, &information);
         for _ in 0..STEPS {
             let change = self.step(&members, &information, &pull, &limits);
@@ -312,6 +308,50 @@ impl Priors {
         changes.fold(0.0, f64::max)
     }
 
+    /// The priors by which standard deviations are stated; `None` where they are those of the solution.
+    pub(crate) fn stated(&self, solution: &BundleSolution) -> Option<Self> {
+        let members = self.members(solution);
+        let (information, pull) = without_priors(solution, &members);
+        let mut stated = self.clone();
+        for (kind, scale) in &self.scales {
+            if *scale < 1.0
+                && let Some(largest) = self.largest_scale(*kind, &members, &information, &pull)
+            {
+                stated.scales.insert(*kind, largest.clamp(*scale, 1.0));
+            }
+        }
+        (stated.scales != self.scales).then_some(stated)
+    }
+
+    /// The scale with which so small errors of this kind happen in one case of twenty.
+    ///
+    /// With a scale of one, the share `g` of a number's variance that the images determine is that of its estimate;
+    /// with a scale `s` it is `g^2 s^2 + g (1 - g)`, of which the second part is the noise.
+    fn largest_scale(
+        &self,
+        kind: PriorKind,
+        members: &[Member],
+        information: &DMatrix<f64>,
+        pull: &DVector<f64>,
+    ) -> Option<f64> {
+        let mut usual = self.clone();
+        usual.scales.insert(kind, 1.0);
+        let factor = usual.with_members(members, information).cholesky()?;
+        let covariance = factor.inverse();
+        let errors = &covariance * pull;
+        let (mut squares, mut shares, mut shares_squared) = (0.0, 0.0, 0.0);
+        for Member { row, sigma, .. } in members.iter().filter(|member| member.kind == kind) {
+            let share = (1.0 - covariance[(*row, *row)] / sigma.powi(2)).clamp(0.0, 1.0);
+            squares += (errors[*row] / sigma).powi(2);
+            shares += share;
+            shares_squared += share.powi(2);
+        }
+        let freedom = shares.powi(2) / shares_squared;
+        let largest = squares * freedom / least_chi_square(freedom);
+        let squared = (largest - (shares - shares_squared)) / shares_squared;
+        squared.is_finite().then(|| squared.max(0.0).sqrt())
+    }
+
     /// Whether no pose and no size of a tag has a prior.
     fn holds_tags(&self) -> bool {
         let of_tag = |anchor: &Anchor| matches!(anchor, Anchor::Tag { .. } | Anchor::Size { .. });
@@ -321,9 +361,10 @@ impl Priors {
     fn members(&self, solution: &BundleSolution) -> Vec<Member> {
         let rows = solution.covariance.parameters().iter().enumerate();
         let rows: BTreeMap<KeptParameter, usize> = rows.map(|(row, p)| (*p, row)).collect();
-        let members = self.anchors.iter().flat_map(|(anchor, given)| {
+        let anchors = self.anchors.iter().zip(&solution.bundle.anchors);
+        let members = anchors.flat_map(|((anchor, given), used)| {
             let (errors, sigmas) = (anchor.error(&solution.bundle), anchor.sigmas());
-            let rows = &rows;
+            let (used, rows) = (used.sigmas(), &rows);
             let parameters = anchor.parameters().into_iter().enumerate();
             parameters.filter_map(move |(at, parameter)| {
                 let row = *rows.get(&parameter)?;
@@ -331,6 +372,7 @@ impl Priors {
                     row,
                     error: errors[at],
                     sigma: sigmas[at],
+                    used: used[at],
                     kind: (Kind::from_parameter(parameter), *given),
                 })
             })
@@ -404,11 +446,34 @@ impl Priors {
                     (true, false) => MOST_SCALE[1],
                     (true, true) => 1.0,
                 };
-                let scale = (squares / (determined + 2.0)).sqrt().clamp(*least, most);
+                let scale = (squares / determined).sqrt().clamp(*least, most);
                 change = change.max((scale / self.scale(kind)).ln().abs());
                 self.scales.insert(kind, scale);
             }
         }
         Some(change)
     }
+}
+
+/// What the images alone say: their information, and this times the errors that they find.
+fn without_priors(solution: &BundleSolution, members: &[Member]) -> (DMatrix<f64>, DVector<f64>) {
+    let mut information = solution.covariance.information().clone();
+    let mut errors = DVector::zeros(information.nrows());
+    for member in members {
+        errors[member.row] = member.error;
+    }
+    let pull = &information * errors;
+    for member in members {
+        // The solution states all information in units of the noise that it found.
+        let of_prior = member.used.powi(-2) / solution.variance_factor;
+        information[(member.row, member.row)] -= of_prior;
+    }
+    (information, pull)
+}
+
+/// The chi-square below which one case of twenty is, by its degrees of freedom (E. B. Wilson and M. M. Hilferty, The
+/// distribution of chi-square, 1931).
+fn least_chi_square(freedom: f64) -> f64 {
+    let part = 2.0 / (9.0 * freedom);
+    freedom * (1.0 - part - 1.645 * part.sqrt()).max(0.0).powi(3)
 }

@@ -287,12 +287,9 @@ fn stated_deviations_are_honest() {
     let (mut inside, mut all) = (0, 0);
     for seed in 100..160 {
         // The lens is off by as much as such lenses are.
-        let mut camera = blind(&one_camera()).cameras()[0].clone();
-        let mut numbers = camera.lens.parameters();
-        let factor = 1.0 + FOCAL_SIGMA * Random::new(seed + 1000).normal();
-        numbers[..2].iter_mut().for_each(|focal| *focal *= factor);
-        camera.lens = camera.lens.with_parameters(&numbers).unwrap();
-        let rig = Rig::new(vec![camera]).unwrap();
+        let mut noise = Random::new(seed + 1000);
+        let factor = || 1.0 + FOCAL_SIGMA * noise.normal();
+        let rig = with_focal_lengths_off(&blind(&one_camera()), factor);
         let mut session = LearnSession::new(rig, plan(0..7)).unwrap();
         turning(&thing(), 40, seed)
             .iter()

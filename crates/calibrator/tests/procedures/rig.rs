@@ -4,7 +4,7 @@ use crate::scene::*;
 use nalgebra::{Isometry3, Vector3};
 use sextant_calibrator::{CalibratedRig, Grade, Origin, RigError, RigPlan, RigSession, Up};
 use sextant_geometry::{Pose, se3};
-use sextant_site_model::{ImageObservation, ObjectModel, Prior, Rig};
+use sextant_site_model::{FOCAL_SIGMA, ImageObservation, ObjectModel, Prior, Rig};
 
 pub fn calibrated(
     rig: &Rig,
@@ -66,7 +66,7 @@ fn the_rig_carries_the_deviations_that_the_report_states() {
     for at in 1..4 {
         let sigma = found.rig.cameras()[at].pose_prior.given().unwrap();
         let stated = &found.report.cameras[at];
-        assert!((1e-6..1e-3).contains(&sigma.position_m), "{sigma:?}");
+        assert!((1e-6..2e-3).contains(&sigma.position_m), "{sigma:?}");
         assert!((sigma.position_m * 1e3 - stated.sigma_mm).abs() < 1e-12);
         assert!((sigma.orientation_rad.to_degrees() - stated.sigma_deg).abs() < 1e-12);
     }
@@ -447,17 +447,8 @@ fn tags_glued_on_by_hand_cost_next_to_nothing() {
 fn focal_lengths_of_another_day_are_put_right() {
     let truth = rig();
     let images = walk(&truth, &board(), 60, 0.12, SHARP, 62);
-    let cameras = truth.cameras().iter().zip([1.01, 0.995, 1.004, 0.988]);
-    let cameras = cameras.map(|(camera, off)| {
-        let mut parameters = camera.lens.parameters();
-        parameters[0] *= off;
-        parameters[1] *= off;
-        sextant_site_model::Camera {
-            lens: camera.lens.with_parameters(&parameters).unwrap(),
-            ..camera.clone()
-        }
-    });
-    let former = Rig::new(cameras.collect()).unwrap();
+    let mut off = [1.01, 0.995, 1.004, 0.988].into_iter();
+    let former = with_focal_lengths_off(&truth, || off.next().unwrap());
     let found = plainly(&former, &images).unwrap();
     let (mm, deg) = errors(&found.rig, &truth);
     assert!(mm < 3.0 && deg < 0.1, "{mm} {deg} {}", found.report.verdict);
@@ -503,7 +494,10 @@ fn part_within(seeds: std::ops::Range<u64>) -> f64 {
             },
             seed,
         );
-        let found = plainly(&truth, &images).unwrap();
+        // Lenses are off by as much as such lenses are.
+        let mut noise = Random::new(seed + 1000);
+        let former = with_focal_lengths_off(&truth, || 1.0 + FOCAL_SIGMA * noise.normal());
+        let found = plainly(&former, &images).unwrap();
         let relative = |rig: &Rig, at: usize| {
             let pose = |at: usize| rig.cameras()[at].world_from_camera.unwrap();
             pose(0).inverse() * pose(at)

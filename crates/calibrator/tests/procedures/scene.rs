@@ -61,6 +61,19 @@ pub fn blind(rig: &Rig) -> Rig {
     Rig::new(cameras.collect()).unwrap()
 }
 
+/// The same rig with focal lengths that are off by a factor of each camera.
+pub fn with_focal_lengths_off(rig: &Rig, mut factor: impl FnMut() -> f64) -> Rig {
+    let cameras = rig.cameras().iter().map(|camera| {
+        let (mut numbers, factor) = (camera.lens.parameters(), factor());
+        numbers[..2].iter_mut().for_each(|focal| *focal *= factor);
+        Camera {
+            lens: camera.lens.with_parameters(&numbers).unwrap(),
+            ..camera.clone()
+        }
+    });
+    Rig::new(cameras.collect()).unwrap()
+}
+
 /// A board with twelve tags on either side.
 pub fn board() -> ObjectModel {
     let place = |id: u32| {
