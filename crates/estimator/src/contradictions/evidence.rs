@@ -16,11 +16,14 @@ use crate::site::ObjectImage;
 use crate::site::indexed_site::IndexedSite;
 use crate::time::seconds;
 
-/// Longest time over which corners are moved on, s, and most times that between the two images they are moved on by.
-const LONGEST_S: f64 = 0.3;
+/// Longest time between the two images by which corners are moved on, s: a hand turns back in less than a longer one.
+const LONGEST_STEP_S: f64 = 0.27;
+/// Most times that between them by which corners are moved on.
 const MOST_STEPS: f64 = 1.5;
-/// Share of their motion by which corners that are moved on are uncertain: one that turns back is two of it off.
-const UNCERTAIN_MOTION: f64 = 1.0;
+/// Share of their motion by which corners that are moved on are uncertain where an image before the two tells how their
+/// motion changes; without one, motion that turns back is one of it off.
+const UNCERTAIN_MOTION: f64 = 0.25;
+const UNCERTAIN_FIRST_MOTION: f64 = 1.0;
 /// Longest time between two images for what they show to jump, s: in a longer one an object may be moved.
 const LONGEST_JUMP_S: f64 = 0.04;
 /// Standard deviation of a clock that is not verified, s: larger offsets are searched for elsewhere.
@@ -33,11 +36,11 @@ const LATELY_NS: u64 = 700_000_000;
 /// Most views of an instant: those of the largest tags.
 const MOST_VIEWS: usize = 24;
 
-/// The last two images of each object by each camera.
+/// The last three images of each object by each camera.
 #[derive(Debug, Default)]
 pub(crate) struct Evidence {
     /// By object and camera index, the newer first.
-    images: BTreeMap<(usize, usize), [Option<Arc<ObjectImage>>; 2]>,
+    images: BTreeMap<(usize, usize), [Option<Arc<ObjectImage>>; 3]>,
     /// By how much the clock of a camera is ahead where that is known, s, by its index: not subtracted from its stamps.
     ahead_s: BTreeMap<usize, f64>,
     /// When what a camera sees last jumped, by its index, ns.
@@ -56,11 +59,12 @@ impl Evidence {
         if !is_new || images[0].as_ref().is_some_and(is_same) {
             return;
         }
-        if let [Some(newest), Some(before)] = &images
+        if let [Some(newest), Some(before), _] = &images
             && is_jump([before, newest, image])
         {
             self.jumped_ns.insert(image.camera_index, image.capture_ns);
         }
+        images[2] = images[1].take();
         images[1] = images[0].replace(image.clone());
     }
 
@@ -94,12 +98,15 @@ impl Evidence {
         let ahead_s = self.ahead_s.get(&image.camera_index).copied();
         let behind_ns = (-ahead_s.unwrap_or(0.0) * 1e9) as i64;
         let time_ns = image.capture_ns.saturating_add_signed(behind_ns);
-        for ((_, camera), [newest, before]) in self.images.range((object, 0)..(object + 1, 0)) {
+        for ((_, camera), [newest, before, first]) in
+            self.images.range((object, 0)..(object + 1, 0))
+        {
             let Some(newest) = newest else {
                 continue;
             };
             let time_ns = self.stamp_ns(time_ns, *camera);
-            let extrapolation = Extrapolation::new(newest, before.as_deref(), time_ns, options);
+            let earlier = [before.as_deref(), first.as_deref()];
+            let extrapolation = Extrapolation::new(newest, earlier, time_ns, options);
             let (Some(extrapolation), true) = (extrapolation, site.has_camera(*camera)) else {
                 continue;
             };
@@ -164,11 +171,14 @@ fn largest(mut views: Vec<View>) -> Vec<View> {
 
 /// The views of a camera at a time after its newest image.
 struct Extrapolation<'a> {
-    before: Option<&'a ObjectImage>,
+    /// The images before, the newer first.
+    earlier: [Option<&'a ObjectImage>; 2],
     /// From the image before to the newest, s; zero without one.
     step_s: f64,
     /// Times that step from the newest image to the time.
     steps: f64,
+    /// The same from the first image to the one before; zero without the first.
+    first_steps: f64,
     /// Standard deviation of the camera's clock, s.
     clock_s: f64,
 }
@@ -177,19 +187,28 @@ impl<'a> Extrapolation<'a> {
     /// `None` where the time is too far from the camera's images.
     fn new(
         newest: &ObjectImage,
-        before: Option<&'a ObjectImage>,
+        earlier: [Option<&'a ObjectImage>; 2],
         time_ns: u64,
         options: &FusionOptions,
     ) -> Option<Self> {
+        let between = |one: Option<&ObjectImage>, other: Option<&ObjectImage>| match (one, other) {
+            (Some(one), Some(other)) => seconds(one.capture_ns, other.capture_ns),
+            _ => 0.0,
+        };
+        let [before, first] = earlier;
+        let step_s = between(before, Some(newest));
         let after_s = seconds(newest.capture_ns, time_ns);
-        let step_s = before.map_or(0.0, |before| seconds(before.capture_ns, newest.capture_ns));
-        let is_moved = after_s != 0.0;
-        let steps = if is_moved { after_s / step_s } else { 0.0 };
-        let is_near = after_s.abs() <= LONGEST_S && steps.abs() <= MOST_STEPS;
+        let steps = if after_s != 0.0 {
+            after_s / step_s
+        } else {
+            0.0
+        };
+        let is_near = after_s == 0.0 || step_s <= LONGEST_STEP_S && steps.abs() <= MOST_STEPS;
         (is_near && steps.is_finite()).then_some(Self {
-            before,
+            earlier,
             step_s,
             steps,
+            first_steps: between(first, before) / step_s,
             clock_s: newest.clock.sigma_s(options).min(USUAL_CLOCK_S),
         })
     }
@@ -206,10 +225,11 @@ impl<'a> Extrapolation<'a> {
             true => variance.sqrt(),
             false => options.corner_sigma_px,
         };
-        let earlier = self.before.and_then(|before| {
-            let mut views = before.views.iter();
+        let of_tag = |image: &&'a ObjectImage| {
+            let mut views = image.views.iter();
             views.find(|earlier| earlier.tag == view.tag)
-        });
+        };
+        let [earlier, first] = (self.earlier).map(|image| image.as_ref().and_then(of_tag));
         let Some(earlier) = earlier else {
             let is_at_rest = self.steps == 0.0 && self.clock_s == 0.0;
             return is_at_rest.then_some(View {
@@ -220,13 +240,18 @@ impl<'a> Extrapolation<'a> {
                 sigma_px: own_px,
             });
         };
-        let motion: [Vector2<f64>; 4] = std::array::from_fn(|corner| {
-            view.corners_in_image[corner] - earlier.corners_in_image[corner]
-        });
-        let squares = motion.iter().map(Vector2::norm_squared);
-        let motion_px = (squares.sum::<f64>() / 4.0).sqrt();
+        let motion = motion_between(earlier, view);
+        let motion_px = rms(&motion);
         let noise_px = own_px * (1.0 + self.steps).hypot(self.steps);
-        let moved_px = motion_px * self.steps.abs() * UNCERTAIN_MOTION;
+        let moved_px = match first.filter(|_| self.first_steps > 0.0) {
+            Some(first) => {
+                let former = motion_between(first, earlier);
+                let change = std::array::from_fn(|k| motion[k] - former[k] / self.first_steps);
+                let change_px = rms(&change) * (self.steps * (1.0 + self.steps)).abs();
+                (motion_px * self.steps * UNCERTAIN_MOTION).hypot(change_px)
+            }
+            None => motion_px * self.steps.abs() * UNCERTAIN_FIRST_MOTION,
+        };
         let clock_px = motion_px / self.step_s * self.clock_s;
         Some(View {
             camera,
@@ -238,4 +263,14 @@ impl<'a> Extrapolation<'a> {
             sigma_px: noise_px.hypot(moved_px).hypot(clock_px),
         })
     }
+}
+
+/// By how much the corners of a tag have moved, px.
+fn motion_between(earlier: &TagView, later: &TagView) -> [Vector2<f64>; 4] {
+    std::array::from_fn(|k| later.corners_in_image[k] - earlier.corners_in_image[k])
+}
+
+fn rms(vectors: &[Vector2<f64>; 4]) -> f64 {
+    let squares = vectors.iter().map(Vector2::norm_squared);
+    (squares.sum::<f64>() / 4.0).sqrt()
 }
