@@ -169,6 +169,7 @@ fn key_of(fault: &Fault) -> String {
         Fault::LensChanged { camera, .. } => format!("zoom {camera}"),
         Fault::TagTurned { tag, .. } => format!("turned {tag}"),
         Fault::TagsExchanged { a, b, .. } => format!("exchanged {a} {b}"),
+        Fault::CameraBlind { camera, .. } => format!("blind {camera}"),
     }
 }
 

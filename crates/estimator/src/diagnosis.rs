@@ -7,6 +7,7 @@
 //! [`isolation`]). Tags that are nowhere near their place are counted instead ([`misplaced_tags`]). Nothing here edits
 //! a track: [`Diagnosis::take`] returns the actions for [`crate::Fusion`] to apply.
 
+pub(crate) mod blind_cameras;
 pub(crate) mod fault_model;
 pub(crate) mod frozen_cameras;
 pub(crate) mod isolation;

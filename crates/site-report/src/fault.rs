@@ -154,6 +154,15 @@ pub enum Fault {
         /// The other.
         b: TagId,
     },
+    /// The camera sees no tag, though an object that others track stands in its picture.
+    CameraBlind {
+        /// Which camera.
+        camera: CameraId,
+        /// Which object.
+        object: ObjectId,
+        /// For how long, s.
+        blind_s: f64,
+    },
 }
 
 sentences! { Fault {
@@ -251,6 +260,10 @@ sentences! { Fault {
     Self::TagsExchanged { object, a, b } =>
         "tags {a} and {b} of object {object} are exchanged, poses allow for it",
         ": exchange their ids in the object's file";
+    Self::CameraBlind { camera, object, blind_s } =>
+        "camera {camera} has seen no tag for {blind_s:.0} s, though object {object} is in its picture by the rig: it is \
+         covered or out of focus, was moved, or has another lens",
+        ": look at its picture; put it back, or calibrate it again";
 }}
 
 impl Fault {
@@ -263,6 +276,7 @@ impl Fault {
             | Self::Untimely { camera, .. }
             | Self::DuplicateTag { camera, .. }
             | Self::CameraFrozen { camera, .. }
+            | Self::CameraBlind { camera, .. }
             | Self::LensOff { camera }
             | Self::ImageSize { camera, .. }
             | Self::CameraTurned { camera, .. }

@@ -180,6 +180,12 @@ const FAULTS: Stories<Fault> = {
       `tags ${tag(a)} and ${tag(b)} of object ${object} are exchanged, poses allow for it`,
       "exchange their ids in the object's file",
     ),
+  camera_blind: ({ camera, object, blind_s }) =>
+    story(
+      `camera ${camera} has seen no tag for ${fixed(blind_s, 0)} s, though object ${object} is in its picture by the rig: it is covered or out of focus, was moved, or has another lens`,
+      "look at its picture; put it back, or calibrate it again",
+      "rig",
+    ),
 };
 
 const IMPERFECTIONS: Stories<Imperfection> = {

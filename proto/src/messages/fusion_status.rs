@@ -157,6 +157,7 @@ fn check_fault(fault: &Fault) -> Result<(), OutOfRange> {
         Fault::Untimely { age_s, .. } => check::finite(&[*age_s], "faults[].age_s"),
         Fault::HostClockOff { offset_s } => check::finite(&[*offset_s], "faults[].offset_s"),
         Fault::CameraFrozen { still_s, .. } => check::amount(*still_s, "faults[].still_s"),
+        Fault::CameraBlind { blind_s, .. } => check::amount(*blind_s, "faults[].blind_s"),
         Fault::ObjectScaled { ratio, .. } | Fault::LensChanged { ratio, .. } => {
             check::amount(*ratio, "faults[].ratio")
         }

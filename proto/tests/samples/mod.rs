@@ -348,6 +348,11 @@ fn faults() -> Vec<Fault> {
             a: tag,
             b: tag,
         },
+        Fault::CameraBlind {
+            camera: camera(),
+            object: self::object(),
+            blind_s: 6.5,
+        },
     ]
 }
 

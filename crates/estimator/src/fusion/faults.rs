@@ -116,10 +116,11 @@ fn of_clocks(
     host.into_iter().chain(off).chain(untimely).collect()
 }
 
-/// Cameras whose pictures stand still, then those with other lenses.
+/// Cameras whose pictures stand still, then those that see nothing, then those with other lenses.
 pub(crate) fn of_cameras(
     site: &ModelledSite,
     frozen: impl Iterator<Item = (usize, f64)>,
+    blind: impl Iterator<Item = (usize, usize, f64)>,
     diagnosis: &Diagnosis,
 ) -> Vec<Fault> {
     let frozen = frozen.filter_map(|(index, still_s)| {
@@ -128,12 +129,19 @@ pub(crate) fn of_cameras(
             still_s,
         })
     });
+    let blind = blind.filter_map(|(index, object, blind_s)| {
+        Some(Fault::CameraBlind {
+            camera: site.camera_id(index)?,
+            object: site.objects().get(object)?.clone(),
+            blind_s,
+        })
+    });
     let lenses = diagnosis.wrong_lenses().filter_map(|index| {
         Some(Fault::LensOff {
             camera: site.camera_id(index)?,
         })
     });
-    frozen.chain(lenses).collect()
+    frozen.chain(blind).chain(lenses).collect()
 }
 
 /// Cameras whose images are of another size than the rig says.
@@ -155,6 +163,7 @@ pub(crate) fn of_sizes<'a>(
 pub(crate) fn camera_of_images(fault: &Fault) -> Option<&CameraId> {
     match fault {
         Fault::CameraFrozen { camera, .. }
+        | Fault::CameraBlind { camera, .. }
         | Fault::ImageSize { camera, .. }
         | Fault::Untimely { camera, .. } => Some(camera),
         _ => None,

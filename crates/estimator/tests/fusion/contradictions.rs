@@ -163,6 +163,43 @@ fn a_picture_that_stands_still_is_named_and_left_out() {
     }
 }
 
+/// Turned away after two seconds, and back after nine. An object that leaves the picture of all makes nobody blind.
+#[test]
+fn a_camera_that_sees_nothing_of_what_others_track_is_named() {
+    let random = &mut Random(5);
+    let (rig_file, file) = files(4, &cube(), random);
+    for n_blind in [1, 4] {
+        let mut fusion = fusion(&rig_file, &file, FusionOptions::default());
+        let mut images = run(&rig(4), &cube(), 0.1, 12.0, random);
+        for image in &mut images {
+            let seconds = (image.capture_ns - START_NS) as f64 * 1e-9;
+            let is_away = (1..=n_blind).any(|camera| image.camera == camera_id(camera % 4));
+            if is_away && (2.0..9.0).contains(&seconds) {
+                image.tags.clear();
+            }
+        }
+        let said = watch(&mut fusion, images);
+        for (estimate, faults) in said {
+            let seconds = (estimate.capture_ns - START_NS) as f64 * 1e-9;
+            let blind = faults.iter().find_map(|fault| match fault {
+                Fault::CameraBlind {
+                    camera, blind_s, ..
+                } => Some((camera, *blind_s)),
+                _ => None,
+            });
+            // It turns, so that there are times when no camera there would see a tag of it.
+            let expected = n_blind == 1 && (8.6..9.0).contains(&seconds);
+            if expected || !(6.9..9.1).contains(&seconds) {
+                assert_eq!(blind.is_some(), expected, "{seconds}: {faults:?}");
+            }
+            if let Some((camera, blind_s)) = blind {
+                assert_eq!(*camera, camera_id(1));
+                assert!((5.0..seconds - 2.0).contains(&blind_s), "{blind_s}");
+            }
+        }
+    }
+}
+
 #[test]
 fn a_pinhole_where_the_picture_bends_is_named() {
     let intrinsics = Intrinsics {
