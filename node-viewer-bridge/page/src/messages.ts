@@ -463,6 +463,12 @@ export const isFault = variants({
     a: isTagId,
     b: isTagId,
   }),
+  /** it has seen no tag for so long, though the object is in its picture by the rig: covered, moved, out of focus or another lens */
+  camera_blind: record({
+    camera: isText,
+    object: isText,
+    blind_s: isNumber,
+  }),
 });
 export type Fault = Checked<typeof isFault>;
 

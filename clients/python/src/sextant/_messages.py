@@ -1042,8 +1042,17 @@ class FaultTagsExchanged(VariantRecord, variant="tags_exchanged", form="fields")
     b: TagId
 
 
+@dataclass(frozen=True)
+class FaultCameraBlind(VariantRecord, variant="camera_blind", form="fields"):
+    """It has seen no tag for so long, though the object is in its picture by the rig: covered, moved, out of focus or another lens."""
+
+    camera: str
+    object: str
+    blind_s: F64
+
+
 #: Fault.
-Fault = Union[FaultCameraMoved, FaultCamerasDisagree, FaultTagMisplaced, FaultTagSize, FaultTagElsewhere, FaultClockOff, FaultUntimely, FaultDuplicateTag, FaultHostClockOff, FaultCameraFrozen, FaultLensOff, FaultObjectScaled, FaultObjectContradicted, FaultObjectUnplaced, FaultImageSize, FaultCameraTurned, FaultCamerasExchanged, FaultLensChanged, FaultTagTurned, FaultTagsExchanged]
+Fault = Union[FaultCameraMoved, FaultCamerasDisagree, FaultTagMisplaced, FaultTagSize, FaultTagElsewhere, FaultClockOff, FaultUntimely, FaultDuplicateTag, FaultHostClockOff, FaultCameraFrozen, FaultLensOff, FaultObjectScaled, FaultObjectContradicted, FaultObjectUnplaced, FaultImageSize, FaultCameraTurned, FaultCamerasExchanged, FaultLensChanged, FaultTagTurned, FaultTagsExchanged, FaultCameraBlind]
 
 
 @dataclass(frozen=True)
@@ -1445,6 +1454,7 @@ __all__ = [
     "FaultLensChanged",
     "FaultTagTurned",
     "FaultTagsExchanged",
+    "FaultCameraBlind",
     "Imperfection",
     "ImperfectionCamerasDisagree",
     "ImperfectionTagOff",
