@@ -50,7 +50,7 @@ impl CodeIndex {
             bits_to_spare: bits_to_spare(family),
             ids: vec![Vec::new(); PARTS << part_bits],
         };
-        for (id, &code) in (0..).zip(index.codes) {
+        for (id, &code) in (0..=u16::MAX).zip(index.codes) {
             for part in 0..PARTS {
                 let place = index.place(code, part);
                 index.ids[place].push(id);
