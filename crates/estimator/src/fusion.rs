@@ -369,7 +369,8 @@ impl RigFusion {
     /// An image without a tag may be one of a camera that should see an object.
     fn note_blindness(&mut self, camera: usize, image: &ImageObservation) {
         if !image.tags.is_empty() {
-            self.blind_cameras.note_sight(camera);
+            self.blind_cameras
+                .note_sight(camera, &image.tags, self.now_ns);
         } else if self.blind_cameras.is_due(camera, self.now_ns) {
             let mut objects = 0..self.timelines.len();
             let unseen = objects.find(|object| self.is_in_view(*object, camera, image.capture_ns));
@@ -387,6 +388,7 @@ impl RigFusion {
         let Some(posed) = &camera.posed else {
             return false;
         };
+        let visible_px = self.blind_cameras.visible_px(self.now_ns);
         let links = estimate.articulated.as_ref().map(|it| &it.links);
         let mut tags = self.site.placements();
         tags.any(|(_, placement)| {
@@ -398,7 +400,14 @@ impl RigFusion {
             let tag = &placement.tag;
             let poses = world_from_body.zip(tag.object_from_tag);
             let is_in_view = |(body, tag_pose)| {
-                is_well_in_view(posed, camera.resolution, &(body * tag_pose), tag.size_m)
+                let world_from_tag = body * tag_pose;
+                is_well_in_view(
+                    posed,
+                    camera.resolution,
+                    &world_from_tag,
+                    tag.size_m,
+                    visible_px,
+                )
             };
             of == object && poses.is_some_and(is_in_view)
         })

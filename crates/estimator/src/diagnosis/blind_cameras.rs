@@ -1,13 +1,15 @@
 //! Cameras that see no tag at all while others track an object that stands in their picture.
 //!
 //! A camera that was turned away, is covered or out of focus contradicts nothing: it says nothing. That it should see
-//! something, only the others can tell.
+//! something, only the others can tell, and how small the tags are that can be seen.
 
 use std::collections::BTreeMap;
 
 use nalgebra::{Point2, Vector3};
 use sextant_geometry::{Pose, tag_corners_in_tag};
+use sextant_site_model::TagCorners;
 
+use crate::measurement::corner_noise::area_px2;
 use crate::measurement::corners::CalibratedCamera;
 
 /// Seconds and looks for which a camera must see nothing.
@@ -17,10 +19,13 @@ const LOOKS: u32 = 12;
 const PAUSE_NS: u64 = 200_000_000;
 /// After so long without a tag in its picture, a camera's blindness begins anew, ns.
 const FORGOTTEN_NS: u64 = 3_000_000_000;
-/// A tag that every camera sees is as large, px, as frontal, by the cosine, and as far from the border, by the picture.
-const LEAST_EDGE_PX: f64 = 16.0;
+/// A tag that every camera sees is as large as the smallest that others see now and no smaller than this, px, as
+/// frontal, by the cosine, and as far from the border, by the picture.
+const LEAST_PX: f64 = 12.0;
 const LEAST_COSINE: f64 = 0.5;
 const BORDER: f64 = 0.05;
+/// After so long a sight says nothing of what can be seen now, ns.
+const NOW_NS: u64 = 1_000_000_000;
 
 /// What a camera that sees no tag should see.
 #[derive(Debug, Clone, Copy)]
@@ -37,12 +42,25 @@ struct Blindness {
 pub(crate) struct BlindCameras {
     /// By camera index; none of those whose last image shows a tag.
     cameras: BTreeMap<usize, Blindness>,
+    /// Edge of the smallest tag in the last image that shows one, px, and when it arrived, ns; by camera index.
+    smallest: BTreeMap<usize, (f64, u64)>,
 }
 
 impl BlindCameras {
     /// Takes an image in that shows a tag.
-    pub fn note_sight(&mut self, camera: usize) {
+    pub fn note_sight(&mut self, camera: usize, tags: &[TagCorners], now_ns: u64) {
         self.cameras.remove(&camera);
+        let edges = tags.iter().map(|seen| area_px2(&seen.corners).sqrt());
+        let smallest = edges.fold(f64::INFINITY, f64::min);
+        self.smallest.insert(camera, (smallest, now_ns));
+    }
+
+    /// Edge from which on a tag can be seen now, px; infinite while nobody sees one.
+    pub fn visible_px(&self, now_ns: u64) -> f64 {
+        let is_now = |seen_ns: u64| now_ns.saturating_sub(seen_ns) <= NOW_NS;
+        let now = self.smallest.values().filter(|(_, ns)| is_now(*ns));
+        let smallest = now.map(|(edge_px, _)| *edge_px);
+        smallest.fold(f64::INFINITY, f64::min).max(LEAST_PX)
     }
 
     /// Whether to look again what an image without a tag should show.
@@ -82,12 +100,14 @@ impl BlindCameras {
     }
 }
 
-/// Whether a camera sees a tag well, wherever nothing is before it.
+/// Whether a camera sees a tag well, wherever nothing is before it; `visible_px` is the edge from which on it can be
+/// seen.
 pub(crate) fn is_well_in_view(
     camera: &CalibratedCamera,
     [width, height]: [u32; 2],
     world_from_tag: &Pose,
     size_m: f64,
+    visible_px: f64,
 ) -> bool {
     let camera_from_tag = camera.camera_from_world * world_from_tag;
     let centre = camera_from_tag.translation.vector;
@@ -100,15 +120,14 @@ pub(crate) fn is_well_in_view(
         let mut axes = corner.iter().zip(size);
         axes.all(|(at, size)| (BORDER * size..(1.0 - BORDER) * size).contains(at))
     };
-    let corners = tag_corners_in_tag(size_m);
-    let corners: Option<Vec<Point2<f64>>> = corners
-        .iter()
-        .map(|corner| camera.lens.project(&(camera_from_tag * corner)))
-        .collect();
-    corners.is_some_and(|corners| {
-        let is_long = |k: usize| (corners[(k + 1) % 4] - corners[k]).norm() >= LEAST_EDGE_PX;
-        corners.iter().all(is_inside) && (0..4).all(is_long)
-    })
+    let corners = tag_corners_in_tag(size_m).map(|corner| {
+        let corner = camera.lens.project(&(camera_from_tag * corner));
+        corner.filter(is_inside)
+    });
+    let [Some(a), Some(b), Some(c), Some(d)] = corners else {
+        return false;
+    };
+    area_px2(&[a, b, c, d]).sqrt() >= visible_px
 }
 
 #[cfg(test)]
@@ -130,7 +149,7 @@ mod tests {
         assert!(cameras.blind(later_ns).next().is_none());
         cameras.note_nothing(0, Some(1), later_ns);
         assert!(cameras.blind(later_ns).next().is_none());
-        cameras.note_sight(0);
+        cameras.note_sight(0, &[], later_ns);
         assert!(cameras.cameras.is_empty());
     }
 }
