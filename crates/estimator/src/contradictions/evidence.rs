@@ -3,6 +3,7 @@
 //! Cameras that expose at different times are brought to one time in the image: a corner moves on as it did between the
 //! last two images. No pose and no model takes part in that, so that nothing that is wrong with them can mislead it.
 
+use std::array::from_fn;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -20,10 +21,10 @@ use crate::time::seconds;
 const LONGEST_STEP_S: f64 = 0.27;
 /// Most times that between them by which corners are moved on.
 const MOST_STEPS: f64 = 1.5;
-/// Share of their motion by which corners that are moved on are uncertain where an image before the two tells how their
-/// motion changes; without one, motion that turns back is one of it off.
-const UNCERTAIN_MOTION: f64 = 0.25;
-const UNCERTAIN_FIRST_MOTION: f64 = 1.0;
+/// Share of their motion, and of how it changed last, by which corners that are moved on are uncertain: motion that
+/// turns back is two of it off.
+const UNCERTAIN_MOTION: f64 = 1.0;
+const UNCERTAIN_CHANGE: f64 = 0.5;
 /// Longest time between two images for what they show to jump, s: in a longer one an object may be moved.
 const LONGEST_JUMP_S: f64 = 0.04;
 /// Standard deviation of a clock that is not verified, s: larger offsets are searched for elsewhere.
@@ -243,22 +244,18 @@ impl<'a> Extrapolation<'a> {
         let motion = motion_between(earlier, view);
         let motion_px = rms(&motion);
         let noise_px = own_px * (1.0 + self.steps).hypot(self.steps);
-        let moved_px = match first.filter(|_| self.first_steps > 0.0) {
-            Some(first) => {
-                let former = motion_between(first, earlier);
-                let change = std::array::from_fn(|k| motion[k] - former[k] / self.first_steps);
-                let change_px = rms(&change) * (self.steps * (1.0 + self.steps)).abs();
-                (motion_px * self.steps * UNCERTAIN_MOTION).hypot(change_px)
-            }
-            None => motion_px * self.steps.abs() * UNCERTAIN_FIRST_MOTION,
-        };
+        let first = first.filter(|_| self.first_steps > 0.0);
+        let change_px = first.map_or(0.0, |first| {
+            let former = motion_between(first, earlier);
+            rms(&from_fn(|k| motion[k] - former[k] / self.first_steps))
+        });
+        let uncertain_px = (motion_px * UNCERTAIN_MOTION).hypot(change_px * UNCERTAIN_CHANGE);
+        let moved_px = uncertain_px * self.steps.abs();
         let clock_px = motion_px / self.step_s * self.clock_s;
         Some(View {
             camera,
             tag,
-            corners: std::array::from_fn(|corner| {
-                view.corners_in_image[corner] + motion[corner] * self.steps
-            }),
+            corners: from_fn(|corner| view.corners_in_image[corner] + motion[corner] * self.steps),
             velocities: motion.map(|motion| motion / self.step_s),
             sigma_px: noise_px.hypot(moved_px).hypot(clock_px),
         })
@@ -267,7 +264,7 @@ impl<'a> Extrapolation<'a> {
 
 /// By how much the corners of a tag have moved, px.
 fn motion_between(earlier: &TagView, later: &TagView) -> [Vector2<f64>; 4] {
-    std::array::from_fn(|k| later.corners_in_image[k] - earlier.corners_in_image[k])
+    from_fn(|k| later.corners_in_image[k] - earlier.corners_in_image[k])
 }
 
 fn rms(vectors: &[Vector2<f64>; 4]) -> f64 {
