@@ -158,6 +158,14 @@ impl Explained {
         self.costs.iter().flatten().sum()
     }
 
+    /// The average cost of the views that do not contradict; zero without one.
+    pub fn agreeing_cost(&self) -> f64 {
+        let costs = self.costs.iter().flatten();
+        let agreeing = costs.filter(|cost| !contradicts(**cost));
+        let (sum, n_views) = agreeing.fold((0.0, 0.0), |(sum, n), cost| (sum + cost, n + 1.0));
+        sum / f64::max(n_views, 1.0)
+    }
+
     /// The views that contradict, with their instants.
     pub fn contradicting<'a>(
         &'a self,

@@ -13,9 +13,11 @@ const MOST_MISTAKES: usize = 4;
 /// such a number of views.
 const SAME_SHARE: f64 = 0.03;
 const SAME_VIEWS: usize = 2;
-/// What the views of a mistake's own cameras and tags may cost on average more than with the mistake that explains them
-/// best: as much as the usual errors of files.
+/// Times the average cost of an agreeing view by which the views of a mistake's own cameras and tags may cost more on
+/// average than with the mistake that explains them best: errors of the files move all views alike. Usual errors of
+/// files cost an agreeing view [`USUAL_COST`] at most.
 const SAME_COST: f64 = 3.0;
+const USUAL_COST: f64 = 1.0;
 /// Least cost of a view on average that is worth an explanation, and share of it that the mistake may leave. Views of a
 /// site without errors cost .15.
 const LEAST_MEAN_COST: f64 = 0.4;
@@ -210,7 +212,9 @@ fn best(
     candidates.retain(|one| one.n_left <= least + same);
     let costs = candidates.iter().map(|one| one.mean_cost(starts.instants));
     let least = costs.fold(f64::INFINITY, f64::min);
-    candidates.retain(|one| one.mean_cost(starts.instants) <= least + SAME_COST);
+    let agreeing = candidates.iter().map(|one| one.explained.agreeing_cost());
+    let most = least + SAME_COST * agreeing.fold(USUAL_COST, f64::min);
+    candidates.retain(|one| one.mean_cost(starts.instants) <= most);
     let order = |one: &Candidate| (one.mistake.n_parameters(), one.n_left);
     candidates.sort_by_key(order);
     let mut all = candidates.into_iter();
