@@ -66,7 +66,7 @@ fn assert_right(found: &Rig, truth: &Rig) {
 #[test]
 fn a_walk_gives_the_poses_and_how_well_they_are_known() {
     let truth = rig();
-    let folder = walked(&truth, 60);
+    let folder = walked(&truth, 240);
     let folder = folder.path();
     let before = text_of(folder, "rig.toml");
     let output = calibrate(folder, &["--json"]);
