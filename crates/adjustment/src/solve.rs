@@ -90,7 +90,7 @@ pub fn solve(bundle: Bundle, options: &BundleOptions) -> Result<BundleSolution, 
 pub fn covariance(bundle: Bundle, options: &BundleOptions) -> Result<KeptCovariance, BundleError> {
     let still = BundleOptions {
         max_iterations: 0,
-        ..options.clone()
+        ..*options
     };
     Ok(solve(bundle, &still)?.covariance)
 }

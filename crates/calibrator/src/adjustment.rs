@@ -145,7 +145,7 @@ impl Adjustment {
             }
             let settled = round > FIRST && wrong.is_empty() && change < SETTLED;
             if settled || round == ROUNDS {
-                if let Some(priors) = self.priors.stated(&solution) {
+                if let Some(priors) = self.priors.reported(&solution) {
                     let bundle = Bundle {
                         anchors: priors.anchors(),
                         ..solution.bundle.clone()

@@ -2,12 +2,11 @@
 //!
 //! Each number has a prior: the sigma beside it in the file or, without one, a default that reflects how such a number
 //! usually comes about. Numbers of one kind share a scale by which their sigmas are multiplied, a variance component
-//! that the images determine (D. MacKay, Bayesian interpolation, 1992; its fixed point, with Jeffreys' prior on the
-//! scale): with exact files it falls almost to zero, with tags glued on by hand it rises. Without information about a
-//! kind, its scale stays one.
+//! that the images determine (the fixed point of D. MacKay, Bayesian interpolation, 1992): with exact files it falls
+//! almost to zero, with tags glued on by hand it rises. Without information about a kind, its scale stays one.
 //!
 //! A scale that falls is the likeliest one, not the only one: few numbers that happen to be near their means say little
-//! of the next. What is stated beside a solution therefore goes by the largest scale that the images do not exclude.
+//! of the next. Reported deviations therefore go by the largest scale that the images do not exclude.
 
 use nalgebra::{DMatrix, DVector, Point2};
 use sextant_adjustment::{Anchor, BundleCamera, BundleSolution, BundleTag, Freedom, KeptParameter};
@@ -308,19 +307,19 @@ impl Priors {
         changes.fold(0.0, f64::max)
     }
 
-    /// The priors by which standard deviations are stated; `None` where they are those of the solution.
-    pub(crate) fn stated(&self, solution: &BundleSolution) -> Option<Self> {
+    /// The priors by which standard deviations are reported; `None` where they are those of the solution.
+    pub(crate) fn reported(&self, solution: &BundleSolution) -> Option<Self> {
         let members = self.members(solution);
         let (information, pull) = without_priors(solution, &members);
-        let mut stated = self.clone();
+        let mut reported = self.clone();
         for (kind, scale) in &self.scales {
             if *scale < 1.0
                 && let Some(largest) = self.largest_scale(*kind, &members, &information, &pull)
             {
-                stated.scales.insert(*kind, largest.clamp(*scale, 1.0));
+                reported.scales.insert(*kind, largest.clamp(*scale, 1.0));
             }
         }
-        (stated.scales != self.scales).then_some(stated)
+        (reported.scales != self.scales).then_some(reported)
     }
 
     /// The scale with which so small errors of this kind happen in one case of twenty.

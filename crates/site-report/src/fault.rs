@@ -261,8 +261,8 @@ sentences! { Fault {
         "tags {a} and {b} of object {object} are exchanged, poses allow for it",
         ": exchange their ids in the object's file";
     Self::CameraBlind { camera, object, blind_s } =>
-        "camera {camera} has seen no tag for {blind_s:.0} s, though object {object} is in its picture by the rig: it is \
-         covered or out of focus, was moved, or has another lens",
+        "camera {camera} has seen no tag for {blind_s:.0} s, though object {object} is in its picture by the rig: it \
+         is covered or out of focus, was moved, or has another lens",
         ": look at its picture; put it back, or calibrate it again";
 }}
 
