@@ -1,5 +1,6 @@
 //! The state machine: images in, poses out. It has no clock and no socket; the same inputs give the same outputs.
 
+pub(crate) mod blindness;
 pub(crate) mod calibration;
 pub(crate) mod clock_corrections;
 pub(crate) mod faults;
@@ -13,7 +14,7 @@ use std::sync::Arc;
 
 use crate::clocks::offset_search::{Arrival, OffsetSearch};
 use crate::contradictions::Contradictions;
-use crate::diagnosis::blind_cameras::{BlindCameras, is_well_in_view};
+use crate::diagnosis::blind_cameras::BlindCameras;
 use crate::diagnosis::frozen_cameras::FrozenCameras;
 use crate::diagnosis::{Action, Diagnosis, Models};
 use crate::fusion::intake::ImageIntake;
@@ -26,7 +27,7 @@ use crate::tracker::report::{FinalisedInstant, FinalisedView};
 use crate::tracker::timeline::Timeline;
 use crate::{FusionOptions, ModelError, Proposal, Statistics};
 use sextant_site_model::{ImageObservation, ObjectId, ObjectModel, ObjectTag, Rig};
-use sextant_site_report::{Fault, Imperfection, ObjectEstimate, State};
+use sextant_site_report::{Fault, Imperfection, ObjectEstimate};
 
 /// Most cameras, those of former rigs included; when there are more, everything begins anew.
 const MOST_CAMERAS: usize = 1024;
@@ -234,16 +235,10 @@ impl RigFusion {
                 all.push(mistake);
             }
         }
-        let (frozen, blind) = (
-            self.frozen_cameras.frozen(),
-            self.blind_cameras.blind(self.now_ns),
-        );
-        all.extend(faults::of_cameras(
-            &self.site,
-            frozen,
-            blind,
-            &self.diagnosis,
-        ));
+        let frozen = self.frozen_cameras.frozen();
+        let blind = self.blind_cameras.blind(self.now_ns);
+        let of_cameras = faults::of_cameras(&self.site, frozen, blind, &self.diagnosis);
+        all.extend(of_cameras);
         all.extend(faults::of_sizes(&self.site, self.intake.other_sizes()));
         all.retain(|fault| {
             let camera = faults::camera_of_images(fault);
@@ -364,53 +359,6 @@ impl RigFusion {
         self.update_clock_search(camera_index, &associated, timely);
         self.apply_actions();
         self.move_far_offsets();
-    }
-
-    /// An image without a tag may be one of a camera that should see an object.
-    fn note_blindness(&mut self, camera: usize, image: &ImageObservation) {
-        if !image.tags.is_empty() {
-            self.blind_cameras
-                .note_sight(camera, &image.tags, self.now_ns);
-        } else if self.blind_cameras.is_due(camera, self.now_ns) {
-            let mut objects = 0..self.timelines.len();
-            let unseen = objects.find(|object| self.is_in_view(*object, camera, image.capture_ns));
-            self.blind_cameras.note_nothing(camera, unseen, self.now_ns);
-        }
-    }
-
-    /// Whether a tag of an object that is tracked stands well in the picture of a camera.
-    fn is_in_view(&self, object: usize, camera: usize, time_ns: u64) -> bool {
-        let estimate = self.timelines[object].estimate(time_ns, &self.site, &self.options);
-        let estimate = estimate.filter(|it| matches!(it.state, State::Tracking | State::Coasting));
-        let Some((estimate, camera)) = estimate.zip(self.site.cameras().get(camera)) else {
-            return false;
-        };
-        let Some(posed) = &camera.posed else {
-            return false;
-        };
-        let visible_px = self.blind_cameras.visible_px(self.now_ns);
-        let links = estimate.articulated.as_ref().map(|it| &it.links);
-        let mut tags = self.site.placements();
-        tags.any(|(_, placement)| {
-            let (of, link) = placement.body();
-            let world_from_body = match links {
-                Some(links) => links.get(link).map(|link| link.world_from_link),
-                None => Some(estimate.world_from_object),
-            };
-            let tag = &placement.tag;
-            let poses = world_from_body.zip(tag.object_from_tag);
-            let is_in_view = |(body, tag_pose)| {
-                let world_from_tag = body * tag_pose;
-                is_well_in_view(
-                    posed,
-                    camera.resolution,
-                    &world_from_tag,
-                    tag.size_m,
-                    visible_px,
-                )
-            };
-            of == object && poses.is_some_and(is_in_view)
-        })
     }
 
     /// Counts all views of an image as rejected.

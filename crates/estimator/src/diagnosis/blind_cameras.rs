@@ -1,7 +1,7 @@
 //! Cameras that see no tag at all while others track an object that stands in their picture.
 //!
-//! A camera that was turned away, is covered or out of focus contradicts nothing: it says nothing. That it should see
-//! something, only the others can tell, and how small the tags are that can be seen.
+//! A camera that was turned away, is covered or out of focus contradicts nothing. That it should see a tag follows from
+//! the poses that the others determine, and how small a tag may be from what they see.
 
 use std::collections::BTreeMap;
 
@@ -55,7 +55,7 @@ impl BlindCameras {
         self.smallest.insert(camera, (smallest, now_ns));
     }
 
-    /// Edge from which on a tag can be seen now, px; infinite while nobody sees one.
+    /// Smallest edge of a tag that is visible now, px; infinite while no camera sees a tag.
     pub fn visible_px(&self, now_ns: u64) -> f64 {
         let is_now = |seen_ns: u64| now_ns.saturating_sub(seen_ns) <= NOW_NS;
         let now = self.smallest.values().filter(|(_, ns)| is_now(*ns));
@@ -100,8 +100,8 @@ impl BlindCameras {
     }
 }
 
-/// Whether a camera sees a tag well, wherever nothing is before it; `visible_px` is the edge from which on it can be
-/// seen.
+/// Whether a tag is large, frontal and far enough from the border of a camera's picture to be seen unless it is
+/// covered; `visible_px` is the smallest visible edge.
 pub(crate) fn is_well_in_view(
     camera: &CalibratedCamera,
     [width, height]: [u32; 2],

@@ -163,7 +163,7 @@ fn a_picture_that_stands_still_is_named_and_left_out() {
     }
 }
 
-/// Turned away after two seconds, and back after nine. An object that leaves the picture of all makes nobody blind.
+/// It is turned away after two seconds and back after nine. While no camera sees the object, none is reported.
 #[test]
 fn a_camera_that_sees_nothing_of_what_others_track_is_named() {
     let random = &mut Random(5);
